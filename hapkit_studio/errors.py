@@ -1,0 +1,41 @@
+"""Every error of the studio: one line with value, limit, unit and what to do."""
+
+
+class StudioError(Exception):
+    """Base of all errors that are meant for a person to read."""
+
+
+class ParameterError(StudioError, ValueError):
+    """A name is unknown, or a value is out of range or not a number."""
+
+
+class LawError(StudioError):
+    """A force law leaves the law language; carries the line it stands on."""
+
+    def __init__(self, message: str, line: int = 0):
+        super().__init__(message if not line else f"Line {line}: {message}")
+        self.line = line
+
+
+class DeviceError(StudioError):
+    """A device cannot be used; the text says why and what to do."""
+
+
+class PortBusyError(DeviceError):
+    """Another program holds the port."""
+
+
+class PortGoneError(DeviceError):
+    """The port does not exist, or went away."""
+
+
+class PortPermissionError(DeviceError):
+    """The user may not open the port."""
+
+
+class NotAHapkitError(DeviceError):
+    """Something answers on the port, or nothing does, but not the firmware."""
+
+
+class WrongProtocolError(DeviceError):
+    """The firmware speaks another version of the protocol."""

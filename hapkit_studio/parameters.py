@@ -1,0 +1,92 @@
+"""A tunable value, declared once: key, label, unit, default, limits, help."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from hapkit_studio.errors import ParameterError
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number with a unit and the limits that a person may set."""
+
+    key: str
+    label: str
+    unit: str
+    default: float
+    low: float
+    high: float
+    help: str = ""
+    symbol: str = ""
+
+    discrete = False
+
+    def check(self, value: object) -> float:
+        """Return value as float; raise ParameterError naming value, limit and unit."""
+        try:
+            number = float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            wanted = f"a number in {self.unit}" if self.unit else "a number"
+            raise ParameterError(f"{self.label} takes {wanted}, not {value!r}.") from None
+        if not math.isfinite(number) or not self.low <= number <= self.high:
+            limits = f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
+            raise ParameterError(f"{self.label} goes from {limits}, not {number:g}.")
+        return number
+
+    def text(self, value: float) -> str:
+        """Write a value with its unit."""
+        return f"{value:g} {self.unit}".strip()
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of a few named options; the law sees its index, files and people its name."""
+
+    key: str
+    label: str
+    options: tuple[str, ...]
+    default_option: str = ""
+    help: str = ""
+    symbol: str = ""
+    unit: str = ""
+
+    discrete = True
+    low = 0.0
+
+    @property
+    def high(self) -> float:
+        return float(len(self.options) - 1)
+
+    @property
+    def default(self) -> float:
+        return float(self.options.index(self.default_option)) if self.default_option else 0.0
+
+    def check(self, value: object) -> float:
+        """Return the index of an option given by name or index; raise ParameterError."""
+        if isinstance(value, str) and value in self.options:
+            return float(self.options.index(value))
+        if (
+            isinstance(value, int | float)
+            and float(value).is_integer()
+            and 0 <= value < len(self.options)
+            and not isinstance(value, bool)
+        ):
+            return float(value)
+        raise ParameterError(f"{self.label} is one of {', '.join(self.options)}, not {value!r}.")
+
+    def text(self, value: float) -> str:
+        """Write the option's name."""
+        return self.options[int(value)]
+
+
+AnyParameter = Parameter | Choice
+
+
+def resolve(parameters: Iterable[AnyParameter], values: Mapping[str, object], owner: str) -> list[float]:
+    """Return one number per parameter, defaults filled in; raise ParameterError on unknown or bad ones."""
+    declared = {p.key: p for p in parameters}
+    for key in values:
+        if key not in declared:
+            known = ", ".join(declared) or "none"
+            raise ParameterError(f"{owner} has no parameter {key!r}; it has: {known}.")
+    return [p.check(values[key]) if key in values else p.default for key, p in declared.items()]
