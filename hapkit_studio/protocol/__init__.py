@@ -1,0 +1,1 @@
+"""The wire between computer and board: messages, framing, codecs, the firmware's header."""
