@@ -1,0 +1,134 @@
+"""C functions that compiled code calls by their symbol, so that whatever calls them stays cacheable.
+
+Compiled functions that hold a ctypes pointer carry an address and are never cached; a symbol is resolved
+each time the machine code is loaded. Addresses are integers, e.g. ``array.ctypes.data``.
+"""
+
+import ctypes
+import sys
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba import config, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+_TO_CTYPES = {
+    types.int32: ctypes.c_int32,
+    types.uint32: ctypes.c_uint32,
+    types.int64: ctypes.c_int64,
+    types.uint64: ctypes.c_uint64,
+    types.void: None,
+}
+_ADDRESS = types.uint64
+_int, _uint, _long, _ulong = types.int32, types.uint32, types.int64, types.uint64
+
+
+def declare(symbol, result, *arguments):
+    """Return the C function for compiled code, or for Python where compiling is switched off."""
+    if not config.DISABLE_JIT:
+        return types.ExternalFunction(symbol, result(*arguments))
+    function = getattr(ctypes.CDLL(None, use_errno=True), symbol, None)
+    if function is not None:
+        function.restype = _TO_CTYPES[result]
+        function.argtypes = [_TO_CTYPES[kind] for kind in arguments]
+    return function
+
+
+poll = declare("poll", _int, _ADDRESS, _ulong, _int)
+read = declare("read", _long, _int, _ADDRESS, _ulong)
+write = declare("write", _long, _int, _ADDRESS, _ulong)
+clock_gettime = declare("clock_gettime", _int, _int, _ADDRESS)
+clock_nanosleep = declare("clock_nanosleep", _int, _int, _int, _ADDRESS, _ADDRESS)
+sched_setscheduler = declare("sched_setscheduler", _int, _int, _int, _ADDRESS)
+
+mach_absolute_time = declare("mach_absolute_time", _ulong)
+mach_timebase_info = declare("mach_timebase_info", _int, _ADDRESS)
+mach_wait_until = declare("mach_wait_until", _int, _ulong)
+pthread_self = declare("pthread_self", _ADDRESS)
+pthread_mach_thread_np = declare("pthread_mach_thread_np", _uint, _ADDRESS)
+thread_policy_set = declare("thread_policy_set", _int, _uint, _int, _ADDRESS, _uint)
+
+QueryPerformanceCounter = declare("QueryPerformanceCounter", _int, _ADDRESS)
+QueryPerformanceFrequency = declare("QueryPerformanceFrequency", _int, _ADDRESS)
+CreateWaitableTimerExW = declare("CreateWaitableTimerExW", _ADDRESS, _ADDRESS, _ADDRESS, _uint, _uint)
+SetWaitableTimer = declare("SetWaitableTimer", _int, _ADDRESS, _ADDRESS, _int, _ADDRESS, _ADDRESS, _int)
+WaitForSingleObject = declare("WaitForSingleObject", _uint, _ADDRESS, _uint)
+CloseHandle = declare("CloseHandle", _int, _ADDRESS)
+GetCurrentThread = declare("GetCurrentThread", _ADDRESS)
+SetThreadPriority = declare("SetThreadPriority", _int, _ADDRESS, _int)
+
+_KERNEL32 = (
+    "QueryPerformanceCounter",
+    "QueryPerformanceFrequency",
+    "CreateWaitableTimerExW",
+    "SetWaitableTimer",
+    "WaitForSingleObject",
+    "CloseHandle",
+    "GetCurrentThread",
+    "SetThreadPriority",
+)
+
+
+def add_symbols(library, names) -> None:
+    """Make a library's functions known to compiled code by name."""
+    for name in names:
+        llvm.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
+
+
+if sys.platform == "win32":
+    add_symbols(ctypes.windll.kernel32, _KERNEL32)  # type: ignore[attr-defined]
+
+_I64 = ir.IntType(64)
+
+
+@intrinsic
+def word_pair(typingctx):
+    """Return the address of two int64 words, zero, on the caller's stack: valid until the caller returns."""
+
+    def codegen(context, builder, signature, args):
+        pair = cgutils.alloca_once(builder, _I64, size=2)
+        for i in (0, 1):
+            builder.store(_I64(0), builder.gep(pair, [ir.IntType(32)(i)]))
+        return builder.ptrtoint(pair, _I64)
+
+    return types.uint64(), codegen
+
+
+@intrinsic
+def get_word(typingctx, address, index):
+    """Return the int64 at address + 8 index."""
+
+    def codegen(context, builder, signature, args):
+        pointer = builder.inttoptr(args[0], _I64.as_pointer())
+        return builder.load(builder.gep(pointer, [args[1]]))
+
+    return types.int64(types.uint64, types.int64), codegen
+
+
+@intrinsic
+def set_word(typingctx, address, index, value):
+    """Store an int64 at address + 8 index."""
+
+    def codegen(context, builder, signature, args):
+        pointer = builder.inttoptr(args[0], _I64.as_pointer())
+        builder.store(args[2], builder.gep(pointer, [args[1]]))
+        return context.get_dummy_value()
+
+    return types.void(types.uint64, types.int64, types.int64), codegen
+
+
+@intrinsic
+def last_error(typingctx):
+    """Return errno as the C function just called left it."""
+    symbol = (
+        "__error" if sys.platform == "darwin" else "_errno" if sys.platform == "win32" else "__errno_location"
+    )
+
+    def codegen(context, builder, signature, args):
+        i32 = ir.IntType(32)
+        kind = ir.FunctionType(i32.as_pointer(), [])
+        function = cgutils.get_or_insert_function(builder.module, kind, symbol)
+        return builder.load(builder.call(function, []))
+
+    return types.int32(), codegen

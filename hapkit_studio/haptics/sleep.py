@@ -1,0 +1,104 @@
+"""The loop's clock and its sleep: one pair of functions per system, compiled, without the GIL.
+
+``now()`` returns monotonic seconds (the clock of ``time.perf_counter``); ``until(deadline)`` returns at or
+after that instant, at once when it has passed. Both are called from compiled code and from Python.
+"""
+
+import sys
+import time
+
+from numba import config, njit
+
+from hapkit_studio.haptics import clib
+
+_CLOCK_MONOTONIC = 1
+_TIMER_ABSTIME = 1
+_EINTR = 4
+_HIGH_RESOLUTION_TIMER = 2
+_TIMER_ALL_ACCESS = 0x1F0003
+_INFINITE = 0xFFFFFFFF
+
+_compiled = njit(cache=True, nogil=True, error_model="numpy")
+
+
+@_compiled
+def linux_now():
+    """Return CLOCK_MONOTONIC in s."""
+    spec = clib.word_pair()
+    clib.clock_gettime(_CLOCK_MONOTONIC, spec)
+    return clib.get_word(spec, 0) + 1e-9 * clib.get_word(spec, 1)
+
+
+@_compiled
+def linux_until(deadline):
+    """Sleep to an absolute time in s; a signal does not cut it short (clock_nanosleep(2))."""
+    if not deadline > 0.0:
+        return
+    spec = clib.word_pair()
+    seconds = int(deadline)
+    clib.set_word(spec, 0, seconds)
+    clib.set_word(spec, 1, min(int((deadline - seconds) * 1e9), 999_999_999))
+    while clib.clock_nanosleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, spec, 0) == _EINTR:
+        pass
+
+
+@_compiled
+def macos_tick():
+    """Return the length of a Mach tick in s; mach_timebase_info fills two uint32: numerator, denominator."""
+    pair = clib.word_pair()
+    clib.mach_timebase_info(pair)
+    word = clib.get_word(pair, 0)
+    return 1e-9 * (word & 0xFFFFFFFF) / ((word >> 32) & 0xFFFFFFFF)
+
+
+@_compiled
+def macos_now():
+    """Return Mach's absolute time in s."""
+    return clib.mach_absolute_time() * macos_tick()
+
+
+@_compiled
+def macos_until(deadline):
+    """Sleep to an absolute time in s (mach_wait_until)."""
+    if deadline > 0.0:
+        clib.mach_wait_until(int(deadline / macos_tick()))
+
+
+@_compiled
+def windows_now():
+    """Return the performance counter in s."""
+    pair = clib.word_pair()
+    clib.QueryPerformanceCounter(pair)
+    clib.QueryPerformanceFrequency(pair + 8)
+    return clib.get_word(pair, 0) / clib.get_word(pair, 1)
+
+
+@_compiled
+def windows_until(deadline):
+    """Sleep to an absolute time in s on a high-resolution waitable timer (relative, in 100 ns, negative)."""
+    remaining = int((deadline - windows_now()) * 1e7)
+    if remaining <= 0:
+        return
+    due = clib.word_pair()
+    clib.set_word(due, 0, -remaining)
+    timer = clib.CreateWaitableTimerExW(0, 0, _HIGH_RESOLUTION_TIMER, _TIMER_ALL_ACCESS)
+    clib.SetWaitableTimer(timer, due, 0, 0, 0, 0)
+    clib.WaitForSingleObject(timer, _INFINITE)
+    clib.CloseHandle(timer)
+
+
+def python_until(deadline):
+    """Sleep to an absolute time in s without compiled code."""
+    remaining = deadline - time.perf_counter()
+    if remaining > 0.0:
+        time.sleep(remaining)
+
+
+if config.DISABLE_JIT:
+    now, until = time.perf_counter, python_until
+elif sys.platform == "darwin":
+    now, until = macos_now, macos_until
+elif sys.platform == "win32":
+    now, until = windows_now, windows_until
+else:
+    now, until = linux_now, linux_until

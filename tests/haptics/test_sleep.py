@@ -1,0 +1,192 @@
+"""The clock and the sleep of each system: absolute, without the GIL, cacheable by whatever calls them."""
+
+import ctypes
+import os
+import struct
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from numba import njit
+
+from hapkit_studio.haptics import clib, sleep
+
+linux_only = pytest.mark.skipif(sys.platform != "linux", reason="would replace the system's own functions")
+
+CALLER = """
+import numpy as np
+from numba import njit
+from hapkit_studio.haptics import clib, sleep
+
+@njit(cache=True, nogil=True)
+def wait(seconds, descriptor, buffer):
+    sleep.until(sleep.now() + seconds)
+    return clib.poll(0, 0, 0), clib.read(descriptor, buffer.ctypes.data, buffer.size), clib.last_error()
+
+if __name__ == "__main__":
+    print(wait(1e-3, -1, np.zeros(4, np.uint8)))
+    hits, misses = wait.stats.cache_hits, wait.stats.cache_misses
+    print("hits", sum(hits.values()), "misses", sum(misses.values()), "signatures", len(wait.signatures))
+"""
+
+
+def test_clock_is_the_performance_counter():
+    before = time.perf_counter()
+    between = sleep.now()
+    assert before <= between <= time.perf_counter()
+
+
+def test_never_wakes_early_and_past_deadlines_return_at_once():
+    for pause in (0.0, 1e-4, 2e-3):
+        deadline = sleep.now() + pause
+        sleep.until(deadline)
+        assert sleep.now() >= deadline
+    start = sleep.now()
+    for past in (start - 1.0, 0.0, -5.0, float("nan")):
+        sleep.until(past)
+    assert sleep.now() - start < 0.5
+
+
+def test_deadline_just_below_a_full_second():
+    deadline = np.floor(sleep.now()) + 1.0 - 1e-10
+    sleep.until(deadline)
+    assert 0.0 <= sleep.now() - deadline < 0.5
+
+
+def test_sleep_holds_no_gil():
+    ready, ended = threading.Event(), []
+
+    @njit(nogil=True)
+    def wait(seconds):
+        sleep.until(sleep.now() + seconds)
+
+    wait(0.0)
+
+    def run():
+        ready.set()
+        wait(0.5)
+        ended.append(sleep.now())
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    ready.wait()
+    counted_while_asleep = sum(1 for _ in range(1000) if not ended)
+    thread.join()
+    assert counted_while_asleep == 1000
+
+
+def test_caller_is_found_in_the_cache_by_a_second_process(tmp_path):
+    script = tmp_path / "caller.py"
+    script.write_text(CALLER)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    outputs = [
+        subprocess.run(
+            [sys.executable, str(script)], env=environment, capture_output=True, text=True, check=True
+        ).stdout.splitlines()
+        for _ in range(2)
+    ]
+    assert outputs[0] == ["(0, -1, 9)", "hits 0 misses 1 signatures 1"]
+    assert outputs[1] == ["(0, -1, 9)", "hits 1 misses 0 signatures 1"]
+
+
+def test_runs_uncompiled():
+    code = (
+        "from hapkit_studio.haptics import clib, sleep; t = sleep.now() + 0.01; sleep.until(t);"
+        "print(sleep.now() >= t, clib.poll(0, 0, 0))"
+    )
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.stdout.strip() == "True 0", done.stderr
+
+
+class FakeLibrary:
+    """C functions written in Python, callable from compiled code by name; records what they were given."""
+
+    def __init__(self):
+        self.calls = []
+        self.keep = []
+
+    def add(self, name, result, *arguments):
+        def wrap(function):
+            kind = ctypes.CFUNCTYPE(result, *arguments)
+            callback = kind(lambda *given: (self.calls.append((name, *given)), function(*given))[1])
+            self.keep.append(callback)
+            setattr(self, name, callback)
+            clib.add_symbols(self, [name])
+            return function
+
+        return wrap
+
+
+@linux_only
+def test_macos_waits_for_the_tick_of_the_deadline():
+    fake, u64, i32 = FakeLibrary(), ctypes.c_uint64, ctypes.c_int32
+
+    @fake.add("mach_timebase_info", i32, u64)
+    def timebase(address):
+        ctypes.memmove(address, struct.pack("II", 125, 3), 8)
+        return 0
+
+    @fake.add("mach_absolute_time", u64)
+    def absolute():
+        return 24_000_000
+
+    @fake.add("mach_wait_until", i32, u64)
+    def wait(tick):
+        return 0
+
+    assert sleep.macos_now() == pytest.approx(1.0, rel=1e-12)
+    sleep.macos_until(2.5)
+    assert fake.calls[-1][0] == "mach_wait_until"
+    assert fake.calls[-1][1] == pytest.approx(60_000_000, abs=1)
+    before = len(fake.calls)
+    sleep.macos_until(float("nan"))
+    assert len(fake.calls) == before
+
+
+@linux_only
+def test_windows_waits_on_a_high_resolution_timer_for_what_remains():
+    fake, u64, u32, i32 = FakeLibrary(), ctypes.c_uint64, ctypes.c_uint32, ctypes.c_int32
+    due = []
+
+    @fake.add("QueryPerformanceFrequency", i32, u64)
+    def frequency(address):
+        ctypes.memmove(address, struct.pack("q", 10_000_000), 8)
+        return 1
+
+    @fake.add("QueryPerformanceCounter", i32, u64)
+    def counter(address):
+        ctypes.memmove(address, struct.pack("q", 70_000_000), 8)
+        return 1
+
+    @fake.add("CreateWaitableTimerExW", u64, u64, u64, u32, u32)
+    def create(attributes, name, flags, access):
+        return 0x44
+
+    @fake.add("SetWaitableTimer", i32, u64, u64, i32, u64, u64, i32)
+    def set_timer(timer, address, period, routine, argument, resume):
+        due.append(struct.unpack("q", ctypes.string_at(address, 8))[0])
+        return 1
+
+    @fake.add("WaitForSingleObject", u32, u64, u32)
+    def wait(handle, milliseconds):
+        return 0
+
+    @fake.add("CloseHandle", i32, u64)
+    def close(handle):
+        return 1
+
+    assert sleep.windows_now() == 7.0
+    fake.calls.clear()
+    sleep.windows_until(7.0015)
+    names = [call[0] for call in fake.calls if not call[0].startswith("Query")]
+    assert names == ["CreateWaitableTimerExW", "SetWaitableTimer", "WaitForSingleObject", "CloseHandle"]
+    assert due == [pytest.approx(-15_000, abs=1)]
+    assert ("CreateWaitableTimerExW", 0, 0, 2, 0x1F0003) in fake.calls
+    assert all(call[1] == 0x44 for call in fake.calls if call[0] in names[1:])
+    fake.calls.clear()
+    sleep.windows_until(6.9)
+    assert {call[0] for call in fake.calls} <= {"QueryPerformanceFrequency", "QueryPerformanceCounter"}
