@@ -1,0 +1,30 @@
+"""The library of virtual environments: one file each, found by the name ``ENVIRONMENT``."""
+
+import importlib
+import pkgutil
+from functools import cache
+from importlib.metadata import entry_points
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+
+ENTRY_POINTS = "hapkit_studio.environments"
+
+
+@cache
+def discover() -> dict[str, Environment]:
+    """Return every environment by its key: this folder's, then those of installed packages."""
+    found: list[Environment] = []
+    for info in pkgutil.iter_modules(__path__, __name__ + "."):
+        found.append(getattr(importlib.import_module(info.name), "ENVIRONMENT", None))
+    found += [point.load() for point in entry_points(group=ENTRY_POINTS)]
+    known = [e for e in found if isinstance(e, Environment)]
+    return {e.key: e for e in sorted(known, key=lambda e: (e.order, e.title))}
+
+
+def named(key: str) -> Environment:
+    """Return the environment of a key; raise ParameterError listing those there are."""
+    library = discover()
+    if key not in library:
+        raise ParameterError(f"There is no environment {key!r}; there are: {', '.join(library)}.")
+    return library[key]

@@ -1,0 +1,36 @@
+"""Virtual damping: a force against the motion, in proportion to the speed."""
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Parameter
+
+
+@law
+def force(p, s, x, v, dt):
+    return -p.damping * v
+
+
+ENVIRONMENT = Environment(
+    key="damping",
+    title="Damping",
+    summary="Slower is easier",
+    parameters=(
+        Parameter(
+            "damping",
+            "Damping",
+            "N·s/m",
+            4.0,
+            0.0,
+            50.0,
+            "Force per metre per second, against the motion",
+            "b",
+        ),
+    ),
+    force=force,
+    shortcut="3",
+    formula="<i>F</i> = −<i>b v</i>",
+    explanation="A force against the motion, like stirring honey. The speed is estimated from sensor counts, "
+    "so it comes in steps of one count per period, and so does the force: b × count × rate.",
+    impedance=lambda p: (0.0, p["damping"]),
+    order=3,
+)

@@ -1,0 +1,23 @@
+"""Free: no force at all, the paddle's own dynamics."""
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+
+
+@law
+def force(p, s, x, v, dt):
+    return 0.0
+
+
+ENVIRONMENT = Environment(
+    key="free",
+    title="Free",
+    summary="The paddle by itself",
+    parameters=(),
+    force=force,
+    shortcut="0",
+    formula="<i>F</i> = 0",
+    explanation="No force is rendered. What you feel is the paddle itself: its mass, the friction of its "
+    "bearing and cable, the motor turned by hand.",
+    order=0,
+)

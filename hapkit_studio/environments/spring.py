@@ -1,0 +1,41 @@
+"""Virtual spring: pulls back to its centre in proportion, the plain testbed of every stability result."""
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Parameter
+
+
+@law
+def force(p, s, x, v, dt):
+    return -p.stiffness * (x - p.center) - p.damping * v
+
+
+ENVIRONMENT = Environment(
+    key="spring",
+    title="Spring",
+    summary="Pulls back in proportion",
+    parameters=(
+        Parameter(
+            "stiffness", "Stiffness", "N/m", 80.0, 0.0, 2000.0, "Force per metre away from the centre", "k"
+        ),
+        Parameter(
+            "damping",
+            "Damping",
+            "N·s/m",
+            0.0,
+            0.0,
+            50.0,
+            "Force per metre per second, against the motion",
+            "b",
+        ),
+        Parameter("center", "Centre", "m", 0.0, -0.04, 0.04, "Where the spring pulls to", "x₀"),
+    ),
+    force=force,
+    shortcut="1",
+    formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i>₀) − <i>b v</i>",
+    explanation="The farther from its centre, the harder the spring pulls back. A rendered spring is held "
+    "for a whole period of the loop, so it pushes a little longer on the way out than it resisted on the "
+    "way in: above a certain stiffness it gives more than the paddle's friction takes.",
+    impedance=lambda p: (p["stiffness"], p["damping"]),
+    order=1,
+)

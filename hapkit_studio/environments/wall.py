@@ -1,0 +1,55 @@
+"""Virtual wall: free space, then a spring and a damper that by default acts only on the way in."""
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+
+@law
+def force(p, s, x, v, dt):
+    side = 1.0 if p.side == "right" else -1.0
+    depth = side * (x - p.position)
+    if depth <= 0.0:
+        return 0.0
+    rate = side * v
+    if p.damping_mode == "none" or (p.damping_mode == "into" and rate < 0.0):
+        rate = 0.0
+    return -side * (p.stiffness * depth + p.damping * rate)
+
+
+def impedance(p):
+    """Return the (stiffness, damping) that act in contact."""
+    return p["stiffness"], p["damping"] if p["damping_mode"] != 2 else 0.0
+
+
+ENVIRONMENT = Environment(
+    key="wall",
+    title="Wall",
+    summary="Push: it pushes back",
+    parameters=(
+        Parameter(
+            "stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per metre of depth in the wall", "k"
+        ),
+        Parameter(
+            "damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per metre per second inside the wall", "b"
+        ),
+        Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the surface is", "x<sub>w</sub>"),
+        Choice("side", "Side", ("right", "left"), "right", "On which side of the surface the wall stands"),
+        Choice(
+            "damping_mode",
+            "Damping acts",
+            ("into", "both", "none"),
+            "into",
+            "Into: only on the way in. Both: also on the way out, where it may pull. None: never.",
+        ),
+    ),
+    force=force,
+    shortcut="2",
+    formula="<i>F</i> = −<i>k d</i> − <i>b v</i> inside, going in",
+    explanation="Outside the wall nothing; inside, a spring, and a damper that acts on the way in. The loop "
+    "sees the handle only once a period, so it enters unseen by up to v·T and is pushed out with more energy "
+    "than it brought: that is why a stiff wall buzzes.",
+    impedance=impedance,
+    shades=True,
+    order=2,
+)

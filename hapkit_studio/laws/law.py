@@ -1,0 +1,83 @@
+"""A force law: the student's Python function with its state, checked and compiled on first use."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.laws import native
+from hapkit_studio.laws.translate import translate
+from hapkit_studio.parameters import AnyParameter, Choice
+
+MAX_PARAMETERS = 32
+MAX_STATE = 16
+
+StateValue = float | tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class CompiledLaw:
+    """A law ready for the loop: its address, and the object that must live while it is in use."""
+
+    address: int
+    initial_state: np.ndarray
+    keepalive: object
+
+
+class Law:
+    """A law by its function ``(p, s, x, v, dt) -> N`` and its state's start values."""
+
+    def __init__(self, function: Callable, state: Mapping[str, StateValue] | None = None):
+        self.function = function
+        self.state = dict(state or {})
+        self.parameters: tuple[AnyParameter, ...] = ()
+        self._compiled: CompiledLaw | None = None
+        if len(self.state_names) > MAX_STATE:
+            raise LawError(f"A law has up to {MAX_STATE} state values, not {len(self.state_names)}.")
+
+    def bind(self, parameters: Sequence[AnyParameter]) -> None:
+        """Tell the law its parameters; raise LawError where it leaves the law language."""
+        if len(parameters) > MAX_PARAMETERS:
+            raise LawError(f"A law has up to {MAX_PARAMETERS} parameters, not {len(parameters)}.")
+        self.parameters = tuple(parameters)
+        self.source = translate(self.function, self.parameters, self.state)
+        self._compiled = None
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        names: list[str] = []
+        for key, value in self.state.items():
+            names += [f"{key}[{i}]" for i in range(len(value))] if isinstance(value, tuple) else [key]
+        return tuple(names)
+
+    @property
+    def initial_state(self) -> np.ndarray:
+        """Return the state's start values, shape (number of values,)."""
+        flat: list[float] = []
+        for value in self.state.values():
+            flat += list(value) if isinstance(value, tuple) else [value]
+        return np.array(flat, dtype=float)
+
+    def compiled(self) -> CompiledLaw:
+        """Return the machine code's address, compiled on first use and kept in numba's cache."""
+        if self._compiled is None:
+            address, keepalive = native.load(self.source)
+            self._compiled = CompiledLaw(address, self.initial_state, keepalive)
+        return self._compiled
+
+    def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
+        """Return the force in N by the Python function itself, its state at the start."""
+        named = {
+            p.key: p.text(values[p.key]) if isinstance(p, Choice) else values[p.key] for p in self.parameters
+        }
+        state = {k: list(v) if isinstance(v, tuple) else v for k, v in self.state.items()}
+        return float(self.function(SimpleNamespace(**named), SimpleNamespace(**state), x, v, dt))
+
+
+def law(function: Callable | None = None, *, state: Mapping[str, StateValue] | None = None):
+    """Mark a function ``(p, s, x, v, dt)`` as a force law; state gives its memory's start values."""
+    if function is None:
+        return lambda f: Law(f, state)
+    return Law(function, state)

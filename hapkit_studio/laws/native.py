@@ -1,0 +1,101 @@
+"""Compiled laws by address: loaded from the cache, called without numba knowing which law it is."""
+
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+import numba
+import platformdirs
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from hapkit_studio.errors import LawError
+
+INTERPRETED = bool(numba.config.DISABLE_JIT)
+_functions: dict[int, object] = {}
+
+
+def load(source: str) -> tuple[int, object]:
+    """Return (address, object to keep alive) of a generated law's source.
+
+    The file's name is the hash of its text, so an edited law, or an edited helper, is another file and
+    never meets a stale cache. Raises LawError where the types do not fit.
+    """
+    module = _module(source)
+    if INTERPRETED:
+        address = id(module.law)
+        _functions[address] = module.law
+        return address, module
+    return module.law.address, module
+
+
+def _module(source: str) -> ModuleType:
+    if INTERPRETED:
+        source = source.replace("@cfunc(_SIGNATURE, ", "@njit(")
+    name = "law_" + hashlib.sha256(source.encode()).hexdigest()[:20]
+    path = _folder() / f"{name}.py"
+    if not path.exists():
+        part = path.with_suffix(f".{os.getpid()}.part")
+        part.write_text(source, encoding="utf-8")
+        part.replace(path)
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # numba finds a cached function's globals by its module's name
+    try:
+        spec.loader.exec_module(module)
+    except numba.core.errors.NumbaError as error:
+        reason = str(error).strip().splitlines()[-1]
+        raise LawError(f"The law cannot be compiled: {reason}") from error
+    return module
+
+
+def _folder() -> Path:
+    base = numba.config.CACHE_DIR or platformdirs.user_cache_dir("hapkit-studio", appauthor=False)
+    folder = Path(base) / "laws"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError:
+        return Path(tempfile.mkdtemp(prefix="hapkit-studio-laws-"))
+
+
+@intrinsic
+def _call(typingctx, address, p, s, x, v, dt, fault):
+    real = types.float64
+
+    def codegen(context, builder, signature, args):
+        double = ir.DoubleType()
+        word = ir.IntType(64)
+        function = ir.FunctionType(
+            double, [double.as_pointer(), double.as_pointer(), double, double, double, word.as_pointer()]
+        )
+        pointer = builder.inttoptr(args[0], function.as_pointer())
+        data = [
+            cgutils.create_struct_proxy(signature.args[i])(context, builder, args[i]).data for i in (1, 2, 6)
+        ]
+        return builder.call(pointer, [data[0], data[1], args[3], args[4], args[5], data[2]])
+
+    return real(types.int64, p, s, real, real, real, fault), codegen
+
+
+if INTERPRETED:
+
+    def call(address, p, s, x, v, dt, fault):
+        """Return the force in N of the law at an address (interpreted)."""
+        return _functions[address](p, s, x, v, dt, fault)  # type: ignore[operator]
+
+else:
+
+    @numba.njit(nogil=True, error_model="numpy", inline="always")
+    def call(address, p, s, x, v, dt, fault):
+        """Return the force in N of the law at an address; p, s, fault are C-contiguous arrays."""
+        return _call(address, p, s, x, v, dt, fault)

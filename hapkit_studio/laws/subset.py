@@ -1,0 +1,87 @@
+"""The law language: which Python a force law may use, said in a student's words where it does not.
+
+Allowed are arithmetic, comparisons, ``if``, ``for`` over a constant ``range``, the functions of ``MATH``,
+parameters ``p.name``, state ``s.name`` or ``s.name[i]``, and helper functions of the same file.
+"""
+
+import ast
+
+from hapkit_studio.errors import LawError
+
+ARGUMENTS = ("p", "s", "x", "v", "dt")
+MATH = {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "expm1", "log", "log1p"}
+MATH |= {"floor", "ceil", "fabs", "hypot", "copysign", "sinh", "cosh", "tanh", "pow", "fmod"}
+MATH_CONSTANTS = frozenset(("pi", "e", "tau"))
+BUILTINS = frozenset(("abs", "min", "max", "int", "float"))
+
+_INSTEAD = {
+    ast.While: "`while` is not allowed in a law: use `for i in range(10)`",
+    ast.Try: "`try` is not allowed in a law: nothing in it can raise an error",
+    ast.With: "`with` is not allowed in a law",
+    ast.Import: "`import` stands at the top of the file, not in a law",
+    ast.ImportFrom: "`import` stands at the top of the file, not in a law",
+    ast.Lambda: "`lambda` is not allowed in a law: write a function beside it",
+    ast.FunctionDef: "a function inside a law is not allowed: write it beside the law",
+    ast.ListComp: "a list is not allowed in a law: use numbers and the state `s`",
+    ast.List: "a list is not allowed in a law: use numbers and the state `s`",
+    ast.Dict: "a dictionary is not allowed in a law: use numbers and the state `s`",
+    ast.Tuple: "several values at once are not allowed in a law: write one line for each",
+    ast.Raise: "`raise` is not allowed in a law",
+    ast.Assert: "`assert` is not allowed in a law",
+    ast.Global: "`global` is not allowed in a law: keep memory in the state `s`",
+    ast.JoinedStr: "text is not allowed in a law",
+    ast.Delete: "`del` is not allowed in a law",
+    ast.Match: "`match` is not allowed in a law: use `if`",
+}
+_OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)
+_COMPARISONS = (ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE)
+
+
+def fail(node: ast.AST, message: str) -> LawError:
+    """Return the error for a node, with its line."""
+    return LawError(message, getattr(node, "lineno", 0))
+
+
+def check_range(node: ast.For) -> None:
+    """Raise LawError unless the loop runs over ``range`` of whole constants."""
+    call = node.iter
+    bounded = (
+        isinstance(call, ast.Call)
+        and isinstance(call.func, ast.Name)
+        and call.func.id == "range"
+        and 1 <= len(call.args) <= 3
+        and not call.keywords
+        and all(_whole(a) for a in call.args)
+    )
+    if not bounded:
+        raise fail(node, "a loop runs over a constant range: `for i in range(10)`")
+    if not isinstance(node.target, ast.Name):
+        raise fail(node, "a loop counts with one name: `for i in range(10)`")
+    if node.orelse:
+        raise fail(node, "`else` after a loop is not allowed in a law")
+
+
+def _whole(node: ast.expr) -> bool:
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        node = node.operand
+    return isinstance(node, ast.Constant) and type(node.value) is int
+
+
+def check_operator(node: ast.BinOp | ast.AugAssign) -> None:
+    """Raise LawError for an operator outside arithmetic."""
+    if not isinstance(node.op, _OPERATORS):
+        raise fail(node, "this operator is not allowed in a law: use + - * / // % **")
+
+
+def check_comparison(node: ast.Compare) -> None:
+    """Raise LawError for `in`, `is` and their like."""
+    if not all(isinstance(op, _COMPARISONS) for op in node.ops):
+        raise fail(node, "this comparison is not allowed in a law: use == != < <= > >=")
+
+
+def refuse(node: ast.AST) -> LawError:
+    """Return the error for a kind of node that no law may contain."""
+    for kind, message in _INSTEAD.items():
+        if isinstance(node, kind):
+            return fail(node, message)
+    return fail(node, f"`{type(node).__name__.lower()}` is not allowed in a law")
