@@ -1,0 +1,161 @@
+"""The simulated Hapkit: the exact paddle between samples, its command delay and a hand on the handle.
+
+The compiled functions work on two flat arrays from ``new_state``, so the real-time loop can own them.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numba import njit
+
+from hapkit_studio.dynamics import paddle
+from hapkit_studio.errors import ParameterError
+
+X, V, HAND_FORCE = 0, 1, 2
+_MASS, _DAMPING, _COULOMB, _HAND_DAMPING, _HAND_STIFFNESS = 3, 4, 5, 6, 7
+_PERIOD, _DELAY, _WHOLE, _REST, _SAMPLE = 8, 9, 10, 11, 12
+_EARLY_MAP, _LATE_MAP = 16, 24
+_WIDTH = 64
+
+
+@dataclass(frozen=True)
+class SimulatedHapkit:
+    """A paddle with the mass kg, damping N·s/m, Coulomb friction N, sensor quantum m and force limit N given.
+
+    quantum=0 is an ideal sensor, max_force=inf no clamp. Raise ParameterError for values no device can have.
+    """
+
+    mass: float = 0.044
+    damping: float = 0.5
+    coulomb_force: float = 0.10
+    quantum: float = 20.7e-6
+    max_force: float = 3.0
+    initial_position: float = 0.0
+    initial_velocity: float = 0.0
+
+    title: ClassVar[str] = "Simulated Hapkit"
+    simulated: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        _check("mass", self.mass, "kg", above=True)
+        _check("damping", self.damping, "N·s/m")
+        _check("Coulomb friction", self.coulomb_force, "N")
+        _check("sensor quantum", self.quantum, "m")
+        _check("force limit", self.max_force, "N", above=True, endless=True)
+        _check("initial position", self.initial_position, "m", low=-math.inf)
+        _check("initial velocity", self.initial_velocity, "m/s", low=-math.inf)
+
+    @property
+    def viscous(self) -> float:
+        """Return the paddle's own damping in N·s/m."""
+        return self.damping
+
+
+def _check(
+    name: str, value: float, unit: str, low: float = 0.0, above: bool = False, endless: bool = False
+) -> None:
+    """Raise ParameterError unless value is a number from (or above) low, finite if not endless."""
+    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if number and (math.isfinite(value) or (endless and value == math.inf)):
+        if value > low or (value == low and not above):
+            return
+        bound = "more than 0" if above else "0 or more"
+        raise ParameterError(f"The device's {name} must be {bound} {unit}, not {value:g} {unit}.")
+    raise ParameterError(f"The device's {name} takes a number in {unit}, not {value!r}.")
+
+
+def new_state(position: float = 0.0, velocity: float = 0.0, periods: int = 1022) -> tuple:
+    """Return (dev, queue) at rest with the motor off, for delays of up to `periods` sample periods."""
+    dev = np.zeros(_WIDTH)
+    dev[X], dev[V] = position, velocity
+    size = 1 << (max(int(periods), 1) + 1).bit_length()
+    # The second half is room for retiming pending commands without allocating.
+    return dev, np.zeros(2 * size)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def quantise(position, quantum):
+    """Return what a sensor of `quantum` m reads; 0 is an ideal sensor."""
+    return quantum * math.floor(position / quantum) if quantum > 0.0 else position
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def configure(dev, queue, mass, viscous, coulomb, hand_mass, hand_damping, hand_stiffness, period, delay):
+    """Take new constants; motion and pending commands stay. A hand of zeros has let go.
+
+    delay is any time from a sample to its force; what exceeds the queue's room is cut to it.
+    """
+    delay = min(max(delay, 0.0), (queue.size // 2 - 2) * period)
+    if dev[_PERIOD] > 0.0 and (period != dev[_PERIOD] or delay != dev[_DELAY]):
+        _retime(dev, queue, period, delay)
+    whole = math.floor(delay / period + 1e-9)
+    rest = delay - whole * period
+    if rest < 1e-9 * period:
+        rest = 0.0
+    dev[_MASS], dev[_DAMPING], dev[_COULOMB] = mass + hand_mass, viscous + hand_damping, coulomb
+    dev[_HAND_DAMPING], dev[_HAND_STIFFNESS] = hand_damping, hand_stiffness
+    dev[_PERIOD], dev[_DELAY], dev[_WHOLE], dev[_REST] = period, delay, whole, rest
+    _store(dev, _EARLY_MAP, paddle.transition(dev[_MASS], dev[_DAMPING], hand_stiffness, rest))
+    _store(dev, _LATE_MAP, paddle.transition(dev[_MASS], dev[_DAMPING], hand_stiffness, period - rest))
+    if hand_damping == 0.0 and hand_stiffness == 0.0:
+        dev[HAND_FORCE] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _store(dev, at, m):
+    for i in range(8):
+        dev[at + i] = m[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _retime(dev, queue, period, delay):
+    """Keep the pending forces at their times, to within a period, when period or delay changes."""
+    size = queue.size // 2
+    now = int(dev[_SAMPLE])
+    pending = int(delay / period) + 2
+    for i in range(1, min(pending, size - 1) + 1):
+        middle = max(delay - (i - 0.5) * period, 0.0)
+        ago = -math.floor((middle - dev[_DELAY]) / dev[_PERIOD])
+        queue[size + i] = queue[(now - int(min(max(ago, 0), size - 1))) & (size - 1)]
+    for i in range(1, min(pending, size - 1) + 1):
+        queue[(now - i) & (size - 1)] = queue[size + i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def command(dev, queue, force):
+    """Issue a force in N at the present sample instant; it acts one delay later."""
+    queue[int(dev[_SAMPLE]) & (queue.size // 2 - 1)] = force
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _piece(dev, at, h, force, rate):
+    """Move the handle over h seconds under a force that starts at `force` and grows by `rate`."""
+    m = (dev[at], dev[at + 1], dev[at + 2], dev[at + 3], dev[at + 4], dev[at + 5], dev[at + 6], dev[at + 7])
+    dev[X], dev[V] = paddle.advance(
+        dev[X], dev[V], force, rate, dev[_COULOMB], dev[_MASS], dev[_DAMPING], dev[_HAND_STIFFNESS], h, m
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def advance(dev, queue, target0, target1):
+    """Move to the next sample while the hand's target goes linearly from target0 to target1 in m.
+
+    Without a new ``command`` there, the last one holds on.
+    """
+    stiffness, damping = dev[_HAND_STIFFNESS], dev[_HAND_DAMPING]
+    held = stiffness != 0.0 or damping != 0.0
+    target_rate = (target1 - target0) / dev[_PERIOD] if held else 0.0
+    pull = stiffness * target0 + damping * target_rate if held else 0.0
+    mask = queue.size // 2 - 1
+    sample, rest = int(dev[_SAMPLE]), dev[_REST]
+    newest = sample - int(dev[_WHOLE])
+    rate = stiffness * target_rate
+    if rest > 0.0:
+        _piece(dev, _EARLY_MAP, rest, queue[(newest - 1) & mask] + pull, rate)
+    _piece(dev, _LATE_MAP, dev[_PERIOD] - rest, queue[newest & mask] + pull + rate * rest, rate)
+    queue[(sample + 1) & mask] = queue[sample & mask]
+    dev[_SAMPLE] = sample + 1
+    if held:
+        dev[HAND_FORCE] = stiffness * (target1 - dev[X]) + damping * (target_rate - dev[V])

@@ -1,0 +1,1 @@
+"""Numbers only: the paddle's physics, velocity estimators and the hand."""

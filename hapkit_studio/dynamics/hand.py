@@ -1,0 +1,152 @@
+"""The hand on the handle: a mass, damper and spring around a moving target, and named movements."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hapkit_studio.errors import ParameterError
+
+
+def _still(t: float) -> float:
+    return 0.0
+
+
+@dataclass(frozen=True)
+class Hand:
+    """A hand: force k (target - x) + b (target' - v), its mass added to the handle's.
+
+    mass kg, damping N·s/m, stiffness N/m; target(t) in m; from `release` s on it has let go.
+    """
+
+    mass: float = 0.0
+    damping: float = 0.0
+    stiffness: float = 0.0
+    target: Callable[[float], float] = _still
+    release: float = math.inf
+    summary: str = ""
+
+    def __post_init__(self) -> None:
+        for name, unit in (("mass", "kg"), ("damping", "N·s/m"), ("stiffness", "N/m")):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ParameterError(f"The hand's {name} must be 0 {unit} or more, not {value:g} {unit}.")
+        if not self.release >= 0.0:
+            raise ParameterError(f"The hand lets go at 0 s or later, not {self.release:g} s.")
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """Motion imposed on the handle, whatever the force: position(t) in m."""
+
+    position: Callable[[float], float]
+
+
+@dataclass(frozen=True)
+class Grip:
+    """What a hand adds to the handle: mass kg, damping N·s/m, stiffness N/m."""
+
+    mass: float
+    damping: float
+    stiffness: float
+
+
+GRIPS: dict[str, Grip | None] = {
+    "released": None,
+    "light": Grip(0.02, 2.0, 100.0),
+    "medium": Grip(0.05, 4.0, 200.0),
+    "firm": Grip(0.10, 8.0, 400.0),
+}
+
+
+def grip_named(name: str) -> Grip | None:
+    """Return a grip, None for "released"; raise ParameterError."""
+    if name not in GRIPS:
+        raise ParameterError(f"The grip is one of {', '.join(GRIPS)}, not {name!r}.")
+    return GRIPS[name]
+
+
+def _ramp(t: float, start: float, seconds: float) -> float:
+    """Rise from 0 to 1 with a level start and end (cosine)."""
+    return 0.5 - 0.5 * math.cos(math.pi * min(max((t - start) / seconds, 0.0), 1.0))
+
+
+def _there_and_back(t: float, reach: float, speed: float) -> float:
+    """Triangle wave between -reach and +reach at constant speed, starting at 0 to the right."""
+    quarter = reach / speed
+    phase = math.fmod(t + quarter, 4.0 * quarter) / quarter
+    return reach * (phase - 1.0 if phase < 2.0 else 3.0 - phase)
+
+
+def _press(t: float) -> float:
+    return 0.020 * _ramp(t, 0.1, 0.9)
+
+
+def _tap(t: float) -> float:
+    """Every 0.8 s, 15 mm to the right and back at 0.1 m/s."""
+    since = math.fmod(t, 0.8) - 0.1
+    return min(max(0.0, 0.1 * since), max(0.0, 0.1 * (0.3 - since)))
+
+
+def _stroke(t: float) -> float:
+    return _there_and_back(t, 0.030, 0.05)
+
+
+def _sweep(t: float) -> float:
+    """Out to the left end within 0.5 s, then across at 0.07 m/s and stay."""
+    return -0.035 * _ramp(t, 0.0, 0.5) + min(max(0.07 * (t - 0.6), 0.0), 0.070)
+
+
+def _hold(t: float) -> float:
+    return 0.010 * _ramp(t, 0.0, 0.3)
+
+
+def _pluck(t: float) -> float:
+    return 0.020 * _ramp(t, 0.1, 0.6)
+
+
+def _shake(t: float) -> float:
+    """0.5 Hz rising by 1 Hz per second up to 6 Hz."""
+    rising = min(t, 5.5)
+    cycles = 0.5 * rising + 0.5 * rising * rising + 6.0 * (t - rising)
+    return 0.012 * math.sin(2.0 * math.pi * cycles)
+
+
+def _fur(t: float, speed: float) -> float:
+    """From the middle to the head at 30 mm on the left, then 60 mm there and back."""
+    return _there_and_back(t + 2.0 * 0.030 / speed, 0.030, speed)
+
+
+def _pet(t: float) -> float:
+    return _fur(t, 0.05)
+
+
+def _rub(t: float) -> float:
+    return _fur(t, 0.20)
+
+
+def _script(
+    target: Callable[[float], float], summary: str, grip: str = "medium", release: float = math.inf
+) -> Hand:
+    g = grip_named(grip) or Grip(0.0, 0.0, 0.0)
+    return Hand(g.mass, g.damping, g.stiffness, target, release, summary)
+
+
+SCRIPTS: dict[str, Hand] = {
+    "press": _script(_press, "Pushes slowly to 20 mm on the right and holds"),
+    "tap": _script(_tap, "Taps 15 mm to the right and off again at 0.1 m/s, every 0.8 s"),
+    "stroke": _script(_stroke, "Strokes 30 mm to both sides at 5 cm/s"),
+    "sweep": _script(_sweep, "Goes to the left end, then across at 7 cm/s"),
+    "hold": _script(_hold, "Goes to 10 mm on the right and keeps still", "firm"),
+    "pluck": _script(_pluck, "Pulls to 20 mm on the right and lets go after 1 s", release=1.0),
+    "shake": _script(_shake, "Shakes by 12 mm, from 0.5 Hz up to 6 Hz", "firm"),
+    "pet": _script(_pet, "Pets 60 mm there and back at 5 cm/s", "light"),
+    "rub": _script(_rub, "Rubs 60 mm there and back at 20 cm/s", "light"),
+    "released": Hand(release=0.0, summary="No hand: the handle is free"),
+}
+
+
+def hand_named(name: str) -> Hand:
+    """Return a named movement; raise ParameterError."""
+    if name not in SCRIPTS:
+        raise ParameterError(f"The hand is one of {', '.join(SCRIPTS)}, not {name!r}.")
+    return SCRIPTS[name]

@@ -1,0 +1,179 @@
+"""The paddle's physics, exact: mass, damper, spring and Coulomb friction under a force linear in time.
+
+m x'' + c x' + k x = F + F' t - (Coulomb friction). No step is too long and no damper too stiff: the linear
+part is its exact discrete map, and friction is solved from event to event (stop, stick, break away).
+"""
+
+import math
+
+from numba import njit
+
+# Between two zeros of the acceleration lie at least pi / omega, so a piece shorter than that has one at most.
+_PIECE_ANGLE = 3.0
+_MAX_EVENTS = 256
+_SERIES_REACH = 0.5
+_MAX_DOUBLINGS = 200
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _responses(alpha, beta, t):
+    """Return the velocity impulse response b(t) and its first and second integrals, by series.
+
+    b solves b' + alpha b + beta (integral of b) = 1, b(0) = 0; valid for alpha t + sqrt(beta) t <= 0.5.
+    """
+    before, term = 0.0, 1.0 / 6.0
+    b, once, twice = 1.0, 0.5, term
+    for n in range(4, 20):
+        before, term = term, -(alpha * t * term + beta * t * t * before / (n - 1)) / n
+        b += n * (n - 1) * term
+        once += n * term
+        twice += term
+        if abs(term) + abs(before) < 1e-20:
+            break
+    return b * t, once * t * t, twice * t * t * t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def transition(mass, damping, stiffness, h):
+    """Return the exact map (a, b, c, d, g0, h0, g1, h1) of m x'' + c x' + k x = F + F' t over h seconds.
+
+    x1 = a x + b v + g0 F + h0 F', v1 = c x + d v + g1 F + h1 F'. Series on h / 2^s, then s doublings of the
+    map written in increments from the identity, so that slow modes keep their digits beside stiff ones.
+    """
+    alpha, beta = damping / mass, stiffness / mass
+    doublings, t = 0, h
+    while (alpha + math.sqrt(beta)) * t > _SERIES_REACH and doublings < _MAX_DOUBLINGS:
+        t *= 0.5
+        doublings += 1
+    b, once, twice = _responses(alpha, beta, t)
+    for _ in range(doublings):
+        twice, once, b = (
+            twice * (2.0 - beta * once) + once * (b + t),
+            once * (2.0 - beta * once) + b * b,
+            b * (2.0 - alpha * b - 2.0 * beta * once),
+        )
+        t *= 2.0
+    inertia = 1.0 / mass
+    fall = beta * once
+    return (
+        1.0 - fall,
+        b,
+        -beta * b,
+        1.0 - alpha * b - fall,
+        once * inertia,
+        twice * inertia,
+        b * inertia,
+        once * inertia,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def apply(m, x, v, force, force_rate):
+    """Return (x, v) after one map of ``transition``."""
+    return (
+        m[0] * x + m[1] * v + m[4] * force + m[5] * force_rate,
+        m[2] * x + m[3] * v + m[6] * force + m[7] * force_rate,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _break_away(net, rate, coulomb):
+    """Return (seconds until a resting handle moves, its direction) under the pull net + rate t."""
+    if net > coulomb:
+        return 0.0, 1.0
+    if net < -coulomb:
+        return 0.0, -1.0
+    if rate > 0.0:
+        return (coulomb - net) / rate, 1.0
+    if rate < 0.0:
+        return (-coulomb - net) / rate, -1.0
+    return math.inf, 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _zero(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
+    """Return when velocity (order 0) or acceleration (order 1) leaves the sign `before` in [low, high].
+
+    Newton's method kept inside a shrinking bracket that holds exactly one change of sign.
+    """
+    limit = 4e-16 * high
+    t = 0.5 * (low + high)
+    for _ in range(100):
+        xt, vt = apply(transition(mass, damping, stiffness, t), x, v, push, rate)
+        at = (push + rate * t - damping * vt - stiffness * xt) / mass
+        value, slope = vt, at
+        if order == 1:
+            value, slope = at, (rate - damping * at - stiffness * vt) / mass
+        if before * value > 0.0:
+            low = t
+        else:
+            high = t
+        guess = t - value / slope if slope != 0.0 else high
+        if not low < guess < high:
+            guess = 0.5 * (low + high)
+        if abs(guess - t) <= limit:
+            break
+        t = guess
+    return t
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
+    """Return when a slide in direction `sign` first comes to rest within h, inf if it does not.
+
+    0 says that a start from rest was lost in rounding. h is short enough for one zero of the acceleration.
+    """
+    a0 = sign * (push - damping * v - stiffness * x)
+    a1 = sign * (push + rate * h - damping * v1 - stiffness * x1)
+    low, high = 0.0, h
+    if sign * v1 > 0.0:
+        if v == 0.0 or a0 >= 0.0 or a1 <= 0.0:
+            return math.inf
+        high = _zero(1, -sign, x, v, push, rate, mass, damping, stiffness, 0.0, h)
+        dip = apply(transition(mass, damping, stiffness, high), x, v, push, rate)[1]
+        if sign * dip > 0.0:
+            return math.inf
+    elif v == 0.0:
+        if a0 <= 0.0 or a1 >= 0.0:
+            return 0.0
+        low = _zero(1, sign, x, v, push, rate, mass, damping, stiffness, 0.0, h)
+    return _zero(0, sign, x, v, push, rate, mass, damping, stiffness, low, high)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _advance_with_friction(x, v, force, rate, coulomb, mass, damping, stiffness, h, whole):
+    """Return (x, v) after h, event by event: slide, stop, stick, break away."""
+    left = h
+    longest = _PIECE_ANGLE * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
+    for _ in range(_MAX_EVENTS):
+        sign = math.copysign(1.0, v)
+        if v == 0.0:
+            wait, sign = _break_away(force - stiffness * x, rate, coulomb)
+            if wait >= left:
+                return x, 0.0
+            force += rate * wait
+            left -= wait
+        piece = min(left, longest)
+        step = whole if piece == h else transition(mass, damping, stiffness, piece)
+        push = force - sign * coulomb
+        x1, v1 = apply(step, x, v, push, rate)
+        stop = _stop_time(sign, x, v, push, rate, mass, damping, stiffness, piece, x1, v1)
+        if stop <= 0.0:
+            x1, v1 = x, 0.0
+        elif stop <= piece:
+            x1, v1 = apply(transition(mass, damping, stiffness, stop), x, v, push, rate)[0], 0.0
+            piece = stop
+        x, v = x1, v1
+        force += rate * piece
+        left -= piece
+        if left <= 0.0:
+            break
+    return x, v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def advance(x, v, force, force_rate, coulomb, mass, damping, stiffness, h, map8):
+    """Return (x, v) after h seconds with Coulomb friction; map8 is ``transition`` over the same h."""
+    if coulomb == 0.0:
+        return apply(map8, x, v, force, force_rate)
+    return _advance_with_friction(x, v, force, force_rate, coulomb, mass, damping, stiffness, h, map8)
