@@ -1,0 +1,130 @@
+#include "controller.h"
+
+#include <string.h>
+
+#include "build.h"
+#include "lock.h"
+#include "motor.h"
+
+void Controller::receive(uint8_t byte) {
+  const uint8_t size = parser_.push(byte);
+  if (size) dispatch(parser_.body(), size);
+}
+
+void Controller::dispatch(const uint8_t* body, uint8_t size) {
+  const uint8_t payload = size - 1;
+  switch (body[0]) {
+    case protocol::Force::kId: {
+      protocol::Force force;
+      if (payload != sizeof(force)) return;
+      memcpy(&force, body + 1, sizeof(force));
+      command(force);
+      return;
+    }
+    case protocol::Stop::kId:
+      safety_.stop();
+      off();
+      return;
+    case protocol::Release::kId:
+      safety_.release();
+      off();
+      return;
+    case protocol::HelloRequest::kId:
+      hello_wanted_ = true;
+      return;
+    case protocol::Stream::kId:
+      if (payload != protocol::Stream::kSize) return;
+      streaming_ = body[1] != 0;
+      if (!streaming_) off();
+      return;
+  }
+}
+
+void Controller::command(const protocol::Force& force) {
+  const motor::Limited limited = motor::limit(force.force);
+  const int16_t pwm = motor::pwm_of(limited.force);
+  const Lock lock;
+  if (!safety_.command(limited.flags)) return drive(0);
+  drive(pwm);
+  answered_ = force.seq;
+  delay_us_ = delay_since(force.seq);
+}
+
+void Controller::drive(int16_t pwm) {
+  board::set_motor(pwm);
+  pwm_ = pwm;
+}
+
+void Controller::off() {
+  const Lock lock;
+  safety_.expire();
+  drive(0);
+}
+
+// Samples are strictly periodic, so an older one's time follows from its number.
+uint16_t Controller::delay_since(uint16_t seq) const {
+  constexpr uint16_t kForever = 65535;
+  const uint16_t age = last_seq_ - seq;
+  if (age >= kForever / profile::kPeriodUs) return kForever;
+  const uint32_t delay = board::now_us() - last_time_us_ + age * profile::kPeriodUs;
+  return delay < kForever ? static_cast<uint16_t>(delay) : kForever;
+}
+
+void Controller::sample(const board::Sampling& sampling) {
+  {
+    const Lock lock;
+    last_seq_ = sampling.seq;
+    last_time_us_ = sampling.time_us;
+    if (safety_.period()) drive(0);
+  }
+  const int32_t count = flips_.update(sampling.raw);
+  if (sampling.overrun) overrun_ = true;
+  if (streaming_) send_sample(sampling, count);
+  if (hello_wanted_) send_hello();
+}
+
+void Controller::send_sample(const board::Sampling& sampling, int32_t count) {
+  protocol::Sample sample;
+  sample.seq = sampling.seq;
+  sample.time_us = sampling.time_us;
+  sample.count = count;
+  sample.rx_errors = parser_.bad_frames() + board::lost_bytes();
+  {
+    const Lock lock;
+    sample.answered = answered_;
+    sample.delay_us = delay_us_;
+    sample.pwm = pwm_;
+    sample.flags = safety_.flags();
+  }
+  if (overrun_) sample.flags |= protocol::kFlagOverrun;
+  overrun_ = !send(protocol::Sample::kId, &sample, sizeof(sample));
+}
+
+void Controller::send_hello() {
+  protocol::Hello hello;
+  hello.version = protocol::kVersion;
+  hello.quantum = profile::kQuantum;
+  hello.max_force = profile::kMaxForce;
+  hello.motor_constant = profile::kMotorConstant;
+  hello.handle_radius = profile::kHandleRadius;
+  hello.pulley_radius = profile::kPulleyRadius;
+  hello.sector_radius = profile::kSectorRadius;
+  hello.tick_us = board::kTickUs;
+  hello.counts_per_flip = profile::kCountsPerFlip;
+  hello.sample_rate = profile::kSampleRate;
+  hello.watchdog_ms = profile::kWatchdogMs;
+  hello.pwm_top = profile::kPwmTop;
+  hello.profile = profile::kNumber;
+  memset(hello.build, 0, sizeof(hello.build));
+  memcpy(hello.build, HAPKIT_BUILD, sizeof(HAPKIT_BUILD) - 1);
+  static_assert(sizeof(HAPKIT_BUILD) - 1 <= sizeof(hello.build), "the build's name is too long");
+  hello_wanted_ = !send(protocol::Hello::kId, &hello, sizeof(hello));
+}
+
+bool Controller::send(uint8_t id, const void* payload, uint8_t size) {
+  uint8_t body[frame::kLargestBody];
+  uint8_t bytes[frame::kLargestBody + frame::kOverhead];
+  body[0] = id;
+  memcpy(body + 1, payload, size);
+  return board::send(bytes, frame::encode(body, size + 1, bytes));
+}

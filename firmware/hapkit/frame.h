@@ -1,0 +1,46 @@
+// Frames on the wire: COBS(body, CRC-16 high byte first), then the delimiter 0x00. A body is id and payload.
+#pragma once
+
+#include <stdint.h>
+
+#include "crc.h"
+#include "protocol.h"
+
+namespace frame {
+
+constexpr uint8_t kLargestBody = 1 + protocol::kLargestFromBoard;
+constexpr uint8_t kOverhead = 4;  // CRC, one COBS code (a body stays below 254 bytes), delimiter
+static_assert(kLargestBody + kOverhead < 254, "a frame needs more than one COBS block");
+
+// Write the frame of a body to out, which holds size + kOverhead bytes; return its length.
+uint8_t encode(const uint8_t* body, uint8_t size, uint8_t* out);
+
+// Takes received bytes one by one and tells when a whole valid frame is there.
+class Parser {
+ public:
+  // Take one byte; return the size of a body that is complete and whose CRC is right, otherwise 0.
+  uint8_t push(uint8_t byte);
+
+  // The last complete body: id and payload. Valid until the next push.
+  const uint8_t* body() const { return body_; }
+
+  // Frames with a wrong CRC, a wrong structure or too many bytes; wraps.
+  uint8_t bad_frames() const { return bad_frames_; }
+
+ private:
+  static constexpr uint8_t kCapacity = 1 + protocol::kLargestToBoard + 2;
+
+  void store(uint8_t byte);
+  uint8_t finish();
+  void reset();
+
+  uint8_t body_[kCapacity];
+  uint8_t size_ = 0;      // decoded bytes, CRC included; kCapacity + 1 when there were too many
+  uint8_t left_ = 0;      // bytes left in the present COBS block
+  bool zero_due_ = false;  // the present block ends with a zero, unless the frame ends there
+  bool started_ = false;
+  uint16_t crc_ = crc::kStart;
+  uint8_t bad_frames_ = 0;
+};
+
+}  // namespace frame

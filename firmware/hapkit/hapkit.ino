@@ -1,0 +1,6 @@
+// Firmware of the Hapkit board for Hapkit Studio. The program is in program.cpp; the pins are in board_avr.cpp.
+#include "program.h"
+
+void setup() { program::begin(); }
+
+void loop() { program::poll(); }

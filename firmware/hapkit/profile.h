@@ -1,0 +1,28 @@
+// Constants of the board and its paddle. The computer learns them from Hello and repeats none.
+#pragma once
+
+#include <stdint.h>
+
+namespace profile {
+
+constexpr uint8_t kNumber = 1;  // Hapkit board (PWM D5, DIR D8) with magnetoresistive sensor on A2
+
+constexpr float kHandleRadius = 0.090f;  // [m]
+constexpr float kPulleyRadius = 0.005f;
+constexpr float kSectorRadius = 0.074f;
+
+constexpr float kMotorConstant = 0.0183f;  // [N m] torque at full duty, torque = constant * duty^2
+constexpr float kMaxForce = 3.0f;          // [N] at the handle
+constexpr uint8_t kPwmTop = 255;           // full duty
+constexpr bool kDirHighIsRight = true;     // level of D8 that pushes the handle to the right
+
+constexpr uint16_t kCountsPerFlip = 921;  // the sensor spans 5..95 % of its supply every half turn
+constexpr uint16_t kSampleRate = 1000;    // [Hz]
+constexpr uint32_t kPeriodUs = 1000000UL / kSampleRate;
+constexpr uint8_t kWatchdogMs = 25;
+
+// Handle travel per sensor count: half a motor turn, geared down to the sector, at the handle.
+constexpr float kGear = kPulleyRadius / kSectorRadius;
+constexpr float kQuantum = 3.14159265f * kGear * kHandleRadius / kCountsPerFlip;
+
+}  // namespace profile

@@ -1,0 +1,17 @@
+#include "program.h"
+
+#include "board.h"
+#include "controller.h"
+
+namespace {
+Controller controller;
+}
+
+void board::on_sample(const Sampling& sampling) { controller.sample(sampling); }
+
+void program::begin() { board::begin(); }
+
+void program::poll() {
+  uint8_t byte;
+  while (board::read(&byte)) controller.receive(byte);
+}
