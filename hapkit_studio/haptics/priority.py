@@ -1,0 +1,70 @@
+"""The loop's priority: ask for the most the system grants, say in words what was obtained.
+
+``obtain`` and ``release`` are called in the thread they concern, ``demote`` from compiled code.
+"""
+
+import sys
+import threading
+from dataclasses import dataclass
+
+if sys.platform == "darwin":
+    from hapkit_studio.haptics import realtime_macos as system
+elif sys.platform == "win32":
+    from hapkit_studio.haptics import realtime_windows as system
+else:
+    from hapkit_studio.haptics import realtime_linux as system
+
+demote = system.demote
+
+
+@dataclass(frozen=True)
+class Priority:
+    """What was obtained, e.g. "Real-time, FIFO 80", and in one sentence how to get more (may be empty)."""
+
+    text: str
+    realtime: bool
+    how: str
+    level: int = 0
+
+
+def obtain() -> Priority:
+    """Raise the calling thread's priority; call it once everything is compiled, right before the loop."""
+    text, level = system.obtain()
+    return Priority(text, level > 0, system.how_to_get_more(level), level)
+
+
+def release() -> None:
+    """Give the calling thread normal priority back."""
+    system.release()
+
+
+def probe() -> Priority:
+    """Return what a loop started now would obtain, from a thread of its own."""
+    found = []
+
+    def ask() -> None:
+        found.append(obtain())
+        release()
+
+    thread = threading.Thread(target=ask, name="hapkit-priority")
+    thread.start()
+    thread.join()
+    return found[0]
+
+
+def report() -> str:
+    """Return what this user's loop obtains, and what to do for more."""
+    now = probe()
+    lines = [f"The loop of this user obtains: {now.text}."]
+    if now.how:
+        lines.append(now.how)
+    if sys.platform == "linux" and now.how:
+        lines += [
+            "",
+            "Either (takes effect at the next login):",
+            '    echo "$USER - rtprio 80" | sudo tee /etc/security/limits.d/hapkit-studio.conf',
+            '    echo "$USER - memlock unlimited" | sudo tee -a /etc/security/limits.d/hapkit-studio.conf',
+            "or (at once, up to priority 20, needs a desktop session):",
+            "    sudo apt-get install rtkit",
+        ]
+    return "\n".join(lines)
