@@ -13,7 +13,7 @@ from numba import njit
 from hapkit_studio.dynamics import paddle
 from hapkit_studio.errors import ParameterError
 
-X, V, HAND_FORCE = 0, 1, 2
+X, V, HAND_FORCE, EFFECT = 0, 1, 2, 13
 _MASS, _DAMPING, _COULOMB, _HAND_DAMPING, _HAND_STIFFNESS = 3, 4, 5, 6, 7
 _PERIOD, _DELAY, _WHOLE, _REST, _SAMPLE = 8, 9, 10, 11, 12
 _EARLY_MAP, _LATE_MAP = 16, 24
@@ -130,32 +130,36 @@ def command(dev, queue, force):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _piece(dev, at, h, force, rate):
-    """Move the handle over h seconds under a force that starts at `force` and grows by `rate`."""
-    m = (dev[at], dev[at + 1], dev[at + 2], dev[at + 3], dev[at + 4], dev[at + 5], dev[at + 6], dev[at + 7])
-    dev[X], dev[V] = paddle.advance(
-        dev[X], dev[V], force, rate, dev[_COULOMB], dev[_MASS], dev[_DAMPING], dev[_HAND_STIFFNESS], h, m
-    )
+def _map(dev, at):
+    return dev[at], dev[at + 1], dev[at + 2], dev[at + 3], dev[at + 4], dev[at + 5], dev[at + 6], dev[at + 7]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def advance(dev, queue, target0, target1):
     """Move to the next sample while the hand's target goes linearly from target0 to target1 in m.
 
-    Without a new ``command`` there, the last one holds on.
+    Without a new ``command`` there, the last one holds on. dev[EFFECT] is the mean motor force on the way.
     """
-    stiffness, damping = dev[_HAND_STIFFNESS], dev[_HAND_DAMPING]
-    held = stiffness != 0.0 or damping != 0.0
-    target_rate = (target1 - target0) / dev[_PERIOD] if held else 0.0
-    pull = stiffness * target0 + damping * target_rate if held else 0.0
+    x, v, mass, damping, coulomb = dev[X], dev[V], dev[_MASS], dev[_DAMPING], dev[_COULOMB]
+    grip, stiffness = dev[_HAND_DAMPING], dev[_HAND_STIFFNESS]
+    early, late = _map(dev, _EARLY_MAP), _map(dev, _LATE_MAP)
+    period, rest = dev[_PERIOD], dev[_REST]
     mask = queue.size // 2 - 1
-    sample, rest = int(dev[_SAMPLE]), dev[_REST]
+    sample = int(dev[_SAMPLE])
     newest = sample - int(dev[_WHOLE])
-    rate = stiffness * target_rate
-    if rest > 0.0:
-        _piece(dev, _EARLY_MAP, rest, queue[(newest - 1) & mask] + pull, rate)
-    _piece(dev, _LATE_MAP, dev[_PERIOD] - rest, queue[newest & mask] + pull + rate * rest, rate)
+    old, new = queue[(newest - 1) & mask], queue[newest & mask]
     queue[(sample + 1) & mask] = queue[sample & mask]
     dev[_SAMPLE] = sample + 1
+    held = stiffness != 0.0 or grip != 0.0
+    target_rate = (target1 - target0) / period if held else 0.0
+    pull = stiffness * target0 + grip * target_rate if held else 0.0
+    rate = stiffness * target_rate
+    old, new = queue[(newest - 1) & mask], queue[newest & mask]
+    dev[EFFECT] = new + (old - new) * rest / dev[_PERIOD]
+    if rest > 0.0:
+        x, v = paddle.advance(x, v, old + pull, rate, coulomb, mass, damping, stiffness, rest, early)
+    pull += rate * rest
+    x, v = paddle.advance(x, v, new + pull, rate, coulomb, mass, damping, stiffness, period - rest, late)
+    dev[X], dev[V] = x, v
     if held:
-        dev[HAND_FORCE] = stiffness * (target1 - dev[X]) + damping * (target_rate - dev[V])
+        dev[HAND_FORCE] = stiffness * (target1 - x) + grip * (target_rate - v)

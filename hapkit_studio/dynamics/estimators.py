@@ -24,17 +24,26 @@ Spec = str | tuple[str, dict[str, float]]
 
 @dataclass(frozen=True)
 class Estimator:
-    """One method; ``design(rate, quantum, **options)`` returns its coefficients, float64[8]."""
+    """One method.
+
+    ``design(rate, quantum, **options)`` returns its coefficients, float64[8]; ``response(coefs, period, z)``
+    its transfer function from position to velocity at complex z, None where the method is not linear.
+    """
 
     key: str
     label: str
     code: int
     parameters: tuple[Parameter, ...]
     design: Callable[..., np.ndarray]
+    response: Callable[[np.ndarray, float, np.ndarray], np.ndarray] | None = None
 
 
 def _design_difference(rate: float, quantum: float) -> np.ndarray:
     return np.zeros(COEFFICIENTS)
+
+
+def _difference_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarray:
+    return (z - 1.0) / (period * z)
 
 
 def _design_iir(rate: float, quantum: float, cutoff: float) -> np.ndarray:
@@ -44,10 +53,16 @@ def _design_iir(rate: float, quantum: float, cutoff: float) -> np.ndarray:
     return coefs
 
 
+def _iir_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarray:
+    return coefs[0] * (z - 1.0) / (period * (z - (1.0 - coefs[0])))
+
+
 ESTIMATORS: dict[str, Estimator] = {
     e.key: e
     for e in (
-        Estimator("difference", "Backward difference", _DIFFERENCE, (), _design_difference),
+        Estimator(
+            "difference", "Backward difference", _DIFFERENCE, (), _design_difference, _difference_response
+        ),
         Estimator(
             "iir",
             "Low-pass filtered difference",
@@ -58,6 +73,7 @@ ESTIMATORS: dict[str, Estimator] = {
                 ),
             ),
             _design_iir,
+            _iir_response,
         ),
     )
 }

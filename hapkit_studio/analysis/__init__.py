@@ -1,0 +1,1 @@
+"""What a loop can render: stability limits, exact and measured."""
