@@ -1,0 +1,78 @@
+# Set up, run, check and measure the studio. Everything lands in .venv, build and bench-results.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
+JOBS ?= 2
+# an edit in one file does not empty numba's cache of another: checks start with none
+CHECK_CACHE := build/numba-cache
+CHECK := QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CURDIR)/$(CHECK_CACHE)
+
+.PHONY: help run test lint bench firmware board realtime clean
+.DEFAULT_GOAL := help
+
+help:
+	@echo "make run       set up and open the studio"
+	@echo "make test      set up and check everything"
+	@echo "make bench     measure, beside a reference each"
+	@echo "make firmware  build the board's program and the virtual board"
+	@echo "make realtime  say what priority the loop obtains, and how to get more"
+	@echo "make clean     remove everything built"
+
+run: $(VENV)/.run
+	@.ci/system-packages.sh run
+	@$(BIN)/hapkit-studio
+
+test: $(VENV)/.test lint board
+	@rm -rf $(CHECK_CACHE)
+	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) -m "not alone"
+	$(CHECK) $(BIN)/python -m pytest -q -m alone
+
+lint: $(VENV)/.test
+	@.ci/system-packages.sh test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(VENV)/.bench
+	@.ci/system-packages.sh bench
+	@$(MAKE) --no-print-directory board
+	$(BIN)/python -m tests.bench
+
+firmware:
+	@.ci/system-packages.sh firmware
+	$(MAKE) --no-print-directory -C firmware all
+
+# without the cross compiler a person may still check the rest; the build machine may not
+board:
+	@if command -v avr-g++ >/dev/null || [ -n "$$CI" ]; then $(MAKE) --no-print-directory -C firmware all; \
+	else echo "No avr-g++: the firmware and what needs it are left out."; fi
+
+realtime: $(VENV)/.run
+	@$(BIN)/python -c "from hapkit_studio.haptics.priority import report; print(report())"
+
+clean:
+	@$(MAKE) --no-print-directory -C firmware clean
+	rm -rf build dist bench-results .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	find hapkit_studio tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(BIN)/pip:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed: make PYTHON=...")'
+	@.ci/system-packages.sh venv $(PYTHON)
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.run: pyproject.toml | $(BIN)/pip
+	@echo "Installing the studio into $(VENV) ..."
+	@$(PIP) --editable .
+	@touch $@
+
+$(VENV)/.test: pyproject.toml | $(BIN)/pip
+	@echo "Installing the studio and its checks into $(VENV) ..."
+	@$(PIP) --editable ".[test]"
+	@touch $@ $(VENV)/.run
+
+$(VENV)/.bench: pyproject.toml | $(BIN)/pip
+	@echo "Installing the studio and its benchmarks into $(VENV) ..."
+	@$(PIP) --editable ".[test,bench]"
+	@touch $@ $(VENV)/.test $(VENV)/.run
