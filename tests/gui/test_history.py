@@ -1,0 +1,150 @@
+"""The history against the plainest possible computation on the same samples."""
+
+import numpy as np
+import pytest
+
+from hapkit_studio.gui.history import CHANNELS, History
+from hapkit_studio.haptics import rows
+
+RATE = 4000.0
+
+
+def telemetry(count, seed=0, start=0, rate=RATE):
+    """Return rows of noise at a steady rate."""
+    random = np.random.default_rng(seed)
+    table = np.zeros((count, rows.ROW_WIDTH))
+    table[:, rows.TICK] = start + np.arange(count)
+    table[:, rows.HOST_TIME] = table[:, rows.TICK] / rate
+    table[:, rows.POSITION : rows.APPLIED + 1] = random.normal(size=(count, 4))
+    return table
+
+
+def feed(history, table, seed=1):
+    """Append in chunks of changing size, as frames bring them."""
+    random = np.random.default_rng(seed)
+    start = 0
+    while start < len(table):
+        stop = start + int(random.integers(1, 900))
+        history.append(table[start:stop])
+        start = stop
+
+
+def brute(table, t0, t1, columns):
+    """Return {column: (least, greatest)} per channel, sample by sample."""
+    edges = np.linspace(t0, t1, columns + 1)
+    time = table[:, rows.HOST_TIME]
+    result = {}
+    for column in range(columns):
+        inside = (time >= edges[column]) & (time < edges[column + 1])
+        if inside.any():
+            result[column] = {
+                c: (table[inside, i].min(), table[inside, i].max()) for c, i in CHANNELS.items()
+            }
+    return result
+
+
+@pytest.mark.parametrize("columns", [7, 61, 450])
+@pytest.mark.parametrize("span", [0.9, 3.3, 12.0])
+def test_each_column_has_the_extremes_of_its_samples(span, columns):
+    history = History(seconds=8.0, rate=RATE)
+    table = telemetry(60_000)
+    feed(history, table)
+    table = table[table[:, rows.HOST_TIME] >= history.now - 8.0]
+    t1 = history.now - 0.013
+    shown = history.window(t1 - span, t1, columns)
+    expected = brute(table, t1 - span, t1, columns)
+    assert shown.dense
+    assert len(shown.x) == 2 * len(expected)
+    for name in CHANNELS:
+        pairs = np.sort(shown.y[name].reshape(-1, 2), axis=1)
+        np.testing.assert_array_equal(pairs, [expected[c][name] for c in expected])
+    column = np.floor((shown.x - (t1 - span)) / (span / columns)).astype(int)
+    np.testing.assert_array_equal(column, np.repeat(list(expected), 2))
+
+
+def test_few_samples_are_given_as_they_are_with_a_neighbour_each_side():
+    history = History(seconds=8.0, rate=RATE)
+    table = telemetry(5000)
+    history.append(table)
+    shown = history.window(0.5, 0.6, 450)
+    assert not shown.dense
+    np.testing.assert_array_equal(shown.x, table[1999:2401, rows.HOST_TIME])
+    np.testing.assert_array_equal(shown.y["applied"], table[1999:2401, rows.APPLIED])
+
+
+@pytest.mark.parametrize(("t0", "t1", "dense"), [(0.0, 2.0, True), (0.99, 1.03, False)])
+@pytest.mark.parametrize("how", ["jump", "flag"])
+def test_lost_frames_are_a_gap_that_is_never_bridged(how, t0, t1, dense):
+    table = telemetry(8000)
+    if how == "jump":
+        table[4000:, rows.TICK] += 40
+        table[4000:, rows.HOST_TIME] += 0.01
+    else:
+        table[4000, rows.FLAGS] = rows.GAP | rows.CLAMPED
+    history = History(seconds=8.0, rate=RATE)
+    feed(history, table)
+    shown = history.window(t0, t1, 100)
+    assert shown.dense is dense
+    (gap,) = np.flatnonzero(np.isnan(shown.x))
+    assert np.isnan(shown.y["position"][gap])
+    width = (t1 - t0) / 100
+    assert shown.x[gap - 1] <= 1.0
+    assert shown.x[gap + 1] >= table[4000, rows.HOST_TIME] - width
+
+
+def test_a_flag_on_the_very_first_row_breaks_nothing():
+    table = telemetry(100)
+    table[0, rows.FLAGS] = rows.GAP
+    history = History(seconds=8.0, rate=RATE)
+    history.append(table)
+    assert not np.isnan(history.window(0.0, 1.0, 300).x).any()
+
+
+def test_only_the_last_seconds_are_kept_however_long_it_runs():
+    history = History(seconds=2.0, rate=RATE)
+    for part in range(40):
+        history.append(telemetry(1500, seed=part, start=1500 * part))
+    assert history.now == pytest.approx((60_000 - 1) / RATE)
+    assert history.start == pytest.approx(history.now - 2.0)
+    assert history.total == 60_000
+    last = telemetry(1500, seed=39, start=58_500)
+    time, values = history.since(59_990)
+    np.testing.assert_array_equal(time, last[-10:, rows.HOST_TIME])
+    np.testing.assert_array_equal(values[0], last[-10:, rows.POSITION])
+    assert history.last("applied") == last[-1, rows.APPLIED]
+
+
+def test_a_copy_stays_while_the_original_goes_on():
+    history = History(seconds=3.0, rate=RATE)
+    table = telemetry(20_000)
+    feed(history, table)
+    kept = history.copy()
+    feed(history, telemetry(20_000, seed=5, start=20_000))
+    expected = brute(table, kept.now - 2.5, kept.now, 80)
+    shown = kept.window(kept.now - 2.5, kept.now, 80)
+    pairs = np.sort(shown.y["velocity"].reshape(-1, 2), axis=1)
+    np.testing.assert_array_equal(pairs, [expected[c]["velocity"] for c in expected])
+
+
+def test_a_clock_that_goes_back_starts_afresh():
+    history = History(seconds=3.0, rate=RATE)
+    history.append(telemetry(1000, start=5000))
+    history.append(telemetry(10))
+    assert len(history) == 10
+    assert history.start == 0.0
+
+
+def test_the_sample_under_the_pointer_is_the_last_one_up_to_it():
+    history = History(seconds=3.0, rate=RATE)
+    table = telemetry(1000)
+    history.append(table)
+    assert history.at(-0.1) is None
+    assert history.at(0.10001)["asked"] == table[400, rows.ASKED]
+
+
+def test_an_empty_history_draws_nothing():
+    history = History(seconds=3.0)
+    history.append(np.empty((0, rows.ROW_WIDTH)))
+    assert len(history.window(0.0, 1.0, 100).x) == 0
+    assert np.isnan(history.now)
+    assert np.isnan(history.last("position"))
