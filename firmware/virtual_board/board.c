@@ -1,0 +1,227 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+#include "board.h"
+#include "loader.h"
+
+#include <avr_adc.h>
+#include <math.h>
+#include <sim_core.h>
+#include <sim_irq.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { REG_ADCSRA = 0x7a, REG_ADMUX = 0x7c, ADEN = 1 << 7, SENSOR_CHANNEL = 2 };
+enum { SETTLING = 160, SILENCE = FREQUENCY / 50, EXIT_UNKNOWN_MODE = 3, EXIT_CRASHED = 4 };
+
+double board_seconds(const struct board *b)
+{
+	return (double)b->avr->cycle / FREQUENCY;
+}
+
+void board_sync(struct board *b)
+{
+	avr_cycle_count_t now = b->avr->cycle;
+	plant_advance(&b->plant, (double)(now - b->plant_cycle) / FREQUENCY);
+	b->plant_cycle = now;
+}
+
+static void log_row(struct board *b)
+{
+	board_sync(b);
+	const double row[TRUTH_COLUMNS] = {
+		board_seconds(b),  b->plant.x,     b->plant.v,
+		b->plant.motor,    b->motor.duty,  plant_hand_force(&b->plant),
+		b->plant.target,   b->converted,
+	};
+	truth_write(&b->truth, row);
+}
+
+// The converter holds its input one and a half of its clocks after the start.
+static avr_cycle_count_t sample_and_hold(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+	struct board *b = param;
+	(void)avr;
+	(void)when;
+	board_sync(b);
+	b->converted = sensor_count(&b->sensor, b->plant.x);
+	avr_raise_irq(b->sensor_pin, (uint32_t)sensor_millivolts(b->converted, MILLIVOLTS));
+	if (b->log_cycles == 0)
+		log_row(b);
+	return 0;
+}
+
+static void conversion_started(avr_irq_t *irq, uint32_t value, void *param)
+{
+	struct board *b = param;
+	(void)irq;
+	(void)value;
+	if ((b->avr->data[REG_ADMUX] & 0x0f) != SENSOR_CHANNEL)
+		return;
+	unsigned prescaler = b->avr->data[REG_ADCSRA] & 7;
+	avr_cycle_timer_register(b->avr, (3u << (prescaler ? prescaler : 1)) / 2, sample_and_hold, b);
+}
+
+static avr_cycle_count_t output_settled(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+	struct board *b = param;
+	(void)when;
+	if (b->motor.known)
+		return 0;
+	fprintf(stderr,
+	        "virtual_board: D5 is driven by timer 0 in a mode that is not modelled: TCCR0A = 0x%02x, "
+	        "TCCR0B = 0x%02x (8-bit phase-correct, prescaler 1, is) at %.6f s\n",
+	        avr->data[REG_TCCR0A], avr->data[REG_TCCR0B], board_seconds(b));
+	truth_close(&b->truth);
+	exit(EXIT_UNKNOWN_MODE);
+}
+
+static void registers_touched(avr_irq_t *irq, uint32_t value, void *param)
+{
+	struct board *b = param;
+	(void)irq;
+	(void)value;
+	int before = b->motor.duty;
+	if (!motor_read(&b->motor, b->avr->data))
+		return;
+	board_sync(b);
+	b->plant.motor = motor_force(&b->motor);
+	if (before && !b->motor.duty && b->avr->cycle - b->uart.last_received > SILENCE)
+		b->silent_offs++;
+	if (!b->motor.known)
+		avr_cycle_timer_register(b->avr, SETTLING, output_settled, b);
+}
+
+// simavr enters a handler in no time; the chip takes four cycles.
+static void handler_entered(avr_irq_t *irq, uint32_t running, void *param)
+{
+	struct board *b = param;
+	(void)irq;
+	if (running)
+		b->avr->cycle += 4;
+}
+
+static void watch_interrupts(struct board *b, avr_cycle_count_t before, avr_flashaddr_t pc)
+{
+	if (b->avr->sreg[S_I]) {
+		b->started = true;
+		if (b->off_since && b->avr->cycle - b->off_since > b->longest_off) {
+			b->longest_off = b->avr->cycle - b->off_since;
+			b->longest_off_pc = b->off_pc;
+		}
+		b->off_since = 0;
+	} else if (b->started && !b->off_since) {
+		b->off_since = before;
+		b->off_pc = pc;
+	}
+}
+
+static void crashed(struct board *b, const char *how)
+{
+	fprintf(stderr, "virtual_board: the firmware %s at 0x%04x, %.6f s\n", how, b->avr->pc,
+	        board_seconds(b));
+	truth_close(&b->truth);
+	exit(EXIT_CRASHED);
+}
+
+static void step(struct board *b, avr_cycle_count_t until)
+{
+	avr_t *avr = b->avr;
+	avr_cycle_count_t before = avr->cycle;
+	avr_flashaddr_t pc = avr->pc, next = pc;
+	if (avr->state == cpu_Running)
+		next = avr_run_one(avr);
+	avr_cycle_count_t idle = avr_cycle_timer_process(avr);
+	avr->pc = next;
+	if (avr->state == cpu_Sleeping) {
+		if (!avr->sreg[S_I])
+			crashed(b, "sleeps with interrupts off");
+		avr_cycle_count_t left = until > avr->cycle ? until - avr->cycle : 1;
+		avr->cycle += idle && idle < left ? idle : left;
+	} else if (avr->state != cpu_Running) {
+		crashed(b, "crashed");
+	}
+	avr_service_interrupts(avr);
+	watch_interrupts(b, before, pc);
+}
+
+void board_run(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
+{
+	uart_poll(&b->uart);
+	while (b->avr->cycle < until && !(stop_at_frame && b->link.asked)) {
+		step(b, until);
+		if (b->log_cycles && b->avr->cycle >= b->next_row) {
+			log_row(b);
+			b->next_row += b->log_cycles;
+		}
+	}
+}
+
+static avr_uart_t *find_uart(avr_t *avr)
+{
+	for (avr_io_t *io = avr->io_port; io; io = io->next)
+		if (strcmp(io->kind, "uart") == 0)
+			return (avr_uart_t *)io;
+	fprintf(stderr, "virtual_board: this simavr has no serial port in the ATmega328P\n");
+	exit(1);
+}
+
+static void connect(struct board *b)
+{
+	avr_t *avr = b->avr;
+	for (unsigned i = 0; i < sizeof motor_registers; i++)
+		avr_irq_register_notify(avr_iomem_getirq(avr, motor_registers[i], NULL, AVR_IOMEM_IRQ_ALL),
+		                        registers_touched, b);
+	for (uint8_t v = 1; v < VECTORS; v++) {
+		avr_irq_t *irq = avr_get_interrupt_irq(avr, v);
+		if (irq)
+			avr_irq_register_notify(irq + AVR_INT_IRQ_RUNNING, handler_entered, b);
+	}
+	b->sensor_pin = avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + SENSOR_CHANNEL);
+	avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER),
+	                        conversion_started, b);
+	b->uart.sent = link_sent;
+	b->uart.next = link_next;
+	b->uart.outside = &b->link;
+	uart_attach(&b->uart, avr, find_uart(avr));
+}
+
+void board_reset(struct board *b)
+{
+	board_sync(b);
+	avr_reset(b->avr);
+	uart_reset(&b->uart);
+	b->started = false;
+	b->off_since = 0;
+	motor_read(&b->motor, b->avr->data);
+	b->plant.motor = motor_force(&b->motor);
+}
+
+static void set_up(struct board *b, const struct options *o)
+{
+	double lever = o->sector_radius / (o->handle_radius * o->pulley_radius);
+	b->plant = (struct plant){
+		.mass = o->mass, .viscous = o->viscous, .coulomb = o->coulomb, .stop = o->stop,
+		.x = o->position, .v = o->velocity, .target = o->position,
+	};
+	b->motor = (struct motor){
+		.full_force = o->torque * lever, .high_direction = o->direction < 0 ? -1 : 1, .known = true};
+	b->sensor = (struct sensor){
+		.counts_per_turn = o->counts, .lowest = o->lowest, .magnet = o->magnet,
+		.metres_per_count = (o->sensor_sign < 0 ? -M_PI : M_PI) / (o->counts * lever),
+	};
+	b->link.awaited = (int)o->awaited;
+	b->link.alias = o->link;
+	b->log_cycles = (avr_cycle_count_t)llround(o->log_period * FREQUENCY);
+}
+
+void board_start(struct board *b, const struct options *o)
+{
+	set_up(b, o);
+	b->avr = load_firmware(o->firmware, FREQUENCY, MILLIVOLTS);
+	connect(b);
+	truth_open(&b->truth, o->log);
+	link_plug(&b->link);
+}

@@ -1,0 +1,57 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+// The whole board: chip, paddle, sensor, motor, cable, log.
+#pragma once
+
+#include "link.h"
+#include "motor.h"
+#include "options.h"
+#include "physics.h"
+#include "sensor.h"
+#include "truth.h"
+#include "uart.h"
+
+#include <sim_avr.h>
+#include <stdbool.h>
+
+enum { FREQUENCY = 16000000, MILLIVOLTS = 5000, VECTORS = 26 };
+
+struct board {
+	avr_t *avr;
+	struct uart uart;
+	struct link link;
+	struct plant plant;
+	struct sensor sensor;
+	struct motor motor;
+	struct truth truth;
+
+	avr_irq_t *sensor_pin;
+	avr_cycle_count_t plant_cycle;   // up to which the paddle has moved
+	avr_cycle_count_t log_cycles;    // period of the log, 0: at every conversion
+	avr_cycle_count_t next_row;
+	int converted;                   // last value the converter saw
+
+	avr_cycle_count_t off_since;     // interrupts off since, 0: on
+	bool started;                    // interrupts have been on once
+	avr_flashaddr_t off_pc;
+	avr_cycle_count_t longest_off;   // and where it began
+	avr_flashaddr_t longest_off_pc;
+	unsigned silent_offs;            // motor off after 20 ms without a byte from the computer
+	bool quit, frozen;
+};
+
+// Load the firmware and connect everything. Exits with a message if the file is no firmware.
+void board_start(struct board *b, const struct options *o);
+
+// Run the chip up to a cycle, or until a frame that wants an answer has gone out, if so asked.
+void board_run(struct board *b, avr_cycle_count_t until, bool stop_at_frame);
+
+// Press the reset button.
+void board_reset(struct board *b);
+
+// Let the paddle move up to the chip's present cycle.
+void board_sync(struct board *b);
+
+double board_seconds(const struct board *b);

@@ -1,0 +1,16 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+// What a person, a test or a script can do to the board.
+#pragma once
+
+#include "board.h"
+
+// Carry out one line; false with a message on standard error if it is not understood.
+//   hand TARGET STIFFNESS DAMPING MASS [SECONDS]   hold the handle; move the target there in that time
+//   release                                        let go of it
+//   force NEWTON                                   constant external force
+//   position METRE [SECONDS]                       impose the position, until released
+//   plug | unplug | reset | freeze | resume | flush | status | quit
+bool command_run(struct board *b, const char *line);

@@ -1,0 +1,143 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+#include "link.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <termios.h>
+#include <unistd.h>
+
+static void fail(const char *what)
+{
+	fprintf(stderr, "virtual_board: %s: %s\n", what, strerror(errno));
+	exit(1);
+}
+
+// No echo, no line ends, no signals: before the computer opens it, and whatever it found before.
+static void make_raw(int fd)
+{
+	struct termios t;
+	if (tcgetattr(fd, &t) != 0)
+		fail("terminal settings");
+	cfmakeraw(&t);
+	if (tcsetattr(fd, TCSANOW, &t) != 0)
+		fail("terminal settings");
+}
+
+static void keep_alias(const struct link *l)
+{
+	if (!l->alias)
+		return;
+	unlink(l->alias);
+	if (symlink(l->path, l->alias) != 0)
+		fail(l->alias);
+}
+
+void link_plug(struct link *l)
+{
+	l->fd = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+	if (l->fd < 0 || grantpt(l->fd) != 0 || unlockpt(l->fd) != 0 ||
+	    ptsname_r(l->fd, l->path, sizeof l->path) != 0)
+		fail("no pseudo-terminal");
+	int slave = open(l->path, O_RDWR | O_NOCTTY | O_CLOEXEC);
+	if (slave < 0)
+		fail(l->path);
+	make_raw(slave);
+	close(slave);  // from here on a hang-up means that nobody has the port open
+	l->open = l->opened = l->asked = false;
+	l->in_at = l->in_end = l->out_end = 0;
+	keep_alias(l);
+	printf("port %s\n", l->path);
+	fflush(stdout);
+}
+
+void link_unplug(struct link *l)
+{
+	if (l->fd < 0)
+		return;
+	close(l->fd);
+	l->fd = -1;
+	l->open = false;
+	l->in_at = l->in_end = l->out_end = 0;
+	if (l->alias)
+		unlink(l->alias);
+}
+
+static void make_room(struct link *l)
+{
+	memmove(l->in, l->in + l->in_at, l->in_end - l->in_at);
+	l->in_end -= l->in_at;
+	l->in_at = 0;
+}
+
+void link_fetch(struct link *l)
+{
+	if (l->fd < 0)
+		return;
+	struct pollfd p = {.fd = l->fd, .events = POLLIN};
+	if (poll(&p, 1, 0) < 0)
+		return;
+	l->open = !(p.revents & POLLHUP);
+	l->opened |= l->open;
+	if (!(p.revents & POLLIN))
+		return;
+	make_room(l);
+	ssize_t n = read(l->fd, l->in + l->in_end, LINK_IN - l->in_end);
+	if (n > 0)
+		l->in_end += (size_t)n;
+}
+
+bool link_has_frame(const struct link *l)
+{
+	return memchr(l->in + l->in_at, 0, l->in_end - l->in_at) != NULL;
+}
+
+int link_next(void *link)
+{
+	struct link *l = link;
+	return l->in_at < l->in_end ? l->in[l->in_at++] : -1;
+}
+
+// A frame's identifier is its first byte behind the COBS code; code 1 stands for a zero.
+static int identifier(const struct link *l)
+{
+	if (l->frame_length < 3)
+		return -1;
+	return l->frame_head[0] == 1 ? 0 : l->frame_head[1];
+}
+
+void link_sent(void *link, uint8_t byte)
+{
+	struct link *l = link;
+	l->out[l->out_end++] = byte;
+	if (l->frame_length < 2)
+		l->frame_head[l->frame_length] = byte;
+	l->frame_length++;
+	if (byte == 0) {
+		l->frames++;
+		l->asked |= identifier(l) == l->awaited;
+		l->frame_length = 0;
+	}
+	if (byte == 0 || l->out_end == LINK_OUT)
+		link_flush(l);
+}
+
+void link_flush(struct link *l)
+{
+	size_t done = 0;
+	while (l->open && done < l->out_end) {
+		ssize_t n = write(l->fd, l->out + done, l->out_end - done);
+		if (n <= 0)
+			break;
+		done += (size_t)n;
+	}
+	if (l->open)
+		l->dropped += l->out_end - done;
+	l->out_end = 0;
+}

@@ -1,0 +1,48 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+// The serial cable: a pseudo-terminal whose other end the computer opens.
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { LINK_IN = 4096, LINK_OUT = 512 };
+
+struct link {
+	int fd;                    // -1: unplugged
+	char path[64];
+	const char *alias;         // symbolic link kept on the port, or NULL
+	bool open;                 // the computer has the port open
+	bool opened;               // it had, at least once
+	uint8_t in[LINK_IN];       // from the computer, not yet on the line
+	size_t in_at, in_end;
+	uint8_t out[LINK_OUT];     // on its way to the computer
+	size_t out_end;
+	uint8_t frame_head[2];     // of the frame that is being sent
+	size_t frame_length;
+	int awaited;               // identifier of the frames that the computer answers
+	bool asked;                // such a frame has gone out since this was last cleared
+	uint64_t frames, dropped;  // frames out; bytes that nobody read
+};
+
+// Plug in: make a pseudo-terminal, print its name. Exits the program with a message if there is none.
+void link_plug(struct link *l);
+
+// Pull the cable: the computer sees a hang-up.
+void link_unplug(struct link *l);
+
+// Read what the computer has sent; notice whether it has the port open.
+void link_fetch(struct link *l);
+
+// True if a whole frame from the computer is there.
+bool link_has_frame(const struct link *l);
+
+// For the chip's serial port: take a byte out, put one in.
+int link_next(void *link);
+void link_sent(void *link, uint8_t byte);
+
+// Hand what has been sent so far to the computer.
+void link_flush(struct link *l);

@@ -1,0 +1,74 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+// Usage: virtual_board FIRMWARE.elf [options]; --help lists them. Prints `port /dev/pts/N` once it is
+// plugged in and one JSON object with its counters at the end.
+
+#include "run.h"
+
+#include <sched.h>
+#include <signal.h>
+#include <stdio.h>
+#include <sys/prctl.h>
+
+static void end(int signal)
+{
+	(void)signal;
+	run_ended = 1;
+}
+
+static void catch_signals(void)
+{
+	struct sigaction action = {.sa_handler = end};
+	sigaction(SIGTERM, &action, NULL);
+	sigaction(SIGINT, &action, NULL);
+	sigaction(SIGHUP, &action, NULL);
+	signal(SIGPIPE, SIG_IGN);
+}
+
+// A simulation that outran the machine at real-time priority would lock it.
+static void give_up_priority(void)
+{
+	struct sched_param none = {0};
+	if (sched_getscheduler(0) != SCHED_OTHER)
+		sched_setscheduler(0, SCHED_OTHER, &none);
+	prctl(PR_SET_TIMERSLACK, 1UL, 0, 0, 0);
+}
+
+static void print_summary(const struct run *r)
+{
+	const struct board *b = r->board;
+	const struct uart *u = &b->uart;
+	printf("{\"seconds\": %.9f, \"cycles\": %llu, \"slips\": %u, \"slipped\": %.6f, \"unanswered\": %u, ",
+	       board_seconds(b), (unsigned long long)b->avr->cycle, r->slips, r->slipped, r->unanswered);
+	printf("\"received\": %llu, \"transmitted\": %llu, \"overruns\": %llu, \"deaf\": %llu, "
+	       "\"overwritten\": %llu, ",
+	       (unsigned long long)u->received, (unsigned long long)u->transmitted,
+	       (unsigned long long)u->overruns, (unsigned long long)u->deaf,
+	       (unsigned long long)u->overwritten);
+	printf("\"frames\": %llu, \"dropped\": %llu, \"interrupts_off_cycles\": %llu, "
+	       "\"interrupts_off_at\": %u, \"silent_offs\": %u, \"rows\": %llu}\n",
+	       (unsigned long long)b->link.frames, (unsigned long long)b->link.dropped,
+	       (unsigned long long)b->longest_off, b->longest_off_pc, b->silent_offs,
+	       (unsigned long long)b->truth.rows);
+	fflush(stdout);
+}
+
+int main(int argc, char **argv)
+{
+	static struct board board;
+	struct options options = options_read(argc, argv);
+	struct run run = {.board = &board, .options = &options, .input = {.wanted = options.control}};
+	give_up_priority();
+	catch_signals();
+	script_open(&run.script, options.script);
+	board_start(&board, &options);
+	run_all(&run);
+	link_unplug(&board.link);
+	truth_close(&board.truth);
+	script_close(&run.script);
+	print_summary(&run);
+	avr_terminate(board.avr);
+	return 0;
+}

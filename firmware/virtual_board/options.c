@@ -1,0 +1,141 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+#include "options.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct number {
+	const char *name;
+	size_t offset;
+	double fallback, low, high;
+	const char *help;
+};
+
+#define AT(field) offsetof(struct options, field)
+
+static const struct number NUMBERS[] = {
+	{"seconds", AT(seconds), INFINITY, 0, INFINITY, "board time to run [s]"},
+	{"slice", AT(slice), 250e-6, 50e-6, 500e-6, "board time between two looks at the clock [s]"},
+	{"answer-timeout", AT(answer_timeout), 1.0, 1e-3, 3600, "real time lockstep waits for an answer [s]"},
+	{"await", AT(awaited), 0x82, 0, 255, "identifier of the frames that are answered"},
+	{"log-period", AT(log_period), 0, 0, 10, "period of the log [s]; 0: at every conversion"},
+	{"mass", AT(mass), 0.044, 1e-6, 10, "mass at the handle [kg]"},
+	{"viscous", AT(viscous), 0.5, 0, 100, "viscous friction at the handle [N s/m]"},
+	{"coulomb", AT(coulomb), 0.10, 0, 100, "Coulomb friction at the handle [N]"},
+	{"stop", AT(stop), INFINITY, 1e-3, INFINITY, "end stops at +- this position [m]; none by default"},
+	{"position", AT(position), 0, -1, 1, "position at the start [m]"},
+	{"velocity", AT(velocity), 0, -10, 10, "velocity at the start [m/s]"},
+	{"handle-radius", AT(handle_radius), 0.090, 1e-3, 1, "sector axis to handle [m]"},
+	{"pulley-radius", AT(pulley_radius), 0.005, 1e-4, 1, "motor pulley [m]"},
+	{"sector-radius", AT(sector_radius), 0.074, 1e-3, 1, "sector drum [m]"},
+	{"torque", AT(torque), 0.0183, 0, 1, "motor torque at full duty [N m]"},
+	{"direction", AT(direction), 1, -1, 1, "sign of the force while D8 is high"},
+	{"counts", AT(counts), 921, 10, 1023, "sensor counts per half turn of the motor"},
+	{"lowest", AT(lowest), 51, 0, 1023, "converter value at the beginning of a half turn"},
+	{"magnet", AT(magnet), 300, -1e6, 1e6, "sensor counts at position 0"},
+	{"sensor-sign", AT(sensor_sign), 1, -1, 1, "-1: the magnet is turned round"},
+};
+enum { NUMBER_COUNT = sizeof NUMBERS / sizeof *NUMBERS };
+
+static void usage(FILE *to)
+{
+	fprintf(to, "usage: virtual_board FIRMWARE.elf|.hex [options]\n"
+	            "  --paced             board time follows the clock (default)\n"
+	            "  --lockstep          as fast as the computer answers, never ahead of it\n"
+	            "  --fast              as fast as it goes, waiting for nobody\n"
+	            "  --control           commands on standard input; its end ends the program\n"
+	            "  --script FILE       commands by board time, lines `time command`\n"
+	            "  --link PATH         keep a symbolic link on the serial port\n"
+	            "  --log FILE          truth log\n");
+	for (int i = 0; i < NUMBER_COUNT; i++)
+		fprintf(to, "  --%-17s %s (%g)\n", NUMBERS[i].name, NUMBERS[i].help, NUMBERS[i].fallback);
+}
+
+static void wrong(const char *what, const char *which)
+{
+	fprintf(stderr, "virtual_board: %s %s\n", what, which);
+	exit(2);
+}
+
+static bool take_number(struct options *o, const char *name, const char *text)
+{
+	for (int i = 0; i < NUMBER_COUNT; i++) {
+		const struct number *n = &NUMBERS[i];
+		if (strcmp(name, n->name) != 0)
+			continue;
+		char *end = NULL;
+		double value = text ? strtod(text, &end) : NAN;
+		if (!text || end == text || *end || !(value >= n->low && value <= n->high)) {
+			fprintf(stderr, "virtual_board: --%s goes from %g to %g, not %s\n", name, n->low, n->high,
+			        text ? text : "nothing");
+			exit(2);
+		}
+		*(double *)((char *)o + n->offset) = value;
+		return true;
+	}
+	return false;
+}
+
+static bool take_word(struct options *o, const char *name)
+{
+	if (strcmp(name, "paced") == 0)
+		o->mode = PACED;
+	else if (strcmp(name, "lockstep") == 0)
+		o->mode = LOCKSTEP;
+	else if (strcmp(name, "fast") == 0)
+		o->mode = FAST;
+	else if (strcmp(name, "control") == 0)
+		o->control = true;
+	else
+		return false;
+	return true;
+}
+
+static bool take_path(struct options *o, const char *name, const char *text)
+{
+	const char **place = strcmp(name, "link") == 0     ? &o->link
+	                     : strcmp(name, "log") == 0    ? &o->log
+	                     : strcmp(name, "script") == 0 ? &o->script
+	                                                   : NULL;
+	if (!place)
+		return false;
+	if (!text)
+		wrong("a path has to follow", name);
+	*place = text;
+	return true;
+}
+
+struct options options_read(int argc, char **argv)
+{
+	struct options o = {.mode = PACED};
+	for (int i = 0; i < NUMBER_COUNT; i++)
+		*(double *)((char *)&o + NUMBERS[i].offset) = NUMBERS[i].fallback;
+	for (int i = 1; i < argc; i++) {
+		const char *word = argv[i];
+		if (strcmp(word, "--help") == 0) {
+			usage(stdout);
+			exit(0);
+		}
+		if (strncmp(word, "--", 2) != 0) {
+			if (o.firmware)
+				wrong("one firmware only, not also", word);
+			o.firmware = word;
+		} else if (!take_word(&o, word + 2)) {
+			const char *text = i + 1 < argc ? argv[i + 1] : NULL;
+			if (!take_path(&o, word + 2, text) && !take_number(&o, word + 2, text))
+				wrong("no such option:", word);
+			i++;
+		}
+	}
+	if (!o.firmware) {
+		usage(stderr);
+		exit(2);
+	}
+	return o;
+}

@@ -1,0 +1,28 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+// The paddle's physics: mass, viscous and Coulomb friction, a hand on a spring and a damper, end stops.
+#pragma once
+
+#include <stdbool.h>
+
+struct plant {
+	double mass, viscous, coulomb;  // kg, N s/m, N at the handle
+	double stop;                    // end stops at +-stop [m]; infinite: none
+	bool held;                      // a hand holds the handle
+	double hand_mass, hand_damping, hand_stiffness;
+	bool prescribed;                // the handle follows the target exactly
+	double target, goal, ramp;      // m, m, s left until the target has moved to the goal
+	double motor, external;         // N, constant until changed
+	double x, v;                    // m, m/s
+};
+
+// Move the hand's target to goal within the given time, linearly; at once if the time is 0.
+void plant_aim(struct plant *p, double goal, double seconds);
+
+// Advance exactly by dt seconds with constant motor and external force.
+void plant_advance(struct plant *p, double dt);
+
+// Force of the hand on the handle [N].
+double plant_hand_force(const struct plant *p);

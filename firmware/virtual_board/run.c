@@ -1,0 +1,164 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+#include "run.h"
+
+#include <errno.h>
+#include <math.h>
+#include <poll.h>
+#include <time.h>
+#include <unistd.h>
+
+// Lockstep: board time that one frame from the computer buys when no frame asks for an answer.
+#define IDLE_GRANT 20e-3
+// How often an unwatched event (port opened, port closed, end of freeze) is looked for.
+#define LOOK 5e-3
+
+volatile sig_atomic_t run_ended;
+
+static double clock_now(void)
+{
+	struct timespec t;
+	clock_gettime(CLOCK_MONOTONIC, &t);
+	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static bool over(const struct run *r)
+{
+	return run_ended || r->board->quit || board_seconds(r->board) >= r->options->seconds;
+}
+
+// Sleep until the computer or a command says something, or for that long. A hung-up port is left out:
+// poll would return at once, for ever.
+static void wait_for_events(struct run *r, double seconds)
+{
+	struct board *b = r->board;
+	bool room = b->link.in_end - b->link.in_at < LINK_IN;
+	struct pollfd p[2] = {
+		{.fd = b->link.open && room ? b->link.fd : -1, .events = POLLIN},
+		{.fd = r->input.wanted ? STDIN_FILENO : -1, .events = POLLIN},
+	};
+	seconds = fmax(seconds, 0.0);
+	struct timespec t = {(time_t)seconds, (long)(1e9 * (seconds - floor(seconds)))};
+	if (ppoll(p, 2, &t, NULL) <= 0)
+		return;
+	if (p[0].revents)
+		link_fetch(&b->link);
+	if (p[1].revents)
+		input_run(&r->input, b);
+}
+
+static avr_cycle_count_t cycles(double seconds)
+{
+	return (avr_cycle_count_t)llround(seconds * FREQUENCY);
+}
+
+static void run_board(struct run *r, avr_cycle_count_t end, bool stop_at_frame)
+{
+	struct board *b = r->board;
+	if (r->options->seconds * FREQUENCY < (double)end)
+		end = cycles(r->options->seconds);
+	while (b->avr->cycle < end && !b->quit && !(stop_at_frame && b->link.asked)) {
+		script_run(&r->script, b);
+		board_run(b, r->script.due < end ? r->script.due : end, stop_at_frame);
+	}
+	script_run(&r->script, b);
+	link_flush(&b->link);
+}
+
+static void sleep_until(struct run *r, double deadline)
+{
+	for (double left; (left = deadline - clock_now()) > 0.0 && !over(r);)
+		wait_for_events(r, left);
+}
+
+// Hold the board still until it is resumed.
+static void stay_frozen(struct run *r)
+{
+	while (r->board->frozen && !over(r))
+		wait_for_events(r, LOOK);
+}
+
+static void run_paced(struct run *r)
+{
+	const double slice = r->options->slice;
+	double deadline = clock_now(), look = deadline;
+	avr_cycle_count_t end = r->board->avr->cycle;
+	while (!over(r)) {
+		sleep_until(r, deadline);
+		double now = clock_now();
+		if (now - deadline > slice) {
+			r->slips++;
+			r->slipped += now - deadline;
+			deadline = now;
+		}
+		if (r->board->link.open || now > look) {
+			link_fetch(&r->board->link);
+			look = now + LOOK;
+		}
+		end += cycles(slice);
+		run_board(r, end, false);
+		deadline += slice;
+		if (r->board->frozen) {
+			stay_frozen(r);
+			deadline = clock_now();
+		}
+	}
+}
+
+// Wait for a whole frame from the computer; for ever if none was asked for.
+static void wait_for_answer(struct run *r)
+{
+	struct link *l = &r->board->link;
+	double deadline = clock_now() + (l->asked ? r->options->answer_timeout : INFINITY);
+	while (!over(r) && !link_has_frame(l)) {
+		if (clock_now() > deadline) {
+			r->unanswered++;
+			return;
+		}
+		wait_for_events(r, LOOK);
+		link_fetch(l);
+		if (l->opened && !l->open)
+			return;
+	}
+}
+
+static void run_lockstep(struct run *r)
+{
+	struct link *l = &r->board->link;
+	while (!over(r)) {
+		l->asked = false;
+		double start = clock_now();
+		bool alone = l->opened && !l->open;
+		double grant = alone ? r->options->slice : IDLE_GRANT;
+		run_board(r, r->board->avr->cycle + cycles(grant), true);
+		stay_frozen(r);
+		if (alone) {
+			sleep_until(r, start + r->options->slice);
+			link_fetch(l);
+		} else {
+			wait_for_answer(r);
+		}
+	}
+}
+
+static void run_fast(struct run *r)
+{
+	while (!over(r)) {
+		link_fetch(&r->board->link);
+		input_run(&r->input, r->board);
+		stay_frozen(r);
+		run_board(r, r->board->avr->cycle + cycles(1e-3), false);
+	}
+}
+
+void run_all(struct run *r)
+{
+	if (r->options->mode == PACED)
+		run_paced(r);
+	else if (r->options->mode == LOCKSTEP)
+		run_lockstep(r);
+	else
+		run_fast(r);
+}

@@ -1,0 +1,23 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+// The truth log: what really happened, at every conversion of the sensor or at a fixed period.
+#pragma once
+
+#include <stdint.h>
+#include <stdio.h>
+
+enum { TRUTH_COLUMNS = 8 };
+
+struct truth {
+	FILE *file;     // NULL: no log
+	uint64_t rows;
+};
+
+// Rows of TRUTH_COLUMNS little-endian float64: board time [s], position [m], velocity [m/s], motor
+// force [N], signed duty of 255, hand force [N], hand target [m], converter value.
+void truth_open(struct truth *t, const char *path);
+void truth_write(struct truth *t, const double row[TRUTH_COLUMNS]);
+void truth_flush(struct truth *t);
+void truth_close(struct truth *t);
