@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hapkit_studio.errors import ParameterError
 
+
 @dataclass(frozen=True)
 class Parameter:
     """A number with a unit and the limits that a person may set."""

@@ -2,8 +2,11 @@
 
 import importlib
 import pkgutil
+import sys
+from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import entry_points
+from types import ModuleType
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
@@ -28,3 +31,13 @@ def named(key: str) -> Environment:
     if key not in library:
         raise ParameterError(f"There is no environment {key!r}; there are: {', '.join(library)}.")
     return library[key]
+
+
+class _Library(ModuleType):
+    """Lets ``hapkit_studio.environments()`` be the library and ``hapkit_studio.environments`` its folder."""
+
+    def __call__(self) -> Mapping[str, Environment]:
+        return discover()
+
+
+sys.modules[__name__].__class__ = _Library

@@ -1,0 +1,52 @@
+"""Hapkit Studio: feel, tune and measure virtual environments on a Hapkit, real or simulated."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hapkit_studio import environments
+    from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
+    from hapkit_studio.api import Run, simulate
+    from hapkit_studio.devices.simulated import SimulatedHapkit
+    from hapkit_studio.dynamics.estimators import estimate_velocity
+    from hapkit_studio.dynamics.hand import Hand, Prescribed
+    from hapkit_studio.errors import LawError, ParameterError, StudioError
+
+__version__ = "0.1.0"
+
+_PLACES = {
+    "Run": "api",
+    "simulate": "api",
+    "stiffness_limit": "analysis.stability",
+    "measured_stiffness_limit": "analysis.stability",
+    "estimate_velocity": "dynamics.estimators",
+    "Hand": "dynamics.hand",
+    "Prescribed": "dynamics.hand",
+    "SimulatedHapkit": "devices.simulated",
+    "LawError": "errors",
+    "ParameterError": "errors",
+    "StudioError": "errors",
+}
+__all__ = [
+    "Hand",
+    "LawError",
+    "ParameterError",
+    "Prescribed",
+    "Run",
+    "SimulatedHapkit",
+    "StudioError",
+    "environments",
+    "estimate_velocity",
+    "measured_stiffness_limit",
+    "simulate",
+    "stiffness_limit",
+]
+
+
+def __getattr__(name: str):
+    """Import a public name when it is first used, so that a start pays only for what it needs."""
+    if name == "environments":
+        return import_module("hapkit_studio.environments")  # a package that can also be called
+    if name in _PLACES:
+        return getattr(import_module(f"hapkit_studio.{_PLACES[name]}"), name)
+    raise AttributeError(f"module 'hapkit_studio' has no attribute {name!r}")

@@ -1,0 +1,152 @@
+"""Headless rendering in one call: the same tick, the same laws, the same device as the window's."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.hand import Hand, Prescribed, hand_named
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import faults, headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.parameters import Parameter
+
+SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.0, 86_400.0)
+ANY_RATE = Parameter("rate", "Rate", "Hz", 1000.0, 1.0, 1e6)
+ANY_DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 10.0)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One headless run; arrays of shape (n,), row k at k / rate, row 0 the initial state. SI units.
+
+    position and velocity are what the loop saw, true_… the paddle's physics at the same instants; force is
+    what the law asked at sample k, applied_force that after fade, clamp and safety; state is (n, values).
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    true_position: np.ndarray
+    true_velocity: np.ndarray
+    force: np.ndarray
+    applied_force: np.ndarray
+    hand_force: np.ndarray
+    energy: np.ndarray
+    flags: np.ndarray
+    state: np.ndarray
+    state_names: tuple[str, ...]
+    faults: tuple[str, ...]
+    settings: dict = field(default_factory=dict)
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return every column by its name with its unit."""
+        named = {
+            "time_s": self.time,
+            "position_m": self.position,
+            "velocity_m_per_s": self.velocity,
+            "true_position_m": self.true_position,
+            "true_velocity_m_per_s": self.true_velocity,
+            "force_asked_N": self.force,
+            "force_applied_N": self.applied_force,
+            "hand_force_N": self.hand_force,
+            "energy_J": self.energy,
+            "flags": self.flags,
+        }
+        return {**named, **{name: self.state[:, i] for i, name in enumerate(self.state_names)}}
+
+    def save(self, path: str | Path) -> None:
+        """Write a CSV file: a comment line of settings (JSON), a line of names with units, a line a sample."""
+        columns = self.columns()
+        with open(path, "w", encoding="utf-8") as file:
+            file.write("# " + json.dumps(self.settings, ensure_ascii=False) + "\n")
+            file.write(",".join(columns) + "\n")
+            np.savetxt(file, np.column_stack(list(columns.values())), fmt="%.9g", delimiter=",")
+
+    def plot(self, path: str | Path) -> None:
+        """Write a picture: position, velocity, force over time, and force over position."""
+        from hapkit_studio import figures
+
+        figures.run_figure(self, path)
+
+
+def simulate(
+    environment: str | Environment,
+    parameters: Mapping[str, object] | None = None,
+    *,
+    hand: str | Hand | Prescribed | None = None,
+    device: SimulatedHapkit | None = None,
+    rate: float = 1000.0,
+    delay: float = 0.0,
+    estimator: Spec = "difference",
+    seconds: float = 2.0,
+    seed: int = 0,
+    max_speed: float = math.inf,
+) -> Run:
+    """Render an environment on the simulated Hapkit, at full parameters from the first sample on.
+
+    rate in Hz, delay in s from sample to applied force (any non-negative value), max_speed in m/s latches
+    over-speed where it is finite. Raise ParameterError for what is unknown, out of range or not a number.
+    """
+    chosen = environment if isinstance(environment, Environment) else environments.named(environment)
+    values = chosen.values(parameters)
+    device = device or SimulatedHapkit()
+    loop = LoopSettings(ANY_RATE.check(rate), ANY_DELAY.check(delay), estimator)
+    count = round(SECONDS.check(seconds) * loop.rate)
+    if count < 1:
+        raise ParameterError(f"A run has at least one sample: {seconds:g} s at {rate:g} Hz has none.")
+    moving = _hand(hand)
+    scene = headless.Scene(chosen, values, device, loop, max_speed)
+    out, rig = headless.render(scene, moving, count)
+    fault = faults.describe(int(rig.control[headless.FAULT]), rig)
+    settings = {
+        "environment": chosen.key,
+        "parameters": {p.key: p.text(values[p.key]) for p in chosen.parameters},
+        "hand": hand if isinstance(hand, str) else type(hand).__name__ if hand else "released",
+        "rate_Hz": loop.rate,
+        "delay_s": loop.delay,
+        "estimator": estimator,
+        "device": {k: repr(v) if math.isinf(v) else v for k, v in vars(device).items()},
+        "seed": seed,
+    }
+    return _as_run(out, chosen, loop.rate, fault, settings)
+
+
+def _hand(hand: str | Hand | Prescribed | None) -> Hand | Prescribed | None:
+    if hand is None or isinstance(hand, Hand | Prescribed):
+        return hand
+    if isinstance(hand, str):
+        return hand_named(hand)
+    raise ParameterError(f"hand takes a script's name, a Hand, a Prescribed motion or None, not {hand!r}.")
+
+
+def _as_run(
+    out: np.ndarray, chosen: Environment, rate: float, fault: faults.Fault | None, settings: dict
+) -> Run:
+    def column(index: int) -> np.ndarray:
+        return np.ascontiguousarray(out[:, index])
+
+    names = chosen.state_names
+    return Run(
+        time=np.arange(len(out)) / rate,
+        position=column(rows.POSITION),
+        velocity=column(rows.VELOCITY),
+        true_position=column(rows.TRUE_POSITION),
+        true_velocity=column(rows.TRUE_VELOCITY),
+        force=column(rows.ASKED),
+        applied_force=column(rows.APPLIED),
+        hand_force=column(rows.HAND_FORCE),
+        energy=column(rows.ENERGY),
+        flags=column(rows.FLAGS).astype(int),
+        state=np.ascontiguousarray(out[:, rows.STATE : rows.STATE + len(names)]),
+        state_names=names,
+        faults=(fault.text,) if fault else (),
+        settings=settings,
+    )

@@ -1,0 +1,70 @@
+"""The parameter block: how settings reach the loop. One writer, one reader, neither ever waits.
+
+A seqlock: the sequence word is odd while the writer is at work; the reader copies, looks again, and where
+the word has moved simply tries at its next tick. The newest block wins.
+"""
+
+import numpy as np
+
+from hapkit_studio.haptics.fences import fence, load_acquire, store_release
+from hapkit_studio.haptics.jit import compiled
+
+PARAMS = 0
+INITIAL_STATE = 32
+COEFS = 48
+PERIOD = 56
+DELAY = 57
+MAX_FORCE = 58
+MAX_SPEED = 59
+FADE = 60
+HAND_MASS = 61
+HAND_DAMPING = 62
+HAND_STIFFNESS = 63
+HAND_TARGET = 64
+VALUES = 65
+
+SEQUENCE = 0
+LAW = 1
+N_PARAMS = 2
+N_STATE = 3
+DISCRETE = 4
+ESTIMATOR = 5
+GENERATION = 6
+HAND_ON = 7
+WORDS = 8
+
+
+def new_block() -> tuple[np.ndarray, np.ndarray]:
+    """Return an empty block: float64 values and int64 words."""
+    return np.zeros(VALUES), np.zeros(WORDS, dtype=np.int64)
+
+
+@compiled
+def publish(values, words, new_values, new_words):
+    """Replace the block's content."""
+    sequence = words[SEQUENCE]
+    store_release(words, SEQUENCE, sequence + 1)
+    fence()
+    for i in range(VALUES):
+        values[i] = new_values[i]
+    for i in range(LAW, WORDS):
+        words[i] = new_words[i]
+    fence()
+    store_release(words, SEQUENCE, sequence + 2)
+
+
+@compiled
+def take(values, words, copy_values, copy_words):
+    """Copy the block if it is whole and newer than the copy; return whether it was."""
+    sequence = load_acquire(words, SEQUENCE)
+    if sequence == copy_words[SEQUENCE] or sequence & 1:
+        return False
+    for i in range(VALUES):
+        copy_values[i] = values[i]
+    for i in range(LAW, WORDS):
+        copy_words[i] = words[i]
+    fence()
+    if load_acquire(words, SEQUENCE) != sequence:
+        return False
+    copy_words[SEQUENCE] = sequence
+    return True

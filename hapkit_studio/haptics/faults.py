@@ -1,0 +1,43 @@
+"""What a latched fault says to a person: the reason, value, limit, and what to do."""
+
+from dataclasses import dataclass
+
+from hapkit_studio.haptics import block, rig
+from hapkit_studio.haptics.rig import Rig
+
+HOLD_THEN_CLEAR = "Force is zero. Hold the handle, then clear."
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A latched fault: its code, the reason in one line, what to do."""
+
+    code: int
+    text: str
+    detail: str = HOLD_THEN_CLEAR
+
+
+def describe(code: int, r: Rig) -> Fault | None:
+    """Return the fault of a code with the values the loop left, None for no fault."""
+    value, position = float(r.real[rig.FAULT_VALUE]), 1e3 * float(r.real[rig.FAULT_POSITION])
+    line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
+    texts = {
+        rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at x = {position:.2f} mm.",
+        rig.LAW_INDEX: f"Fault: line {line} of the law reads beyond its state.",
+        rig.LAW_FUEL: f"Fault: line {line} of the law does not come to an end.",
+        rig.OVER_SPEED: f"Fault: over-speed, {abs(value):.1f} m/s (limit {limit:.1f} m/s).",
+        rig.STALE_SENSOR: f"Fault: no sensor frame for {1e3 * value:.0f} ms, three times in 10 s.",
+        rig.RUNAWAY: f"Fault: this machine cannot keep {value:.0f} Hz.",
+        rig.DEVICE_GONE: "The device is gone.",
+    }
+    details = {
+        rig.RUNAWAY: "Force is zero. Lower the rate, then clear.",
+        rig.DEVICE_GONE: "Force is zero. Nothing is lost. Looking again every second.",
+    }
+    if code not in texts:
+        return None
+    return Fault(code, texts[code], details.get(code, HOLD_THEN_CLEAR))
+
+
+def _name(value: float) -> str:
+    return "NaN" if value != value else "infinity"

@@ -1,0 +1,110 @@
+"""The arrays one running loop works on, and the words it shares with the window."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.haptics import block, rows
+
+# --- real: the tick's own numbers
+GAIN = 0
+RAMP = 1
+BLEND = 2
+LAST_POSITION = 3
+ENERGY = 4
+APPLIED = 5
+HOLD = 6
+GOOD = 7
+STALE_TIMES = 8
+FAULT_VALUE = 11
+FAULT_POSITION = 12
+CLOCK = 13
+VELOCITY = 14
+REAL = 16
+
+# --- word: the tick's own whole numbers
+SLOT = 0
+STARTED = 1
+TICK = 2
+STALE = 3
+CLEARED = 4
+FLAGS = 5
+GENERATION = 6
+WORD = 8
+
+# --- control: shared with the window, one cache line each
+STRIDE = 8
+QUIT = 0 * STRIDE
+STOP = 1 * STRIDE
+CLEAR = 2 * STRIDE
+HEAD = 3 * STRIDE
+FAULT = 4 * STRIDE
+ACCEPTED = 5 * STRIDE
+MISSED = 6 * STRIDE
+STALE_COUNT = 7 * STRIDE
+LOST_FRAMES = 8 * STRIDE
+CRC_ERRORS = 9 * STRIDE
+DONE = 10 * STRIDE
+PASSES = 11 * STRIDE
+CONTROL = 12 * STRIDE
+
+NO_FAULT, NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = range(8)
+
+
+class Rig(NamedTuple):
+    """Everything the tick reads and writes; plain arrays, allocated once."""
+
+    real: np.ndarray
+    word: np.ndarray
+    params: np.ndarray  # (2, 32): one row a slot, what each law reads now
+    start: np.ndarray  # (32,): where the ramp of the numbers began
+    goal: np.ndarray  # (32,): where it ends
+    states: np.ndarray  # (2, 16): one row a slot
+    laws: np.ndarray  # (2,): addresses
+    memory: np.ndarray  # the velocity estimator's
+    fault: np.ndarray  # (2,): code and line, set by laws
+    values: np.ndarray  # the block last taken
+    words: np.ndarray
+    block_values: np.ndarray  # the block as the window writes it
+    block_words: np.ndarray
+    control: np.ndarray
+
+
+def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
+    """Return a rig at rest that reads its settings from the given block."""
+    values, words = block.new_block()
+    return Rig(
+        real=np.zeros(REAL),
+        word=np.zeros(WORD, dtype=np.int64),
+        params=np.zeros((2, block.INITIAL_STATE)),
+        start=np.zeros(block.INITIAL_STATE),
+        goal=np.zeros(block.INITIAL_STATE),
+        states=np.zeros((2, rows.STATES)),
+        laws=np.zeros(2, dtype=np.int64),
+        memory=np.zeros(estimators.MEMORY),
+        fault=np.zeros(2, dtype=np.int64),
+        values=values,
+        words=words,
+        block_values=block_values,
+        block_words=block_words,
+        control=np.zeros(CONTROL, dtype=np.int64),
+    )
+
+
+def restart(r: Rig, hold_seconds: float) -> None:
+    """Bring the tick back to its start before a loop runs: settings afresh, the force fades in from zero.
+
+    hold_seconds of zero force come first. A latched E-stop stays; counts go on.
+    """
+    r.real[:] = 0.0
+    r.real[BLEND] = r.real[RAMP] = 1.0
+    r.real[HOLD] = hold_seconds
+    ticks = r.word[TICK]
+    r.word[:] = 0
+    r.word[TICK] = ticks
+    r.word[CLEARED] = r.control[CLEAR]
+    r.words[:] = 0
+    r.fault[:] = 0
+    for word in (QUIT, DONE, FAULT):
+        r.control[word] = NO_FAULT

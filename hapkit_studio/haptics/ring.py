@@ -1,0 +1,72 @@
+"""The ring of telemetry rows: the loop writes and never waits, each reader follows with its own cursor."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hapkit_studio.haptics import rig, rows
+from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.jit import compiled
+
+CAPACITY = 1 << 16
+
+
+class Ring(NamedTuple):
+    """Rows (capacity, ROW_WIDTH), and the control words that hold the count of rows ever written."""
+
+    rows: np.ndarray
+    control: np.ndarray
+
+
+def new_ring(control: np.ndarray, capacity: int = CAPACITY) -> Ring:
+    """Return an empty ring; capacity is a power of two."""
+    return Ring(np.zeros((capacity, rows.ROW_WIDTH)), control)
+
+
+@compiled
+def next_index(ring):
+    """Return the index of the row to fill next."""
+    return ring.control[rig.HEAD] & (ring.rows.shape[0] - 1)
+
+
+@compiled
+def publish(ring):
+    """Hand the filled row to the readers."""
+    store_release(ring.control, rig.HEAD, ring.control[rig.HEAD] + 1)
+
+
+@compiled
+def _head(ring):
+    return load_acquire(ring.control, rig.HEAD)
+
+
+class RingReader:
+    """Reads every row once; rows overwritten before they were read are counted in ``lost``."""
+
+    def __init__(self, ring: Ring):
+        self._ring = ring
+        self._cursor = int(_head(ring))
+        self.lost = 0
+
+    def read(self) -> np.ndarray:
+        """Return the rows written since the last call, shape (n, ROW_WIDTH), oldest first."""
+        capacity = self._ring.rows.shape[0]
+        # The writer may be filling the oldest row this very moment, so that one is given up as well.
+        head = int(_head(self._ring))
+        first = max(self._cursor, head - capacity + 1)
+        block = self._copy(first, head)
+        oldest = int(_head(self._ring)) - capacity + 1
+        if oldest > first:
+            block = block[min(oldest - first, len(block)) :]
+        self.lost += head - self._cursor - len(block)
+        self._cursor = head
+        return block
+
+    def _copy(self, first: int, end: int) -> np.ndarray:
+        capacity = self._ring.rows.shape[0]
+        low, high = first % capacity, end % capacity
+        if first == end:
+            return np.empty((0, rows.ROW_WIDTH))
+        if low < high:
+            return self._ring.rows[low:high].copy()
+        return np.concatenate((self._ring.rows[low:], self._ring.rows[:high]))

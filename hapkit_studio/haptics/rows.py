@@ -1,0 +1,28 @@
+"""The telemetry row: what every tick writes, and where in the row it stands. SI units."""
+
+TICK = 0
+HOST_TIME = 1
+BOARD_TIME = 2
+POSITION = 3
+VELOCITY = 4
+ASKED = 5
+APPLIED = 6
+LATENESS = 7
+COMPUTE = 8
+ENERGY = 9
+FLAGS = 10
+TRUE_POSITION = 11
+TRUE_VELOCITY = 12
+HAND_FORCE = 13
+HAND_TARGET = 14
+PERIOD = 15
+STATE = 16
+STATES = 16
+ROW_WIDTH = STATE + STATES
+
+CLAMPED = 1
+STOPPED = 2
+FAULT = 4
+STALE = 8
+FADING = 16
+GAP = 32

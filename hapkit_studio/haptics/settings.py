@@ -1,0 +1,140 @@
+"""How new settings come into force inside the tick: numbers ramp, choices and laws cross-fade."""
+
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.haptics import block, rig
+from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.jit import compiled
+
+
+@compiled
+def refresh(r, position, period):
+    """Take a newer block, move ramp and cross-fade on by a period, obey a cleared fault."""
+    if load_acquire(r.block_words, block.SEQUENCE) != r.words[block.SEQUENCE]:
+        adopt(r, position)
+    real = r.real
+    if real[rig.RAMP] < 1.0 or real[rig.BLEND] < 1.0:
+        move(r, period / r.values[block.FADE])
+    elif r.word[rig.GENERATION] != r.words[block.GENERATION]:
+        r.word[rig.GENERATION] = r.words[block.GENERATION]
+        store_release(r.control, rig.ACCEPTED, r.words[block.GENERATION])
+    cleared = load_acquire(r.control, rig.CLEAR)
+    if cleared != r.word[rig.CLEARED]:
+        r.word[rig.CLEARED] = cleared
+        clear_fault(r)
+
+
+@compiled
+def adopt(r, position):
+    """Bring a new block into force; while a cross-fade runs it waits, and the newest one is taken after."""
+    real, word = r.real, r.word
+    if real[rig.BLEND] < 1.0 and word[rig.STARTED]:
+        return
+    estimator = r.words[block.ESTIMATOR]
+    if not block.take(r.block_values, r.block_words, r.values, r.words):
+        return
+    if not word[rig.STARTED]:
+        begin(r, position)
+        return
+    if r.words[block.ESTIMATOR] != estimator:
+        estimators.reset(r.memory, position)
+    if other_form(r):
+        switch(r)
+    elif other_numbers(r):
+        slot = word[rig.SLOT]
+        for i in range(r.words[block.N_PARAMS]):
+            r.start[i] = r.params[slot, i]
+            r.goal[i] = r.values[block.PARAMS + i]
+        real[rig.RAMP] = 0.0
+
+
+@compiled
+def begin(r, position):
+    """Start at full parameters: the first block is not a change."""
+    r.word[rig.STARTED] = 1
+    estimators.reset(r.memory, position)
+    r.real[rig.LAST_POSITION] = position
+    enter(r, r.word[rig.SLOT], True)
+    r.real[rig.BLEND] = 1.0
+
+
+@compiled
+def other_form(r):
+    """Return whether the new block has another law or another choice than the one in force."""
+    slot = r.word[rig.SLOT]
+    if r.words[block.LAW] != r.laws[slot]:
+        return True
+    mask = r.words[block.DISCRETE]
+    for i in range(r.words[block.N_PARAMS]):
+        if (mask >> i) & 1 and r.values[block.PARAMS + i] != r.params[slot, i]:
+            return True
+    return False
+
+
+@compiled
+def other_numbers(r):
+    """Return whether a number has another goal than the one it ramps to."""
+    for i in range(r.words[block.N_PARAMS]):
+        if r.values[block.PARAMS + i] != r.goal[i]:
+            return True
+    return False
+
+
+@compiled
+def switch(r):
+    """Put the new form into the other slot and begin to fade over to it; a kept law keeps its state."""
+    old = r.word[rig.SLOT]
+    new = 1 - old
+    fresh = r.words[block.LAW] != r.laws[old]
+    if not fresh:
+        for i in range(r.words[block.N_STATE]):
+            r.states[new, i] = r.states[old, i]
+    r.word[rig.SLOT] = new
+    enter(r, new, fresh)
+    r.real[rig.BLEND] = 0.0
+
+
+@compiled
+def enter(r, slot, fresh):
+    """Load law, parameters and, for a fresh law, its first state into a slot."""
+    r.laws[slot] = r.words[block.LAW]
+    for i in range(r.words[block.N_PARAMS]):
+        r.params[slot, i] = r.values[block.PARAMS + i]
+        r.goal[i] = r.values[block.PARAMS + i]
+    if fresh:
+        restore(r, slot)
+    r.real[rig.RAMP] = 1.0
+
+
+@compiled
+def restore(r, slot):
+    """Give a slot its law's first state."""
+    for i in range(r.words[block.N_STATE]):
+        r.states[slot, i] = r.values[block.INITIAL_STATE + i]
+
+
+@compiled
+def move(r, step):
+    """Move the ramp of the numbers and the cross-fade by a step, a share of the whole."""
+    real = r.real
+    if real[rig.RAMP] < 1.0:
+        ramp = min(1.0, real[rig.RAMP] + step)
+        real[rig.RAMP] = ramp
+        slot = r.word[rig.SLOT]
+        for i in range(r.words[block.N_PARAMS]):
+            goal, start = r.goal[i], r.start[i]
+            r.params[slot, i] = goal if ramp >= 1.0 else start + (goal - start) * ramp
+    if real[rig.BLEND] < 1.0:
+        real[rig.BLEND] = min(1.0, real[rig.BLEND] + step)
+
+
+@compiled
+def clear_fault(r):
+    """Forget a latched fault; the law starts from its first state, the force fades in from zero."""
+    if load_acquire(r.control, rig.FAULT) == rig.NO_FAULT:
+        return
+    r.fault[0] = 0
+    r.fault[1] = 0
+    restore(r, r.word[rig.SLOT])
+    r.real[rig.BLEND] = 1.0
+    r.real[rig.GAIN] = 0.0
+    store_release(r.control, rig.FAULT, rig.NO_FAULT)

@@ -1,0 +1,92 @@
+"""Settings as a person gives them, turned into the loop's parameter block."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import block
+from hapkit_studio.parameters import Parameter
+
+FADE_SECONDS = 0.030
+MAX_SPEED = 3.0
+
+RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "How often the loop looks and answers")
+DELAY = Parameter("delay", "Added delay", "s", 0.0, 0.0, 0.1, "From a sample to the force it causes")
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """The loop a person chose: rate in Hz, delay in s from sample to force, velocity estimator."""
+
+    rate: float = RATE.default
+    delay: float = DELAY.default
+    estimator: Spec = "difference"
+
+    def changed(self, rate=None, delay=None, estimator=None) -> "LoopSettings":
+        """Return these settings with the given ones replaced; raise ParameterError."""
+        if estimator is not None:
+            estimators.parse(estimator)
+        return replace(
+            self,
+            rate=self.rate if rate is None else RATE.check(rate),
+            delay=self.delay if delay is None else DELAY.check(delay),
+            estimator=self.estimator if estimator is None else estimator,
+        )
+
+
+@dataclass
+class Wanted:
+    """Everything the block holds, by name."""
+
+    environment: Environment
+    values: Mapping[str, float]
+    loop: LoopSettings = field(default_factory=LoopSettings)
+    max_force: float = 3.0
+    max_speed: float = MAX_SPEED
+    quantum: float = 20.7e-6
+    grip: Grip | None = None
+    target: float | None = None
+    generation: int = 0
+
+    def encode(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the block's values and words; compiles the law if it is new."""
+        values, words = block.new_block()
+        law = self.environment.force.compiled()
+        numbers = [self.values[p.key] for p in self.environment.parameters]
+        for p, number in zip(self.environment.parameters, numbers, strict=True):
+            if not math.isfinite(number):
+                raise ParameterError(f"{p.label} must be a finite number, not {number:g}.")
+        values[: len(numbers)] = numbers
+        start = law.initial_state
+        values[block.INITIAL_STATE : block.INITIAL_STATE + len(start)] = start
+        code, coefs = estimators.design(self.loop.estimator, self.loop.rate, self.quantum)
+        values[block.COEFS : block.PERIOD] = coefs
+        values[block.PERIOD] = 1.0 / self.loop.rate
+        values[block.DELAY] = self.loop.delay
+        values[block.MAX_FORCE] = self.max_force
+        values[block.MAX_SPEED] = self.max_speed
+        values[block.FADE] = FADE_SECONDS
+        self._encode_hand(values, words)
+        words[block.LAW] = law.address
+        words[block.N_PARAMS] = len(numbers)
+        words[block.N_STATE] = len(start)
+        words[block.DISCRETE] = sum(1 << i for i, p in enumerate(self.environment.parameters) if p.discrete)
+        words[block.ESTIMATOR] = code
+        words[block.GENERATION] = self.generation
+        return values, words
+
+    def _encode_hand(self, values: np.ndarray, words: np.ndarray) -> None:
+        if self.grip is None or self.target is None:
+            return
+        values[block.HAND_MASS] = self.grip.mass
+        values[block.HAND_DAMPING] = self.grip.damping
+        values[block.HAND_STIFFNESS] = self.grip.stiffness
+        values[block.HAND_TARGET] = self.target
+        words[block.HAND_ON] = 1
