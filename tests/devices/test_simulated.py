@@ -1,0 +1,196 @@
+"""The simulated Hapkit against matrix exponentials: delays of any fraction, hands, changes while running."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices import simulated
+from hapkit_studio.devices.simulated import HAND_FORCE, SimulatedHapkit, V, X
+from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.errors import ParameterError
+from tests.dynamics import reference_paddle
+
+NO_HAND = (0.0, 0.0, 0.0)
+MEDIUM = (0.05, 4.0, 200.0)
+
+
+def start(
+    mass=0.044, viscous=0.5, coulomb=0.0, hand=NO_HAND, period=1e-3, delay=0.0, x=0.0, v=0.0, periods=1022
+):
+    dev, queue = simulated.new_state(x, v, periods)
+    simulated.configure(dev, queue, mass, viscous, coulomb, *hand, period, delay)
+    return dev, queue
+
+
+def run(dev, queue, law, targets):
+    """Return (x, v) at len(targets) samples under the force law(k, x)."""
+    out = []
+    for k in range(len(targets)):
+        out.append((dev[X], dev[V]))
+        simulated.command(dev, queue, law(k, dev[X]))
+        if k + 1 < len(targets):
+            simulated.advance(dev, queue, targets[k], targets[k + 1])
+    return np.array(out)
+
+
+def applied(dev, queue, forces):
+    """Return the mean force that acted in each period on a free mass of 1 kg without damping."""
+    mean = []
+    for force in forces:
+        before = dev[V]
+        if force is not None:
+            simulated.command(dev, queue, force)
+        simulated.advance(dev, queue, 0.0, 0.0)
+        mean.append((dev[V] - before) / dev[simulated._PERIOD])
+    return mean
+
+
+@pytest.mark.parametrize("hand", [NO_HAND, MEDIUM, (0.1, 8.0, 400.0), (0.0, 0.0, 90.0)])
+@pytest.mark.parametrize("periods_late", [0.0, 0.3, 0.5, 0.999, 1.0, 2.0, 3.7, 12.25])
+def test_motion_is_exact_for_any_delay_and_hand(hand, periods_late, rng):
+    for _ in range(4):
+        period, mass, viscous = 10 ** rng.uniform(-4, -2), 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-2, 1)
+        push, stiffness = rng.normal(0.0, 1.0, 80), 0.03 * mass / period**2 * rng.random()
+        targets, delay = np.cumsum(rng.normal(0.0, 1e-3, 80)), periods_late * period
+        x0, v0 = rng.normal(0.0, 0.01), rng.normal(0.0, 0.1)
+
+        def law(k, x, push=push, stiffness=stiffness):
+            return push[k] - stiffness * x
+
+        want = reference_paddle.run(law, targets, mass, viscous, hand, period, delay, x0, v0)
+        got = run(*start(mass, viscous, 0.0, hand, period, delay, x0, v0), law, targets)
+        assert np.all(np.abs(got - want) <= 1e-9 * np.abs(want).max(axis=0))
+
+
+def test_hand_force_is_spring_and_damper_to_the_moving_target():
+    dev, queue = start(hand=MEDIUM)
+    simulated.advance(dev, queue, 0.0, 2e-4)
+    want = 200.0 * (2e-4 - dev[X]) + 4.0 * (0.2 - dev[V])
+    assert dev[HAND_FORCE] == pytest.approx(want, rel=1e-12)
+    assert dev[HAND_FORCE] > 0.0
+
+
+def test_motor_is_off_until_the_first_command_arrives():
+    dev, queue = start(1.0, 0.0, delay=2.25e-3)
+    assert applied(dev, queue, [4.0, 8.0, 0.0, 0.0]) == pytest.approx([0.0, 0.0, 3.0, 7.0], abs=1e-9)
+
+
+def test_last_command_holds_when_none_follows():
+    dev, queue = start(1.0, 0.0)
+    assert applied(dev, queue, [2.0, None, None]) == pytest.approx([2.0, 2.0, 2.0])
+
+
+def test_a_delay_of_a_thousand_periods_at_10_khz():
+    dev, queue = start(1.0, 0.0, period=1e-4, delay=0.1)
+    force = applied(dev, queue, [float(k) for k in range(1500)])
+    assert force[:1000] == [0.0] * 1000
+    assert force[1000:] == pytest.approx(np.arange(500.0), abs=1e-6)
+
+
+def test_room_for_longer_delays_can_be_asked_for():
+    dev, queue = start(1.0, 0.0, period=1e-4, delay=0.5, periods=5000)
+    force = applied(dev, queue, [1.0] * 5003)
+    assert force[4999:] == pytest.approx([0.0, 1.0, 1.0, 1.0], abs=1e-9)
+
+
+def test_letting_go_keeps_motion_and_pending_commands():
+    dev, queue = start(1.0, 0.0, hand=MEDIUM, delay=3e-3, v=0.1)
+    for force in (1.0, 2.0, 3.0):
+        simulated.command(dev, queue, force)
+        simulated.advance(dev, queue, 0.0, 0.0)
+    x, v = dev[X], dev[V]
+    simulated.configure(dev, queue, 1.0, 0.0, 0.0, *NO_HAND, 1e-3, 3e-3)
+    assert (dev[X], dev[V], dev[HAND_FORCE]) == (x, v, 0.0)
+    assert applied(dev, queue, [0.0] * 4) == pytest.approx([1.0, 2.0, 3.0, 0.0], abs=1e-9)
+
+
+def test_nothing_of_a_released_hand_reaches_the_handle():
+    dev, queue = start(v=0.1)
+    simulated.advance(dev, queue, math.nan, math.nan)
+    assert dev[V] == pytest.approx(0.1 * math.exp(-0.5e-3 / 0.044), rel=1e-12)
+    assert dev[HAND_FORCE] == 0.0
+
+
+def test_a_shorter_delay_drops_what_is_outdated_and_a_longer_one_holds():
+    dev, queue = start(1.0, 0.0, delay=4e-3)
+    applied(dev, queue, [1.0, 2.0, 3.0, 4.0, 5.0])
+    simulated.configure(dev, queue, 1.0, 0.0, 0.0, *NO_HAND, 1e-3, 0.0)
+    assert applied(dev, queue, [9.0, 9.0]) == pytest.approx([9.0, 9.0])
+    simulated.configure(dev, queue, 1.0, 0.0, 0.0, *NO_HAND, 1e-3, 3e-3)
+    assert applied(dev, queue, [7.0] * 5) == pytest.approx([9.0, 9.0, 9.0, 7.0, 7.0])
+
+
+def test_a_faster_rate_keeps_pending_forces_at_their_times():
+    dev, queue = start(1.0, 0.0, period=1e-3, delay=3e-3)
+    applied(dev, queue, [1.0, 2.0, 3.0])
+    simulated.configure(dev, queue, 1.0, 0.0, 0.0, *NO_HAND, 0.5e-3, 3e-3)
+    assert applied(dev, queue, [8.0] * 8) == pytest.approx([1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 8.0, 8.0])
+
+
+def test_changes_at_random_never_bring_a_force_nobody_asked_for(rng):
+    dev, queue = start(1.0, 0.0)
+    for _ in range(300):
+        period, delay = 10 ** rng.uniform(-4, -2), rng.choice([0.0, 1e-3, 0.1]) * rng.random()
+        simulated.configure(dev, queue, 1.0, 0.0, 0.0, *NO_HAND, period, delay)
+        force = applied(dev, queue, list(rng.uniform(0.5, 1.0, rng.integers(1, 40))))
+        assert np.all(np.array(force) < 1.0 + 1e-9)
+        assert np.all(np.array(force) > -1e-9)
+
+
+def test_with_friction_the_delay_still_splits_the_period():
+    dev, queue = start(1.0, 0.0, coulomb=1.0, delay=0.25e-3)
+    simulated.command(dev, queue, 3.0)
+    simulated.advance(dev, queue, 0.0, 0.0)
+    assert dev[V] == pytest.approx(2.0 * 0.75e-3, rel=1e-12)
+
+
+def test_friction_of_the_handle_holds_a_soft_hand():
+    dev, queue = start(coulomb=0.1, hand=MEDIUM)
+    for _ in range(50):
+        simulated.advance(dev, queue, 0.4e-3, 0.4e-3)
+    assert (dev[X], dev[V]) == (0.0, 0.0)
+    assert dev[HAND_FORCE] == pytest.approx(0.08)
+
+
+@pytest.mark.parametrize(
+    ("x", "counts"), [(0.0, 0), (20.6e-6, 0), (20.8e-6, 1), (-1e-9, -1), (-20.8e-6, -2), (1e-2, 483)]
+)
+def test_sensor_reads_the_count_below(x, counts):
+    assert simulated.quantise(x, 20.7e-6) == pytest.approx(counts * 20.7e-6, abs=1e-15)
+    assert simulated.quantise(x, 0.0) == x
+
+
+def test_default_device():
+    device = SimulatedHapkit()
+    assert (device.mass, device.viscous, device.coulomb_force) == (0.044, 0.5, 0.10)
+    assert (device.quantum, device.max_force) == (20.7e-6, 3.0)
+    assert SimulatedHapkit(quantum=0, max_force=math.inf, coulomb_force=0).max_force == math.inf
+
+
+@pytest.mark.parametrize(
+    ("bad", "names"),
+    [
+        ({"mass": 0.0}, "mass must be more than 0 kg, not 0 kg"),
+        ({"mass": -1.0}, "not -1 kg"),
+        ({"mass": math.nan}, "mass takes a number in kg, not nan"),
+        ({"mass": math.inf}, "number in kg"),
+        ({"damping": -0.1}, "damping must be 0 or more N·s/m, not -0.1"),
+        ({"coulomb_force": "much"}, "Coulomb friction takes a number in N, not 'much'"),
+        ({"quantum": -1e-6}, "quantum must be 0 or more m"),
+        ({"max_force": 0.0}, "force limit must be more than 0 N"),
+        ({"initial_position": math.inf}, "initial position"),
+        ({"initial_velocity": math.nan}, "initial velocity"),
+    ],
+)
+def test_refuses_a_device_that_cannot_be(bad, names):
+    with pytest.raises(ParameterError, match=names) as error:
+        SimulatedHapkit(**bad)
+    assert "\n" not in str(error.value)
+
+
+def test_grips_can_be_put_on_the_handle():
+    for grip in GRIPS.values():
+        hand = (grip.mass, grip.damping, grip.stiffness) if grip else NO_HAND
+        dev, _ = start(hand=hand)
+        assert dev[X] == 0.0
