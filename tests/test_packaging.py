@@ -1,0 +1,79 @@
+"""The wheel, installed into an empty environment of its own, has everything and starts everywhere."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from hapkit_studio import environments
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def run(*command, cwd, **environment):
+    """Run a command outside the checkout; return what it prints."""
+    inherited = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    done = subprocess.run(
+        [str(part) for part in command],
+        cwd=cwd,
+        env=inherited | environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.strip()
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    run(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", folder, ROOT, cwd=folder)
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def python(wheel):
+    """Return the interpreter of an empty environment with the wheel and what it depends on."""
+    home = wheel.parent / "venv"
+    run(sys.executable, "-m", "venv", home, cwd=wheel.parent)
+    binary = home / ("Scripts" if os.name == "nt" else "bin") / "python"
+    run(binary, "-m", "pip", "install", "--quiet", wheel, cwd=wheel.parent)
+    return binary
+
+
+def test_wheel_holds_the_package_and_its_assets_only(wheel):
+    names = set(zipfile.ZipFile(wheel).namelist())
+    assets = [path for path in (ROOT / "assets").rglob("*") if path.is_file()]
+    assert assets
+    assert {f"hapkit_studio/{path.relative_to(ROOT)}" for path in assets} <= names
+    modules = [path for path in (ROOT / "hapkit_studio").rglob("*.py")]
+    assert {str(path.relative_to(ROOT)) for path in modules} <= names
+    assert {name.split("/")[0].split("-")[0] for name in names} == {"hapkit_studio"}
+
+
+def test_installed_assets_are_found_inside_the_installation(python, tmp_path):
+    code = "from hapkit_studio import resources; print(resources.path())"
+    root = Path(run(python, "-I", "-c", code, cwd=tmp_path))
+    assert root.is_relative_to(python.parent.parent)
+    expected = {path.relative_to(ROOT / "assets") for path in (ROOT / "assets").rglob("*.svg")}
+    assert {path.relative_to(root) for path in root.rglob("*.svg")} == expected
+
+
+def test_installed_commands_know_the_environments(python, tmp_path):
+    listed = run(python.parent / "hapkit-studio", "environments", cwd=tmp_path)
+    assert all(key in listed for key in environments.discover())
+
+
+@pytest.mark.parametrize("key", sorted(environments.discover()))
+def test_installed_window_starts_in_every_environment(python, tmp_path, key):
+    picture = tmp_path / "window.png"
+    options = ("--screenshot", picture, "--environment", key, "--seconds", "1")
+    run(python, "-I", "-m", "hapkit_studio", *options, cwd=tmp_path, QT_QPA_PLATFORM="offscreen")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert picture.stat().st_size > 20_000

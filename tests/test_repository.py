@@ -1,0 +1,96 @@
+"""Habits of the whole repository that no tool checks: small files, known layers, nothing of one machine."""
+
+import ast
+import os
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+SKIPPED = {".venv", ".git", "build", "dist", "__pycache__", "bench-results", ".hypothesis"}
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+TEXT = {".py", ".md", ".toml", ".c", ".h", ".cpp", ".ino", ".sh", ".qss", ".svg", ""}
+# split, so that this file does not find itself
+NOT_IN_ANY_FILE = {
+    "a path of one machine": r"/(wo" r"rk|ro" r"ot|ho" r"me)/\w",
+    "a registry's host": r"(py" r"pi|debi" r"an|anac" r"onda)\.(org|com|net)",
+    "a note to oneself": r"\b(TO" r"DO|FIX" r"ME|XX" r"X)\b",
+    "a ticket": r"\b(iss" r"ue|tick" r"et) #?\d",
+}
+
+
+def files(*suffixes):
+    """Return the repository's own files, sorted; all kinds of text where no suffix is given."""
+    found = []
+    for folder, folders, names in os.walk(ROOT):
+        folders[:] = [name for name in folders if name not in SKIPPED and not name.endswith("_cache")]
+        found += [Path(folder, name) for name in names]
+    return sorted(path for path in found if path.suffix in (suffixes or TEXT) and path.is_file())
+
+
+def lines(path):
+    return path.read_text(encoding="utf-8").splitlines()
+
+
+def test_files_stay_small():
+    sources = files(".py", ".c", ".h", ".cpp", ".ino")
+    assert len(sources) > 50
+    assert [str(path.relative_to(ROOT)) for path in sources if len(lines(path)) > 300] == []
+    short = [path for path in sources if len(lines(path)) <= 200]
+    assert len(short) > 0.9 * len(sources)
+
+
+def test_most_functions_stay_short():
+    lengths = []
+    for path in files(".py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        nodes = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
+        lengths += [node.end_lineno - node.lineno + 1 for node in nodes]
+    assert sum(length <= 25 for length in lengths) > 0.9 * len(lengths)
+
+
+@pytest.mark.parametrize("what", NOT_IN_ANY_FILE)
+def test_nothing_is_of_one_machine_or_one_day(what):
+    pattern = re.compile(NOT_IN_ANY_FILE[what])
+    hits = [
+        f"{path.relative_to(ROOT)}:{number}"
+        for path in files()
+        for number, line in enumerate(lines(path), 1)
+        if pattern.search(line)
+    ]
+    assert hits == []
+
+
+def test_every_module_has_its_layer():
+    layers = PROJECT["tool"]["importlinter"]["contracts"][0]["layers"]
+    named = {name.strip().split(".")[-1] for layer in layers for name in layer.split("|")}
+    package = ROOT / "hapkit_studio"
+    modules = {path.stem for path in package.glob("*.py")} | {
+        path.name for path in package.iterdir() if path.is_dir() and any(path.glob("*.py"))
+    }
+    assert modules - {"__init__"} <= named
+
+
+def test_check_calls_the_readme_command_only():
+    script = [line for line in lines(ROOT / ".ci" / "run") if line and not line.startswith("#")]
+    assert script == ["set -euo pipefail", 'cd "$(dirname "${BASH_SOURCE[0]}")/.."', "exec make test"]
+    assert os.access(ROOT / ".ci" / "run", os.X_OK)
+    first_screen = "\n".join(lines(ROOT / "README.md")[:40])
+    assert "make run" in first_screen
+    assert "make test" in first_screen
+
+
+def test_defective_pyside_is_excluded_below_python_3_12():
+    pins = [text for text in PROJECT["project"]["dependencies"] if text.startswith("PySide6")]
+    below = [text for text in pins if "python_version < '3.12'" in text]
+    assert len(below) == 1
+    assert "<6.12;" in below[0]
+
+
+def test_virtual_board_carries_its_own_licence():
+    sources = files(".c", ".h")
+    board = [path for path in sources if path.is_relative_to(ROOT / "firmware" / "virtual_board")]
+    assert board
+    assert [p.name for p in board if "GPL-3.0-or-later" not in "\n".join(lines(p)[:5])] == []
