@@ -155,15 +155,15 @@ class History:
         other._begin, other._end, other._dropped = self._begin - lead, self._end - lead, self._dropped + lead
         return other
 
-    def between(self, t0: float, t1: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the samples with t0 <= time < t1: times (n,) in s and values (channels, n), as views."""
+    def between(self, t0: float, t1: float) -> Window:
+        """Return every sample with t0 <= time < t1."""
         a, b = self._indices(np.array([t0, t1]))
-        return self._time[a:b], self._data[:, a:b]
+        return self._broken(self._time[a:b], self._data[:, a:b], self._breaks_in(a, b) - a, False)
 
-    def since(self, total: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the samples taken after ``self.total`` was total: times (n,) and values (channels, n)."""
-        a = min(max(total - self._dropped, self._begin), self._end)
-        return self._time[a : self._end], self._data[:, a : self._end]
+    def since(self, total: int) -> Window:
+        """Return every sample taken after ``self.total`` was total."""
+        a, b = min(max(total - self._dropped, self._begin), self._end), self._end
+        return self._broken(self._time[a:b], self._data[:, a:b], self._breaks_in(a - 1, b) - a, False)
 
     def at(self, time: float) -> dict[str, float] | None:
         """Return every channel's value at the last sample up to a time in s; None before the first."""

@@ -108,9 +108,9 @@ def test_only_the_last_seconds_are_kept_however_long_it_runs():
     assert history.start == pytest.approx(history.now - 2.0)
     assert history.total == 60_000
     last = telemetry(1500, seed=39, start=58_500)
-    time, values = history.since(59_990)
-    np.testing.assert_array_equal(time, last[-10:, rows.HOST_TIME])
-    np.testing.assert_array_equal(values[0], last[-10:, rows.POSITION])
+    newest = history.since(59_990)
+    np.testing.assert_array_equal(newest.x, last[-10:, rows.HOST_TIME])
+    np.testing.assert_array_equal(newest.y["position"], last[-10:, rows.POSITION])
     assert history.last("applied") == last[-1, rows.APPLIED]
 
 

@@ -2,25 +2,106 @@
 
 from collections.abc import Mapping
 
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from hapkit_studio.gui.history import History
+from hapkit_studio.gui.plots.declared import phase_plots
+from hapkit_studio.gui.plots.header import BandSample
+from hapkit_studio.gui.plots.phase_canvas import PhaseCanvas
+from hapkit_studio.gui.segmented import Segmented
+from hapkit_studio.gui.theme import theme
+
+_DEBOUNCE_MS = 30
 
 
 class ForcePosition(QWidget):
     """The applied force over the handle's position or velocity, older parts paler, theory beneath."""
 
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.plots = phase_plots()
+        self._environment = None
+        self._values: dict[str, float] = {}
+        self.canvas = PhaseCanvas(self.plots[0])
+        self.canvas.fit_wanted.connect(self.fit)
+        self.switch = Segmented("Force over", tuple(plot.title for plot in self.plots))
+        self.switch.show_index(0)
+        self.switch.chosen.connect(self.choose)
+        title = QLabel("Force, N")
+        title.setFont(theme.font("strong"))
+        head = QHBoxLayout()
+        head.setContentsMargins(14, 6, 0, 5)
+        head.setSpacing(7)
+        head.addWidget(title)
+        head.addSpacing(6)
+        self.theory = [BandSample(), QLabel("theory")]
+        for part in self.theory:
+            part.setToolTip("The law's force at rest")
+            head.addWidget(part)
+        self.canvas.setToolTip("Applied: commanded after the clamp; the Hapkit has no force sensor")
+        head.addStretch(1)
+        head.addWidget(self.switch)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 14, 6)
+        column.setSpacing(0)
+        column.addLayout(head)
+        column.addWidget(self.canvas, 1)
+        self._later = QTimer(self)
+        self._later.setSingleShot(True)
+        self._later.setInterval(_DEBOUNCE_MS)
+        self._later.timeout.connect(self._compute)
+
     def set_history(self, history: History) -> None:
         """Plot another history."""
+        self.canvas.set_history(history)
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Recompute theory and limits (N) for another environment or other values."""
+        other = environment is not self._environment
+        self._environment, self._values = environment, dict(values)
+        self.canvas.max_force = max_force
+        if other:
+            self.choose(self._telling())
+            self.canvas.fit_theory()
+        else:
+            self._later.start()
+
+    def choose(self, index: int) -> None:
+        """Show one of the plots: force over position, over velocity, …"""
+        self.switch.show_index(index)
+        self.canvas.set_plot(self.plots[index])
+        self._compute()
+        self.canvas.fit_theory()
 
     def fit(self) -> None:
         """Narrow the axes to what is shown."""
+        self.canvas.fit()
 
     def set_paused(self, paused: bool) -> None:
         """Freeze the view; the history goes on filling."""
+        self.canvas.paused = paused
+
+    def point(self, time: float | None) -> None:
+        """Mark the place at a time in s, for the time plots' pointer; None for none."""
+        self.canvas.point(time)
 
     def refresh(self) -> None:
         """Draw the newest data; call once per frame."""
+        self.canvas.refresh()
+
+    def _telling(self) -> int:
+        """Return the first plot in which this environment's law is a line."""
+        for index, plot in enumerate(self.plots):
+            if plot.theory(self._environment, self._values, self.canvas.theory_grid(plot)) is not None:
+                return index
+        return 0
+
+    def _compute(self) -> None:
+        if self._environment is not None:
+            plot = self.canvas.plot_of
+            grid = self.canvas.theory_grid(plot)
+            force = plot.theory(self._environment, self._values, grid)
+            self.canvas.set_theory(grid, force)
+            for part in self.theory:
+                part.setVisible(force is not None)

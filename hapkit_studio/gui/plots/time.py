@@ -1,11 +1,22 @@
 """The live time plots: position, velocity and force over one time axis."""
 
+import math
 from collections.abc import Mapping
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QWidget
+import numpy as np
+from PySide6.QtCore import QElapsedTimer, Signal
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from hapkit_studio.gui.history import History
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.history import History, Window
+from hapkit_studio.gui.plots.declared import time_plots
+from hapkit_studio.gui.plots.header import HEIGHT, Header
+from hapkit_studio.gui.plots.trace_canvas import Shown, TraceCanvas
+
+SPANS = (1.0, 60.0)
+_READOUT_MS = 100
+_AXIS = 22
+_FOLD_BELOW = 3 * HEIGHT + _AXIS + 160
 
 
 class TimePlots(QWidget):
@@ -13,24 +24,145 @@ class TimePlots(QWidget):
 
     span_changed = Signal(float)
     paused_changed = Signal(bool)
+    pointed = Signal(object)
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.plots = time_plots()
+        self.span, self.paused = 10.0, False
+        self.shown = Shown()
+        self._history = self._seen = History(seconds=1.0, rate=1.0)
+        self._shades = False
+        self._watch = QElapsedTimer()
+        self._watch.start()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(14, 2, 16, 6)
+        column.setSpacing(0)
+        self.headers = [Header(plot) for plot in self.plots]
+        last = len(self.plots) - 1
+        self.canvases = [
+            TraceCanvas(plot, self.shown, index == last, index == 0) for index, plot in enumerate(self.plots)
+        ]
+        for header, canvas in zip(self.headers, self.canvases, strict=True):
+            column.addWidget(header)
+            column.addWidget(canvas)
+            canvas.fit_wanted.connect(self.fit)
+            canvas.pointed.connect(self._point)
+            canvas.view.setLimits(xMin=-SPANS[1], xMax=0.0, minXRange=0.005)
+        for canvas in self.canvases[:-1]:
+            canvas.view.setXLink(self.canvases[-1].view)
+        self.canvases[-1].view.sigXRangeChanged.connect(self._moved)
+        self._show_span()
+
+    # what is shown ------------------------------------------------------------------------------
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
+        self._history = history
+        self._seen = history.copy() if self.paused else history
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Take over what is drawn besides data: contact shading, the wall's line, the force limit in N."""
+        self._shades = bool(environment.shades)
+        self.shown.surface = values.get("position") if self._shades else None
+        self.shown.max_force = max_force
+        for header in self.headers:
+            header.show_surface(self.shown.surface is not None)
 
     def set_span(self, seconds: float) -> None:
-        """Show the last 1 to 60 seconds."""
+        """Show the last 1 to 60 seconds; raise ParameterError outside."""
+        if not SPANS[0] <= seconds <= SPANS[1]:
+            raise ParameterError(f"The time window goes from 1 to 60 s, not {seconds:g}.")
+        self.span = float(seconds)
+        self._show_span()
+        self.span_changed.emit(self.span)
 
     def set_paused(self, paused: bool) -> None:
         """Freeze the view; the history goes on filling."""
+        if paused == self.paused:
+            return
+        self.paused = self.shown.paused = paused
+        self._seen = self._history.copy() if paused else self._history
+        for canvas in self.canvases:
+            canvas.view.setMouseEnabled(paused, False)
+        if not paused:
+            self._show_span()
+        self.paused_changed.emit(paused)
 
     def set_stale(self, stale: bool) -> None:
-        """Paint frozen and paler while the device is gone."""
+        """Paint paler while the device is gone."""
+        self.shown.stale = stale
 
     def fit(self) -> None:
         """Narrow the value axes to what is shown."""
+        for canvas in self.canvases:
+            canvas.fit()
+        self.refresh()
 
     def refresh(self) -> None:
         """Draw the newest data; call once per frame."""
+        self.take()
+        for canvas in self.canvases:
+            if canvas.isVisible():
+                canvas.viewport().update()
+        if self._watch.elapsed() >= _READOUT_MS and len(self._history):
+            self._watch.restart()
+            for header in self.headers:
+                header.show_value(self._history.last(header.plot.traces[-1].channel))
+
+    def take(self) -> None:
+        """Read the window from the history and widen the value axes where needed."""
+        shown, canvas = self.shown, self.canvases[-1]
+        left, right = canvas.view.viewRange()[0]
+        columns = max(round(canvas.frame().width() * self.devicePixelRatioF()), 2)
+        width = (right - left) / columns
+        now = self._seen.now
+        if math.isnan(now):
+            shown.window, shown.contact, shown.now = Window(np.empty(0), {}, False), [], None
+            return
+        # whole columns, so that a column's samples stay the same and peaks do not dance while scrolling
+        shown.zero = now if self.paused else math.ceil(now / width) * width
+        shown.window = self._seen.window(shown.zero + left, shown.zero + right + width, columns + 1)
+        shown.now = None if self.paused else {c: self._seen.last(c) for c in shown.window.y}
+        shown.contact = self._contact() if self._shades else []
+        shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
+        for canvas in self.canvases:
+            canvas.widen()
+
+    def _contact(self) -> list[tuple[float, float]]:
+        """Return the stretches (start, stop) in s, relative to zero, in which a force was asked for."""
+        window = self.shown.window
+        touching = np.nan_to_num(window.y["asked"]) != 0.0
+        if window.dense and not np.isnan(window.x).any():
+            touching = np.repeat(touching.reshape(-1, 2).any(axis=1), 2)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], touching, [False]]).astype(np.int8)))
+        x = window.x - self.shown.zero
+        return [(float(x[a]), float(x[b - 1])) for a, b in edges.reshape(-1, 2)]
+
+    # view ---------------------------------------------------------------------------------------
+
+    def _show_span(self) -> None:
+        self.canvases[-1].view.setXRange(-self.span, 0.0, padding=0)
+
+    def _moved(self) -> None:
+        if self.paused:
+            self.refresh()
+
+    def _point(self, time: float | None) -> None:
+        self.shown.pointer = time
+        self.pointed.emit(None if time is None or math.isnan(self.shown.zero) else self.shown.zero + time)
+        if self.paused or time is None:
+            self.refresh()
+
+    def resizeEvent(self, event) -> None:
+        """Share out the height; fold what may be folded when there is little."""
+        super().resizeEvent(event)
+        margins = self.layout().contentsMargins()
+        room = self.height() - margins.top() - margins.bottom()
+        folded = [plot.folds and room < _FOLD_BELOW for plot in self.plots]
+        free = room - HEIGHT * len(self.plots) - _AXIS
+        whole = sum(p.share for p, away in zip(self.plots, folded, strict=True) if not away)
+        for plot, canvas, away in zip(self.plots, self.canvases, folded, strict=True):
+            canvas.setVisible(not away)
+            axis = _AXIS if canvas is self.canvases[-1] else 0
+            canvas.setFixedHeight(max(int(free * plot.share / whole) + axis, 24))

@@ -1,0 +1,175 @@
+"""One plot's ground: frame, grid, tick labels, mapping to pixels; subclasses paint the data on it."""
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QAction, QColor, QFontMetricsF, QPainter, QPainterPath, QPen
+from PySide6.QtWidgets import QMenu
+
+from hapkit_studio.gui.plots.ticks import labels, step, ticks
+from hapkit_studio.gui.theme import theme
+
+_TICK_ROOM = 24.0
+
+
+class Axis(pg.AxisItem):
+    """Tick labels only: at most five, true minus, the last one with the unit if given."""
+
+    def __init__(self, orientation: str, unit: str = ""):
+        super().__init__(orientation, maxTickLength=0)
+        self.unit = unit
+        offset = 7 if orientation == "left" else 4
+        self.setStyle(tickTextOffset=offset, autoExpandTextSpace=False, hideOverlappingLabels=False)
+        self.setPen(pg.mkPen(None))
+
+    def most(self, size: float) -> int:
+        """Return how many ticks fit into so many pixels."""
+        room = _TICK_ROOM if self.orientation == "left" else 64.0
+        return int(np.clip(size / room, 1, 6 if self.orientation == "bottom" else 5))
+
+    def tickValues(self, minVal: float, maxVal: float, size: float) -> list:
+        values = ticks(minVal, maxVal, self.most(size))
+        return [(step(minVal, maxVal, self.most(size)), values)]
+
+    def generateDrawSpecs(self, p):
+        """Leave out the tick lines: the grid says the same."""
+        specs = super().generateDrawSpecs(p)
+        return specs and (specs[0], [], specs[2])
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        texts = labels(list(values))
+        if self.unit and texts:
+            texts[-1] += f" {self.unit}"
+        return texts
+
+
+class Canvas(pg.PlotWidget):
+    """A plot without a legend, menu or autoscale; ``paint_under`` and ``paint_over`` draw the data."""
+
+    fit_wanted = Signal()
+    pointed = Signal(object)
+
+    def __init__(self, bottom: bool, unit: str = "", left_width: float = 44.0):
+        self.left, self.bottom = Axis("left"), Axis("bottom", unit)
+        super().__init__(axisItems={"left": self.left, "bottom": self.bottom})
+        item = self.getPlotItem()
+        item.hideButtons()
+        item.setMenuEnabled(False)
+        item.showAxis("bottom", bottom)
+        item.setContentsMargins(0, 0, 1, 0 if bottom else 1)
+        self.left.setWidth(left_width)
+        if bottom:
+            self.bottom.setHeight(22)
+        self.view = item.getViewBox()
+        self.view.setMouseEnabled(False, False)
+        self.view.setDefaultPadding(0)
+        self.view.disableAutoRange()
+        self.setCacheMode(pg.QtWidgets.QGraphicsView.CacheModeFlag.CacheNone)
+        self.setFrameShape(pg.QtWidgets.QFrame.Shape.NoFrame)
+        self.setMinimumSize(60, 24)
+        self.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        theme.changed.connect(self.recolor)
+        self.recolor()
+
+    def recolor(self) -> None:
+        """Take the theme's colours and fonts."""
+        for axis in (self.left, self.bottom):
+            axis.setTextPen(theme.color("axis"))
+            axis.setStyle(tickFont=theme.font("tick"))
+        self.setBackground(None)
+        self.viewport().update()
+
+    # mapping ------------------------------------------------------------------------------------
+
+    def frame(self) -> QRectF:
+        """Return the plot's rectangle in pixels."""
+        return self.view.sceneBoundingRect()
+
+    def to_pixels(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Map data to pixels."""
+        box, ((x0, x1), (y0, y1)) = self.frame(), self.view.viewRange()
+        across = box.left() + (np.asarray(x) - x0) * (box.width() / (x1 - x0))
+        return across, box.bottom() - (np.asarray(y) - y0) * (box.height() / (y1 - y0))
+
+    def to_x(self, pixel: float) -> float:
+        """Map a pixel column to the x axis."""
+        box, ((x0, x1), _) = self.frame(), self.view.viewRange()
+        return x0 + (pixel - box.left()) / box.width() * (x1 - x0)
+
+    # painting -----------------------------------------------------------------------------------
+
+    def paint_under(self, painter: QPainter, box: QRectF) -> None:
+        """Paint what lies below the grid."""
+
+    def paint_over(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the data."""
+
+    def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint ground, grid and frame."""
+        box = self.frame()
+        painter.fillRect(rect, theme.color("surface"))
+        painter.fillRect(box, theme.color("plot"))
+        painter.save()
+        painter.setClipRect(box)
+        self.paint_under(painter, box)
+        painter.restore()
+        painter.setPen(QPen(theme.color("grid"), 1))
+        (x0, x1), (y0, y1) = self.view.viewRange()
+        across = self.to_pixels(np.array(ticks(x0, x1, self.bottom.most(box.width()))), 0.0)[0]
+        down = self.to_pixels(0.0, np.array(ticks(y0, y1, self.left.most(box.height()))))[1]
+        for x in np.round(across):
+            painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
+        for y in np.round(down):
+            painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
+        painter.setPen(QPen(theme.color("line"), 1))
+        painter.drawRect(box)
+
+    def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint the data, clipped to the frame and the marks' own size around it."""
+        box = self.frame()
+        painter.save()
+        painter.setClipRect(box.adjusted(-1, 0, 6, 0))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+        self.paint_over(painter, box)
+        painter.restore()
+
+    def note(
+        self, painter: QPainter, x: float, y: float, text: str, color: QColor, right: bool = False
+    ) -> None:
+        """Write words inside the plot with a rim of its ground, kept inside the frame."""
+        font, box = theme.font("label"), self.frame()
+        width = QFontMetricsF(font).horizontalAdvance(text)
+        x = float(
+            np.clip(x - width if right else x, box.left() + 4, max(box.right() - width - 4, box.left() + 4))
+        )
+        path = QPainterPath()
+        path.addText(x, y, font, text)
+        painter.strokePath(path, QPen(theme.color("plot"), 4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        painter.fillPath(path, color)
+
+    # pointer ------------------------------------------------------------------------------------
+
+    def mouseMoveEvent(self, event) -> None:
+        """Say where on the x axis the pointer is."""
+        super().mouseMoveEvent(event)
+        place = event.position()
+        self.pointed.emit(self.to_x(place.x()) if self.frame().contains(place) else None)
+
+    def leaveEvent(self, event) -> None:
+        """Say that the pointer is gone."""
+        super().leaveEvent(event)
+        self.pointed.emit(None)
+
+    def mouseDoubleClickEvent(self, event) -> None:
+        """Ask for the axes to be fitted."""
+        self.fit_wanted.emit()
+
+    def contextMenuEvent(self, event) -> None:
+        """Offer the fit."""
+        menu = QMenu(self)
+        fit = QAction("Fit axes", menu)
+        fit.triggered.connect(self.fit_wanted)
+        menu.addAction(fit)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(event.globalPos())

@@ -1,0 +1,85 @@
+"""How a plot is declared; a file in this folder with such a ``PLOT`` is found and shown."""
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+Theory = Callable[[object, Mapping[str, float], np.ndarray], np.ndarray | None]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One line of a time plot: which channel of the history, in which token's colour."""
+
+    channel: str
+    label: str
+    color: str
+    dashed: bool = False
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class TimePlot:
+    """A quantity over time; scale turns SI into the shown unit, reach is the least range shown.
+
+    The last trace lies on top and gives the live value. share is the plot's part of the height in percent.
+    """
+
+    key: str
+    title: str
+    unit: str
+    scale: float
+    decimals: int
+    reach: float
+    share: int
+    order: int
+    traces: tuple[Trace, ...]
+    limits: bool = False
+    surface: bool = False
+    folds: bool = False
+
+
+@dataclass(frozen=True)
+class PhasePlot:
+    """The applied force over another channel; theory returns the law's force over it, or None."""
+
+    key: str
+    title: str
+    label: str
+    channel: str
+    unit: str
+    scale: float
+    reach: float
+    order: int
+    theory: Theory
+
+
+Plot = TimePlot | PhasePlot
+
+
+@cache
+def discover() -> tuple[Plot, ...]:
+    """Return every plot of this folder, in order."""
+    package = __name__.rpartition(".")[0]
+    modules = (
+        importlib.import_module(info.name)
+        for info in pkgutil.iter_modules([str(Path(__file__).parent)], package + ".")
+        if info.name != __name__
+    )
+    found = [module.PLOT for module in modules if hasattr(module, "PLOT")]
+    return tuple(sorted(found, key=lambda plot: plot.order))
+
+
+def time_plots() -> list[TimePlot]:
+    """Return the plots over time."""
+    return [plot for plot in discover() if isinstance(plot, TimePlot)]
+
+
+def phase_plots() -> list[PhasePlot]:
+    """Return the plots of force over something else."""
+    return [plot for plot in discover() if isinstance(plot, PhasePlot)]

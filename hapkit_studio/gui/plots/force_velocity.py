@@ -1,0 +1,29 @@
+"""Force over velocity: for laws of velocity alone the theory is a line here."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from hapkit_studio.gui.plots.declared import PhasePlot
+
+
+def theory(environment, values: Mapping[str, float], velocity: np.ndarray) -> np.ndarray | None:
+    """Return the force over velocity (n,) in N; None where it depends on position."""
+    places = np.linspace(-0.05, 0.05, 21)
+    if np.ptp(environment.curve(values, places)):
+        return None
+    origin = np.zeros(1)
+    return np.array([environment.curve(values, origin, v)[0] for v in velocity])
+
+
+PLOT = PhasePlot(
+    key="force_velocity",
+    title="F–v",
+    label="velocity, mm/s",
+    channel="velocity",
+    unit="mm/s",
+    scale=1e3,
+    reach=200.0,
+    order=1,
+    theory=theory,
+)

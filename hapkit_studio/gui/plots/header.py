@@ -1,0 +1,105 @@
+"""The line above a plot: its name, a sample of each line, the live value in the trace's colour."""
+
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QPainter, QPen
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.plots.declared import TimePlot
+from hapkit_studio.gui.theme import number, theme
+
+HEIGHT = 29
+_WIDTH = 22
+
+
+class Sample(QWidget):
+    """A short piece of a line as the plot draws it."""
+
+    def __init__(self, token: str, width: float, dash: list[float] | None = None):
+        super().__init__()
+        self.token, self.thick, self.dash = token, width, dash
+        theme.changed.connect(self.update)
+
+    def sizeHint(self) -> QSize:
+        """Return the room a sample takes."""
+        return QSize(_WIDTH, 12)
+
+    def paintEvent(self, event) -> None:
+        """Paint the line through the middle."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        line = QPen(theme.color(self.token), self.thick, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
+        if self.dash:
+            line.setDashPattern(self.dash)
+        painter.setPen(line)
+        middle = self.height() / 2
+        painter.drawLine(QPointF(0, middle), QPointF(_WIDTH, middle))
+
+
+class BandSample(Sample):
+    """A short piece of the theory's band."""
+
+    def __init__(self) -> None:
+        super().__init__("theory", 6.4)
+
+    def paintEvent(self, event) -> None:
+        """Paint the kerbs, then the band between them."""
+        painter = QPainter(self)
+        middle = self.height() / 2
+        for token, width in (("edge", 8.8), ("theory", 6.4)):
+            painter.setPen(QPen(theme.color(token), width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+            painter.drawLine(QPointF(0, middle), QPointF(_WIDTH, middle))
+
+
+class Header(QWidget):
+    """Names a time plot and shows its live value."""
+
+    def __init__(self, plot: TimePlot):
+        super().__init__()
+        self.plot = plot
+        self.setFixedHeight(HEIGHT)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(7)
+        title = QLabel(plot.title)
+        title.setFont(theme.font("strong"))
+        row.addWidget(title)
+        row.addSpacing(3)
+        self._row = row
+        if len(plot.traces) > 1:
+            for trace in reversed(plot.traces):
+                self._add(trace.color, 2.6, [2.5, 1.75] if trace.dashed else None, trace.label, trace.help)
+        if plot.limits:
+            limit = "The force the motor may give at most; asked is cut there"
+            self._add("danger", 1.6, [1.2, 2.6], "limit", limit)
+        self.surface = (
+            self._add("matline", 1.6, [3.5, 2.5], "wall", "Where the surface is") if plot.surface else []
+        )
+        row.addStretch(1)
+        self.value = QLabel()
+        self.value.setFont(theme.font("readout"))
+        self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self.value.setToolTip(plot.traces[-1].help)
+        dress(self.value, f"color: @{plot.traces[-1].color};")
+        row.addWidget(self.value)
+        self.show_surface(False)
+        self.show_value(0.0)
+
+    def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
+        parts: list[QWidget] = [Sample(token, width, dash), QLabel(text)]
+        dress(parts[1], "color: @axis;")
+        for part in parts:
+            part.setToolTip(help)
+            self._row.addWidget(part)
+        return parts
+
+    def show_surface(self, visible: bool) -> None:
+        """Show or hide the surface line's sample."""
+        for part in self.surface:
+            part.setVisible(visible)
+
+    def show_value(self, value: float) -> None:
+        """Show the live value, given in SI."""
+        text = number(value * self.plot.scale, self.plot.decimals, sign=True)
+        self.value.setText(f"{text} {self.plot.unit}")
+        self.value.setAccessibleName(f"{self.plot.title} {text} {self.plot.unit}")

@@ -1,0 +1,56 @@
+"""Lines of many points, painted fast: as loose segments, which Qt strokes 20 times faster than a path."""
+
+import numpy as np
+from pyqtgraph.Qt import internals
+from PySide6.QtCore import QLineF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen
+
+ON, PERIOD = 5.0, 8.5
+_SMOOTH = 60.0
+
+
+def pen(color: QColor, width: float, style: Qt.PenStyle = Qt.PenStyle.SolidLine) -> QPen:
+    """Return a pen with flat ends, as the fast path wants it."""
+    return QPen(color, width, style, Qt.PenCapStyle.FlatCap)
+
+
+def segments(painter: QPainter, ends: np.ndarray) -> None:
+    """Draw loose segments (n, 4): x1, y1, x2, y2 in pixels, with the painter's pen."""
+    if len(ends):
+        store = internals.PrimitiveArray(QLineF, 4)
+        store.resize(len(ends))
+        store.ndarray()[:] = ends
+        painter.drawLines(*store.drawargs())
+
+
+def joined(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the segments (n, 4) between neighbours, none over a NaN."""
+    ends = np.column_stack([x[:-1], y[:-1], x[1:], y[1:]])
+    return ends[np.isfinite(ends).all(axis=1)]
+
+
+def dashed(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the dashes (n, 4) along a line, 5 on and 3.5 off; each run after a NaN starts with a dash."""
+    good = np.isfinite(x) & np.isfinite(y)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], good.view(np.int8), [0]])))
+    runs = [_dashes(x[a:b], y[a:b]) for a, b in edges.reshape(-1, 2) if b - a > 1]
+    return np.concatenate(runs) if runs else np.empty((0, 4))
+
+
+def _dashes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    if length[-1] > _SMOOTH * max(np.ptp(x), 1.0):  # noise: dashes along it would be a haze
+        return joined(x, y)
+    start = np.arange(0.0, length[-1], PERIOD)
+    stop = np.minimum(start + ON, length[-1])
+    return np.column_stack([np.interp(s, length, c) for s in (start, stop) for c in (x, y)])
+
+
+def mark_now(
+    painter: QPainter, x: float, y: float, color: QColor, ground: QColor, radius: float = 4.0
+) -> None:
+    """Draw the dot that marks now, with a rim of the ground's colour."""
+    painter.setPen(QPen(ground, 1.5))
+    painter.setBrush(color)
+    painter.drawEllipse(int(x) - radius, int(y) - radius, 2 * radius, 2 * radius)
+    painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -1,0 +1,43 @@
+"""Where ticks stand, and how an axis widens: at once, and never by itself back."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.gui.theme import number
+
+
+def step(low: float, high: float, most: int = 5) -> float:
+    """Return the least step of 1, 2, 5 × 10ⁿ that puts at most so many ticks into [low, high]."""
+    raw = max(high - low, 1e-12) / max(most, 1)
+    power = 10.0 ** math.floor(math.log10(raw))
+    sizes = [factor * power for factor in (1.0, 2.0, 5.0, 10.0, 20.0)]
+    return next((size for size in sizes if len(_within(low, high, size)) <= most), sizes[-1])
+
+
+def _within(low: float, high: float, size: float) -> np.ndarray:
+    slack = 1e-9 * size
+    return np.arange(math.ceil((low - slack) / size), math.floor((high + slack) / size) + 1)
+
+
+def ticks(low: float, high: float, most: int = 5) -> list[float]:
+    """Return the tick values inside [low, high]."""
+    size = step(low, high, most)
+    return [float(k * size) for k in _within(low, high, size)]
+
+
+def labels(values: list[float]) -> list[str]:
+    """Write tick values with as many decimals as their distance needs."""
+    size = min(np.diff(values)) if len(values) > 1 else abs(values[0]) if values else 1.0
+    decimals = max(0, -math.floor(math.log10(size) + 1e-9)) if size > 0 else 0
+    return [number(value, decimals) for value in values]
+
+
+def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
+    """Return the range that shows [low, high] too, with a margin wherever it had to grow."""
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return shown
+    margin = 0.12 * (max(high, shown[1]) - min(low, shown[0]))
+    bottom = low - margin if low < shown[0] else shown[0]
+    top = high + margin if high > shown[1] else shown[1]
+    return bottom, top

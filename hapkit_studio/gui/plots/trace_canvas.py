@@ -1,0 +1,162 @@
+"""One quantity over time: its traces, contact shading, limit and surface lines, and the mark of now."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QPainter, QPen
+
+from hapkit_studio.gui.history import Window
+from hapkit_studio.gui.plots import strokes
+from hapkit_studio.gui.plots.canvas import Canvas
+from hapkit_studio.gui.plots.declared import TimePlot
+from hapkit_studio.gui.plots.ticks import ticks, widened
+from hapkit_studio.gui.theme import number, theme
+
+_SAME = 0.3  # px: closer than this, two lines are one
+_EMPTY = Window(np.empty(0), {}, False)
+
+
+@dataclass
+class Shown:
+    """What all time plots share in one frame; times in s relative to the right edge's zero."""
+
+    window: Window = _EMPTY
+    zero: float = 0.0
+    contact: list[tuple[float, float]] = field(default_factory=list)
+    now: dict[str, float] | None = None
+    surface: float | None = None
+    max_force: float = np.inf
+    paused: bool = False
+    stale: bool = False
+    pointer: float | None = None
+    pointed: dict[str, float] | None = None
+
+
+class TraceCanvas(Canvas):
+    """Paints one TimePlot's traces from the Shown that all share."""
+
+    def __init__(self, plot: TimePlot, shown: Shown, bottom: bool, first: bool):
+        self.plot_of, self.shown, self.first = plot, shown, first
+        super().__init__(bottom, "s" if bottom else "")
+        self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
+        self.show_range(-plot.reach, plot.reach)
+
+    def values(self, channel: str) -> np.ndarray:
+        """Return a channel of the window in the plot's unit."""
+        return self.shown.window.y[channel] * self.plot_of.scale
+
+    def show_range(self, low: float, high: float) -> None:
+        """Show exactly this range."""
+        self.view.setYRange(low, high, padding=0)
+
+    def extent(self) -> tuple[float, float]:
+        """Return least and greatest value in the window; NaN when there is none."""
+        if not len(self.shown.window.x) or np.isnan(self.shown.window.x).all():
+            return np.nan, np.nan
+        all_values = [self.values(trace.channel) for trace in self.plot_of.traces]
+        return float(np.nanmin(all_values)), float(np.nanmax(all_values))
+
+    def widen(self) -> None:
+        """Widen the value axis at once where the data needs it."""
+        low, high = self.view.viewRange()[1]
+        wanted = widened((low, high), *self.extent())
+        if wanted != (low, high):
+            self.show_range(*wanted)
+
+    def fit(self) -> None:
+        """Narrow the value axis to the data, but not below the plot's reach around its middle."""
+        low, high = self.extent()
+        if np.isfinite(low):
+            middle, half = (low + high) / 2, max((high - low) / 2 * 1.15, self.plot_of.reach / 8)
+            self.show_range(middle - half, middle + half)
+
+    def paint_under(self, painter: QPainter, box: QRectF) -> None:
+        """Shade where there was contact."""
+        color = theme.color("contact")
+        for start, stop in self.shown.contact:
+            left, right = self.to_pixels(np.array([start, stop]), 0.0)[0]
+            painter.fillRect(QRectF(left, box.top(), right - left, box.height()), color)
+
+    def paint_over(self, painter: QPainter, box: QRectF) -> None:
+        """Paint lines, traces and marks, in this order."""
+        self._lines(painter, box)
+        painter.setOpacity(0.45 if self.shown.stale else 1.0)
+        if len(self.shown.window.x):
+            self._traces(painter)
+        self._now(painter)
+        painter.setOpacity(1.0)
+        self._pointer(painter, box)
+        if self.shown.paused and self.first:
+            self.note(painter, box.right() - 6, box.top() + 16, "Paused", theme.color("accent"), right=True)
+
+    def _lines(self, painter: QPainter, box: QRectF) -> None:
+        levels: list[tuple[float, str, list[float]]] = []
+        if self.plot_of.limits and np.isfinite(self.shown.max_force):
+            levels += [(s * self.shown.max_force, "danger", [1.2, 2.6]) for s in (1, -1)]
+        if self.plot_of.surface and self.shown.surface is not None:
+            levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
+        for level, token, dash in levels:
+            line = strokes.pen(theme.color(token), 1.6)
+            line.setDashPattern(dash)
+            painter.setPen(line)
+            y = float(self.to_pixels(0.0, level)[1])
+            painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
+
+    def _traces(self, painter: QPainter) -> None:
+        x = self.shown.window.x - self.shown.zero
+        lines = [self.to_pixels(x, self.values(trace.channel)) for trace in self.plot_of.traces]
+        for index, (trace, (across, down)) in enumerate(zip(self.plot_of.traces, lines, strict=True)):
+            painter.setPen(strokes.pen(theme.color(trace.color), 2.0))
+            if trace.dashed:
+                above = lines[-1][1] if index + 1 < len(lines) else None
+                down = down if above is None else _apart(down, above)
+                strokes.segments(painter, strokes.dashed(across, down))
+            else:
+                strokes.segments(painter, strokes.joined(across, down))
+
+    def _now(self, painter: QPainter) -> None:
+        if self.shown.now is None:
+            return
+        trace = self.plot_of.traces[-1]
+        value = self.shown.now[trace.channel] * self.plot_of.scale
+        x, y = self.to_pixels(0.0, value)
+        strokes.mark_now(painter, float(x), float(y), theme.color(trace.color), theme.color("surface"))
+
+    def _pointer(self, painter: QPainter, box: QRectF) -> None:
+        if self.shown.pointer is None or self.shown.pointed is None:
+            return
+        x = float(self.to_pixels(self.shown.pointer, 0.0)[0])
+        painter.setPen(QPen(theme.color("ink3"), 1, Qt.PenStyle.SolidLine))
+        painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
+        trace = self.plot_of.traces[-1]
+        value = self.shown.pointed[trace.channel] * self.plot_of.scale
+        strokes.mark_now(
+            painter,
+            x,
+            float(self.to_pixels(0.0, value)[1]),
+            theme.color(trace.color),
+            theme.color("surface"),
+            3.0,
+        )
+        text = f"{number(value, self.plot_of.decimals, sign=True)} {self.plot_of.unit}"
+        if self.first:
+            text = f"{number(self.shown.pointer, 3)} s   {text}"
+        left = x > box.center().x()
+        self.note(
+            painter, x + (-8 if left else 8), box.bottom() - 6, text, theme.color(trace.color), right=left
+        )
+
+    def tick_values(self) -> list[float]:
+        """Return the values that carry a label."""
+        low, high = self.view.viewRange()[1]
+        return ticks(low, high, self.left.most(self.frame().height()))
+
+
+def _apart(line: np.ndarray, above: np.ndarray) -> np.ndarray:
+    """Return a line with NaN wherever another hides it, one point beyond its visible parts."""
+    apart = np.abs(line - above) > _SAME
+    near = apart.copy()
+    near[1:] |= apart[:-1]
+    near[:-1] |= apart[1:]
+    return np.where(near, line, np.nan)
