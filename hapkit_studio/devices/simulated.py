@@ -154,8 +154,7 @@ def advance(dev, queue, target0, target1):
     target_rate = (target1 - target0) / period if held else 0.0
     pull = stiffness * target0 + grip * target_rate if held else 0.0
     rate = stiffness * target_rate
-    old, new = queue[(newest - 1) & mask], queue[newest & mask]
-    dev[EFFECT] = new + (old - new) * rest / dev[_PERIOD]
+    dev[EFFECT] = new + (old - new) * rest / period
     if rest > 0.0:
         x, v = paddle.advance(x, v, old + pull, rate, coulomb, mass, damping, stiffness, rest, early)
     pull += rate * rest

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.devices import simulated
-from hapkit_studio.devices.simulated import HAND_FORCE, SimulatedHapkit, V, X
+from hapkit_studio.devices.simulated import EFFECT, HAND_FORCE, SimulatedHapkit, V, X
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
 from tests.dynamics import reference_paddle
@@ -74,6 +74,23 @@ def test_hand_force_is_spring_and_damper_to_the_moving_target():
 def test_motor_is_off_until_the_first_command_arrives():
     dev, queue = start(1.0, 0.0, delay=2.25e-3)
     assert applied(dev, queue, [4.0, 8.0, 0.0, 0.0]) == pytest.approx([0.0, 0.0, 3.0, 7.0], abs=1e-9)
+
+
+def test_reports_the_mean_force_in_effect():
+    dev, queue = start(delay=1.25e-3)
+    seen = []
+    for force in (4.0, 8.0, 0.0):
+        simulated.command(dev, queue, force)
+        simulated.advance(dev, queue, 0.0, 0.0)
+        seen.append(dev[EFFECT])
+    assert seen == pytest.approx([0.0, 3.0, 7.0], rel=1e-9)
+
+
+def test_the_longest_delay_that_fits_is_still_exact():
+    dev, queue = start(1.0, 0.0, delay=6e-3, periods=6)
+    assert queue.size == 16
+    force = applied(dev, queue, [float(k) for k in range(1, 40)])
+    assert force[6:] == pytest.approx(list(range(1, 34)), abs=1e-8)
 
 
 def test_last_command_holds_when_none_follows():
