@@ -51,7 +51,7 @@ void link_plug(struct link *l)
 	make_raw(slave);
 	close(slave);  // from here on a hang-up means that nobody has the port open
 	l->open = l->opened = l->asked = false;
-	l->in_at = l->in_end = l->out_end = 0;
+	l->in_at = l->in_end = l->admitted = l->out_end = 0;
 	keep_alias(l);
 	printf("port %s\n", l->path);
 	fflush(stdout);
@@ -64,7 +64,7 @@ void link_unplug(struct link *l)
 	close(l->fd);
 	l->fd = -1;
 	l->open = false;
-	l->in_at = l->in_end = l->out_end = 0;
+	l->in_at = l->in_end = l->admitted = l->out_end = 0;
 	if (l->alias)
 		unlink(l->alias);
 }
@@ -73,6 +73,7 @@ static void make_room(struct link *l)
 {
 	memmove(l->in, l->in + l->in_at, l->in_end - l->in_at);
 	l->in_end -= l->in_at;
+	l->admitted -= l->in_at;
 	l->in_at = 0;
 }
 
@@ -93,15 +94,32 @@ void link_fetch(struct link *l)
 		l->in_end += (size_t)n;
 }
 
-bool link_has_frame(const struct link *l)
+void link_admit(struct link *l)
 {
-	return memchr(l->in + l->in_at, 0, l->in_end - l->in_at) != NULL;
+	l->admitted = l->in_end;
+}
+
+bool link_admit_frames(struct link *l, bool all)
+{
+	size_t start = l->admitted;
+	for (size_t i = start; i < l->in_end; i++) {
+		if (l->in[i] != 0)
+			continue;
+		bool empty = i == start;  // a delimiter to be on the safe side
+		start = i + 1;
+		if (empty)
+			continue;
+		l->admitted = start;
+		if (!all)
+			break;
+	}
+	return l->admitted > l->in_at;
 }
 
 int link_next(void *link)
 {
 	struct link *l = link;
-	return l->in_at < l->in_end ? l->in[l->in_at++] : -1;
+	return l->in_at < l->admitted ? l->in[l->in_at++] : -1;
 }
 
 // A frame's identifier is its first byte behind the COBS code; code 1 stands for a zero.

@@ -19,6 +19,7 @@ struct link {
 	bool opened;               // it had, at least once
 	uint8_t in[LINK_IN];       // from the computer, not yet on the line
 	size_t in_at, in_end;
+	size_t admitted;           // end of what may go onto the line
 	uint8_t out[LINK_OUT];     // on its way to the computer
 	size_t out_end;
 	uint8_t frame_head[2];     // of the frame that is being sent
@@ -37,8 +38,11 @@ void link_unplug(struct link *l);
 // Read what the computer has sent; notice whether it has the port open.
 void link_fetch(struct link *l);
 
-// True if a whole frame from the computer is there.
-bool link_has_frame(const struct link *l);
+// Let everything onto the line that has come.
+void link_admit(struct link *l);
+
+// Let whole frames onto the line, one or all that are there; false if there is none.
+bool link_admit_frames(struct link *l, bool all);
 
 // For the chip's serial port: take a byte out, put one in.
 int link_next(void *link);

@@ -95,6 +95,7 @@ static void run_paced(struct run *r)
 		}
 		if (r->board->link.open || now > look) {
 			link_fetch(&r->board->link);
+			link_admit(&r->board->link);
 			look = now + LOOK;
 		}
 		end += cycles(slice);
@@ -107,12 +108,13 @@ static void run_paced(struct run *r)
 	}
 }
 
-// Wait for a whole frame from the computer; for ever if none was asked for.
+// Wait for a whole frame from the computer; for ever if none was asked for. Without a question one frame
+// is let through at a time, so that what happens does not depend on how fast they came.
 static void wait_for_answer(struct run *r)
 {
 	struct link *l = &r->board->link;
 	double deadline = clock_now() + (l->asked ? r->options->answer_timeout : INFINITY);
-	while (!over(r) && !link_has_frame(l)) {
+	while (!over(r) && !link_admit_frames(l, l->asked)) {
 		if (clock_now() > deadline) {
 			r->unanswered++;
 			return;
@@ -147,6 +149,7 @@ static void run_fast(struct run *r)
 {
 	while (!over(r)) {
 		link_fetch(&r->board->link);
+		link_admit(&r->board->link);
 		input_run(&r->input, r->board);
 		stay_frozen(r);
 		run_board(r, r->board->avr->cycle + cycles(1e-3), false);
