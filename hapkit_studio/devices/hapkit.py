@@ -44,7 +44,7 @@ class SerialPort:
 def serial_ports() -> list[SerialPort]:
     """Return the ports that have hardware behind them, with their names, in the order of their paths."""
     found = [p for p in list_ports.comports() if p.hwid and p.hwid != "n/a"]
-    titles = {p.device: p.product or p.description or "" for p in found}
+    titles = {p.device: p.product or p.description.replace("n/a", "") for p in found}
     return [SerialPort(path, f"{port_name(path)}: {titles[path]}".rstrip(": ")) for path in sorted(titles)]
 
 

@@ -1,0 +1,184 @@
+"""The serial Hapkit against a scripted board on a pseudo-terminal."""
+
+import errno
+from types import SimpleNamespace
+
+import pytest
+import serial
+
+from hapkit_studio import errors
+from hapkit_studio.devices import hapkit
+from hapkit_studio.devices.hapkit import HapkitBoard, serial_ports
+from hapkit_studio.protocol.framing import encode, frame
+from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Release, Stream
+from tests.devices.fake_board import HELLO_FIELDS, UNPLUG, FakeBoard
+
+HELLO = Hello(**HELLO_FIELDS)
+SHORT = 0.3
+
+
+def says_hello(message, hello=HELLO):
+    return encode(hello) if isinstance(message, HelloRequest) else None
+
+
+@pytest.fixture
+def fake():
+    """Return a maker of scripted boards that are unplugged in the end."""
+    boards = []
+
+    def make(answer=says_hello):
+        boards.append(FakeBoard(answer))
+        return boards[-1]
+
+    yield make
+    for board in boards:
+        board.unplug()
+
+
+def failure(kind, path, handshake_time=SHORT):
+    board = HapkitBoard(path)
+    with pytest.raises(kind) as caught:
+        board.open(handshake_time)
+    with pytest.raises(errors.DeviceError):
+        board.fileno()
+    return str(caught.value)
+
+
+def short(path):
+    return path.removeprefix("/dev/")
+
+
+def test_every_constant_comes_from_the_board(fake):
+    board = HapkitBoard(fake().path)
+    board.open()
+    assert board.hello.counts_per_flip == 921
+    assert board.hello.build == "test"
+    assert board.max_force == 2.5
+    assert board.quantum == pytest.approx(2e-5, rel=1e-7)
+    assert board.rate == 1000.0
+    # torque 0.0183 N·m at the motor, times the gear 74/5, over the handle's 90 mm
+    assert board.full_force == pytest.approx(0.0183 * 74 / 5 / 0.090, rel=1e-6)
+    assert not board.simulated
+    assert board.title == f"Hapkit on {short(board.port)}"
+    board.close()
+
+
+def test_open_leaves_the_motor_free_and_the_samples_off(fake):
+    peer = fake()
+    board = HapkitBoard(peer.path)
+    board.open()
+    assert peer.wait_for(3) == [HelloRequest(), Stream(0), Release()]
+    board.start_stream()
+    assert peer.wait_for(4)[3:] == [Stream(1)]
+    board.close()
+    assert peer.wait_for(6)[4:] == [Force(0, 0.0), Stream(0)]
+    board.close()
+    with pytest.raises(errors.DeviceError):
+        _ = board.hello
+
+
+def test_asks_again_while_the_board_starts(fake):
+    asked = []
+
+    def slow(message):
+        asked.append(message)
+        return encode(HELLO) if len(asked) >= 3 else b"bootloader\x00"
+
+    board = HapkitBoard(fake(slow).path)
+    board.open()
+    assert asked[:3] == [HelloRequest()] * 3
+    board.close()
+
+
+def test_hello_after_half_a_frame_and_noise(fake):
+    peer = fake(lambda m: encode(HELLO)[7:] + b"\xff\x00\x13\x00" + encode(HELLO))
+    board = HapkitBoard(peer.path)
+    board.open()
+    assert board.hello.watchdog_ms == 25
+    board.close()
+
+
+def test_nothing_answers(fake):
+    path = fake(lambda m: None).path
+    expected = f"{short(path)} does not answer. Flash the firmware, or choose another port."
+    assert failure(errors.NotAHapkitError, path) == expected
+
+
+@pytest.mark.parametrize(
+    "noise", [b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x01\x00abc")]
+)
+def test_something_else_answers(fake, noise):
+    path = fake(lambda m: noise).path
+    expected = f"{short(path)} answers, but not as a Hapkit. Flash the firmware, or choose another port."
+    assert failure(errors.NotAHapkitError, path) == expected
+
+
+@pytest.mark.parametrize(
+    ("version", "remedy"), [(0, "Update firmware."), (2, "Update the studio.")], ids=["older", "newer"]
+)
+@pytest.mark.parametrize("rest", [b"", b"another layout altogether"])
+def test_another_version_of_the_protocol(fake, version, remedy, rest):
+    other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
+    path = fake(lambda m: other).path
+    expected = f"Firmware speaks version {version}; this studio needs 1. {remedy}"
+    assert failure(errors.WrongProtocolError, path) == expected
+
+
+def test_port_in_use(fake):
+    first = HapkitBoard(fake().path)
+    first.open()
+    expected = f"{short(first.port)} is used by another program. Close it, then try again."
+    assert failure(errors.PortBusyError, first.port) == expected
+    first.start_stream()  # the first one is none the worse for it
+    first.close()
+
+
+def test_port_missing():
+    expected = "Hapkit on ttyNONE7 is gone. Force is zero. Looking again every second."
+    assert failure(errors.PortGoneError, "/dev/ttyNONE7") == expected
+
+
+def test_port_forbidden(monkeypatch, tmp_path):
+    def refuse(*arguments, **options):
+        raise serial.SerialException(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(hapkit.serial, "Serial", refuse)
+    port = tmp_path / "ttyUSB0"
+    port.touch()
+    expected = f"You may not open {port}. Join the group {port.group()}, then log in again."
+    assert failure(errors.PortPermissionError, port) == expected
+
+
+def test_not_a_serial_port_at_all(tmp_path):
+    file = tmp_path / "notes.txt"
+    file.touch()
+    assert failure(errors.NotAHapkitError, file) == f"{file} is not a serial port. Choose another port."
+
+
+def test_unplugged_during_the_handshake(fake):
+    path = fake(lambda m: UNPLUG).path
+    expected = f"Hapkit on {short(path)} is gone. Force is zero. Looking again every second."
+    assert failure(errors.PortGoneError, path, handshake_time=5.0) == expected
+
+
+def test_unplugged_while_open(fake):
+    peer = fake()
+    board = HapkitBoard(peer.path)
+    board.open()
+    peer.unplug()
+    with pytest.raises(errors.PortGoneError):
+        board.start_stream()
+    board.close()
+
+
+def test_ports_are_listed_with_their_names(monkeypatch):
+    ports = [
+        SimpleNamespace(device="/dev/ttyUSB1", product=None, description="n/a", hwid="USB VID:PID=1A86:7523"),
+        SimpleNamespace(
+            device="/dev/ttyUSB0", product="FT232R USB UART", description="x", hwid="USB 0403:6001"
+        ),
+        SimpleNamespace(device="/dev/ttyS0", product=None, description="n/a", hwid="n/a"),
+    ]
+    monkeypatch.setattr(hapkit.list_ports, "comports", lambda: ports)
+    found = [(p.path, p.title) for p in serial_ports()]
+    assert found == [("/dev/ttyUSB0", "ttyUSB0: FT232R USB UART"), ("/dev/ttyUSB1", "ttyUSB1")]
