@@ -1,0 +1,191 @@
+"""Every action once: key, words, shortcut, what it does, when it may. Menus, shortcuts and tests derive."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.window import MainWindow
+
+SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
+THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
+
+
+def _always(_window: "MainWindow") -> bool:
+    return True
+
+
+@dataclass(frozen=True)
+class Action:
+    """One thing a person can do; ``menu`` is "Menu" or "Menu/Submenu".
+
+    checked tells whether a check mark stands before it; filtered: the key is caught by the event filter,
+    so no shortcut is registered for it; extra are further keys that do the same.
+    """
+
+    key: str
+    text: str
+    menu: str
+    run: Callable[["MainWindow"], object]
+    shortcut: str = ""
+    enabled: Callable[["MainWindow"], bool] = _always
+    checked: Callable[["MainWindow"], bool] | None = None
+    filtered: bool = False
+    extra: tuple[str, ...] = field(default=())
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Return all its keys in portable text."""
+        return tuple(k for k in (self.shortcut, *self.extra) if k)
+
+    @property
+    def single(self) -> bool:
+        """Say whether a key without modifiers would do it: silent in texts, can be switched off."""
+        return not self.filtered and any(len(k) == 1 or k == "Space" for k in self.keys)
+
+
+def _has_engine(window: "MainWindow") -> bool:
+    return window.studio.engine is not None
+
+
+def _has_board(window: "MainWindow") -> bool:
+    return _has_engine(window) and not window.studio.simulated
+
+
+def table(environments: Iterable) -> tuple[Action, ...]:
+    """Return all actions, one per environment among them."""
+    return (*_SESSION, *_view(), *_DEVICE, *_environments(environments), *_HELP)
+
+
+_SESSION = (
+    Action("session.stop", "E-stop", "Session", lambda w: w.studio.stop(), "Esc", filtered=True),
+    Action(
+        "session.release", "Release E-stop", "Session", lambda w: w.studio.release_stop(),
+        enabled=lambda w: w.studio.stopped,
+    ),
+    Action(
+        "session.clear_fault", "Clear fault", "Session", lambda w: w.clear_fault(),
+        enabled=lambda w: w.studio.fault is not None,
+    ),
+    Action(
+        "session.pause", "Pause plots", "Session", lambda w: w.live.toggle_paused(), "Space",
+        checked=lambda w: w.live.paused,
+    ),
+    Action("session.quit", "Quit", "Session", lambda w: w.close(), "Ctrl+Q"),
+)  # fmt: skip
+
+
+def _view() -> tuple[Action, ...]:
+    themes = (
+        Action(
+            f"view.theme.{mode}", words, "View/Theme", lambda w, mode=mode: w.set_theme(mode),
+            checked=lambda w, mode=mode: w.theme_mode == mode,
+        )
+        for mode, words in THEMES.items()
+    )  # fmt: skip
+    spans = (
+        Action(
+            f"view.span.{seconds:g}", f"{seconds:g} s", "View/Time window",
+            lambda w, seconds=seconds: w.set_span(seconds),
+            checked=lambda w, seconds=seconds: w.span == seconds,
+        )
+        for seconds in SPANS
+    )  # fmt: skip
+    return (
+        *themes,
+        *spans,
+        Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
+        Action(
+            "view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open
+        ),
+        Action(
+            "view.single_keys", "Single-letter keys", "View", lambda w: w.toggle_single_keys(),
+            checked=lambda w: w.single_keys,
+        ),
+    )  # fmt: skip
+
+
+_DEVICE = (
+    Action("device.zero", "Zero here", "Device", lambda w: w.studio.zero_here(), enabled=_has_board),
+    Action(
+        "device.flip", "Flip direction", "Device", lambda w: w.studio.flip_direction(), enabled=_has_board
+    ),
+    Action(
+        "device.reconnect", "Reconnect", "Device", lambda w: w.studio.reconnect(), "Ctrl+R",
+        enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
+    ),
+)  # fmt: skip
+
+
+def _environments(environments: Iterable) -> tuple[Action, ...]:
+    each = (
+        Action(
+            f"environment.{e.key}", e.title, "Environment", lambda w, key=e.key: w.studio.choose(key),
+            e.shortcut, checked=lambda w, key=e.key: w.studio.environment.key == key,
+        )
+        for e in environments
+    )  # fmt: skip
+    reset = Action(
+        "environment.reset", "Default values", "Environment", lambda w: w.studio.reset_values(),
+        enabled=lambda w: bool(w.studio.environment.parameters),
+    )  # fmt: skip
+    return (*each, reset)
+
+
+_HELP = (
+    Action("help.keys", "Keys", "Help", lambda w: w.show_keys(), "F1", extra=("?",)),
+    Action("help.priority", "Real-time priority", "Help", lambda w: w.show_priority(), enabled=_has_engine),
+    Action("help.about", "About", "Help", lambda w: w.show_about()),
+)
+
+
+class ActionSet(QObject):
+    """The table as Qt actions of one window; ``refresh`` brings marks and greyness up to date."""
+
+    def __init__(self, window: "MainWindow", entries: tuple[Action, ...]):
+        super().__init__(window)
+        self._window = window
+        self.entries = entries
+        self.qt: dict[str, QAction] = {}
+        groups: dict[str, QActionGroup] = {}
+        for entry in entries:
+            action = self.qt[entry.key] = QAction(entry.text, window)
+            action.triggered.connect(lambda _on=False, entry=entry: self.run(entry.key))
+            action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+            if entry.checked is not None:
+                action.setCheckable(True)
+            if "/" in entry.menu:
+                group = groups.setdefault(entry.menu, QActionGroup(self))
+                group.addAction(action)
+            window.addAction(action)
+        self.set_single_keys(True)
+        self.refresh()
+
+    def run(self, key: str) -> None:
+        """Do what an action does, if it may."""
+        entry = next(e for e in self.entries if e.key == key)
+        if entry.enabled(self._window):
+            entry.run(self._window)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Bring check marks and greyness up to date."""
+        for entry in self.entries:
+            action = self.qt[entry.key]
+            action.setEnabled(entry.enabled(self._window))
+            if entry.checked is not None:
+                action.setChecked(entry.checked(self._window))
+
+    def set_single_keys(self, on: bool) -> None:
+        """Let keys without modifiers act, or not."""
+        for entry in self.entries:
+            action = self.qt[entry.key]
+            if entry.filtered:
+                action.setText(f"{entry.text}\t{entry.shortcut}")
+            elif on or not entry.single:
+                action.setShortcuts([QKeySequence(k) for k in entry.keys])
+            else:
+                action.setShortcuts([QKeySequence(k) for k in entry.keys if len(k) > 1 and k != "Space"])

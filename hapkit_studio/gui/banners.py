@@ -1,0 +1,119 @@
+"""Banners under the header: what is wrong, in words, and the one thing to do about it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.theme import theme
+
+HEIGHT = 54
+MOST = 2
+
+
+@dataclass(frozen=True)
+class Notice:
+    """One banner; the lower rank stands above. tone is danger or warn."""
+
+    key: str
+    rank: int
+    tone: str
+    icon: str
+    title: str
+    text: str
+    buttons: tuple[tuple[str, Callable[[], object]], ...] = ()
+
+
+class Banner(QWidget):
+    """Sign, title, one line, buttons."""
+
+    def __init__(self, notice: Notice, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.notice = notice
+        self.setObjectName("banner")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedHeight(HEIGHT)
+        tone = notice.tone
+        dress(self, f"#banner {{ background: @{tone}soft; border-left: 5px solid @{tone}; }}")
+        self.sign = QLabel()
+        self.sign.setPixmap(icons.pixmap(notice.icon, 24, tone, self.devicePixelRatioF()))
+        self.title = QLabel(notice.title)
+        self.title.setFont(theme.font("banner"))
+        self.text = QLabel(notice.text)
+        self.buttons = [self._button(words, run) for words, run in notice.buttons]
+        self._arrange()
+        self.setAccessibleName(f"{notice.title} {notice.text}")
+
+    def _arrange(self) -> None:
+        words = QVBoxLayout()
+        words.setSpacing(1)
+        words.addStretch(1)
+        words.addWidget(self.title)
+        words.addWidget(self.text)
+        words.addStretch(1)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(14, 0, 12, 0)
+        row.setSpacing(12)
+        row.addWidget(self.sign)
+        row.addLayout(words, 1)
+        for button in self.buttons:
+            row.addWidget(button)
+
+    @staticmethod
+    def _button(words: str, run: Callable[[], object]) -> QPushButton:
+        button = QPushButton(words)
+        button.setProperty("tall", True)
+        button.clicked.connect(lambda: run())
+        return button
+
+
+class BannerStack(QWidget):
+    """At most two banners, the worse first; empty it takes no room. ``changed``: another number of them."""
+
+    changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._notices: dict[str, Notice] = {}
+        self.banners: list[Banner] = []
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(0)
+        theme.changed.connect(self._rebuild)
+        self.hide()
+
+    def set(self, key: str, notice: Notice | None) -> None:
+        """Put up, change or take down the banner of a key."""
+        if self._notices.get(key) == notice:
+            return
+        if notice is None:
+            self._notices.pop(key, None)
+        else:
+            self._notices[key] = notice
+        self._rebuild()
+
+    def get(self, key: str) -> Notice | None:
+        """Return the notice of a key, shown or waiting behind worse ones."""
+        return self._notices.get(key)
+
+    @property
+    def room(self) -> int:
+        """Return the height the banners take."""
+        return HEIGHT * len(self.banners)
+
+    def _rebuild(self) -> None:
+        before = len(self.banners)
+        for banner in self.banners:
+            self._column.removeWidget(banner)
+            banner.hide()
+            banner.deleteLater()
+        worst = sorted(self._notices.values(), key=lambda notice: notice.rank)[:MOST]
+        self.banners = [Banner(notice) for notice in worst]
+        for banner in self.banners:
+            self._column.addWidget(banner)
+        self.setVisible(bool(self.banners))
+        if len(self.banners) != before:
+            self.changed.emit()

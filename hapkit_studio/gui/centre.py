@@ -1,0 +1,146 @@
+"""The middle of the Live view: scene on top, time plots and force–position below."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QPushButton,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.actions import SPANS
+from hapkit_studio.gui.plots import ForcePosition, TimePlots
+from hapkit_studio.gui.scenes import SceneView
+from hapkit_studio.gui.segmented import Segmented
+
+GAP = 12
+PHASE_WIDTH = 348
+NARROW = 720
+_VIEWS = ("Time", "Force–position")
+
+
+def card() -> QFrame:
+    """Return an empty card."""
+    frame = QFrame()
+    frame.setProperty("card", True)
+    return frame
+
+
+def _filled(widget: QWidget) -> QFrame:
+    frame = card()
+    column = QVBoxLayout(frame)
+    column.setContentsMargins(1, 1, 1, 1)
+    column.addWidget(widget)
+    return frame
+
+
+class Toolbar(QWidget):
+    """Time window and axes of the time plots; where room is short it also switches between the plots."""
+
+    span_chosen = Signal(float)
+    fit_pressed = Signal()
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.span = QComboBox()
+        self.span.addItems([f"{seconds:g} s" for seconds in SPANS])
+        self.span.setAccessibleName("Time window")
+        self.span.setToolTip("How much of the past is shown")
+        self.span.activated.connect(lambda index: self.span_chosen.emit(SPANS[index]))
+        self.views = Segmented("Plot", _VIEWS)
+        self.views.show_index(0)
+        self.views.hide()
+        self.fit = QPushButton("Fit axes")
+        self.fit.setProperty("flat", True)
+        self.fit.setToolTip("Narrow the axes to what is shown (F)")
+        self.fit.clicked.connect(self.fit_pressed)
+        icons.bind(self.fit, "fit", "ink2", 18)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(10, 5, 10, 5)
+        row.setSpacing(8)
+        row.addWidget(self.span)
+        row.addWidget(self.views)
+        row.addStretch(1)
+        row.addWidget(self.fit)
+
+    def show_span(self, seconds: float) -> None:
+        """Show the time window in force."""
+        self.span.setCurrentIndex(SPANS.index(seconds))
+
+
+class Centre(QWidget):
+    """Scene and plots; ``set_room`` decides what gives way."""
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.scene, self.time, self.phase = SceneView(), TimePlots(), ForcePosition()
+        self.toolbar = Toolbar()
+        self.scene_card = _filled(self.scene)
+        self.time_card, self.phase_card = card(), _filled(self.phase)
+        self.stack = QStackedWidget()
+        self._narrow = False
+        self._arrange()
+        self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
+        self.time.pointed.connect(self.phase.point)
+
+    def set_room(self, width: int, height: int) -> None:
+        """Lay out for the room there is, margins included."""
+        narrow = width < NARROW
+        if narrow != self._narrow:
+            self._narrow = narrow
+            self._move_phase()
+        free = height - 3 * GAP
+        self.scene_card.setFixedHeight(236 if free >= 680 else 180 if free >= 480 else 150)
+
+    def refresh(self) -> None:
+        """Draw the newest data into the plots that are seen."""
+        if self.time.isVisible():
+            self.time.refresh()
+        if self.phase.isVisible():
+            self.phase.refresh()
+
+    def _move_phase(self) -> None:
+        self.toolbar.views.setVisible(self._narrow)
+        if self._narrow:
+            self.phase_card.setMinimumWidth(0)
+            self.phase_card.setMaximumWidth(16777215)
+            self.phase_card.setProperty("card", False)
+            self.stack.addWidget(self.phase_card)
+            self.stack.setCurrentIndex(self.toolbar.views.index)
+        else:
+            self.stack.removeWidget(self.phase_card)
+            self.phase_card.setProperty("card", True)
+            self.phase_card.setFixedWidth(PHASE_WIDTH)
+            self._lower.addWidget(self.phase_card)
+            self.phase_card.show()
+        self.phase_card.style().unpolish(self.phase_card)
+        self.phase_card.style().polish(self.phase_card)
+
+    def _arrange(self) -> None:
+        inside = QVBoxLayout(self.time_card)
+        inside.setContentsMargins(1, 1, 1, 1)
+        inside.setSpacing(0)
+        inside.addWidget(self.toolbar)
+        line = QFrame()
+        line.setProperty("rule", True)
+        line.setFixedHeight(1)
+        inside.addWidget(line)
+        self.stack.addWidget(self.time)
+        inside.addWidget(self.stack, 1)
+        self.phase_card.setFixedWidth(PHASE_WIDTH)
+        self._lower = QHBoxLayout()
+        self._lower.setSpacing(GAP)
+        self._lower.addWidget(self.time_card, 1)
+        self._lower.addWidget(self.phase_card)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(GAP, GAP, GAP, GAP)
+        column.setSpacing(GAP)
+        column.addWidget(self.scene_card)
+        column.addLayout(self._lower, 1)
+        self.setAutoFillBackground(False)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setObjectName("centre")

@@ -1,0 +1,67 @@
+"""One choice of the panel: a segmented control for up to three options, a list for more."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QWidget
+
+from hapkit_studio.gui.segmented import Segmented
+from hapkit_studio.parameters import Choice
+
+_MOST_SEGMENTS = 3
+
+
+class ChoiceRow(QWidget):
+    """Emits ``changed(key, index)`` when a person picks another option."""
+
+    changed = Signal(str, float)
+
+    def __init__(
+        self,
+        choice: Choice,
+        formula: str = "",
+        words: Sequence[str] | None = None,
+        parent: QWidget | None = None,
+    ):
+        super().__init__(parent)
+        self.parameter = choice
+        words = tuple(words or (option.replace("_", " ").capitalize() for option in choice.options))
+        self.label = QLabel(choice.label)
+        self.label.setWordWrap(True)
+        self.picker: Segmented | QComboBox
+        if len(words) <= _MOST_SEGMENTS:
+            self.picker = Segmented(choice.label, words)
+            self.picker.chosen.connect(self._take)
+        else:
+            self.picker = QComboBox()
+            self.picker.addItems(words)
+            self.picker.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+            self.picker.activated.connect(self._take)
+        self._words = words
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 3, 0, 3)
+        row.setSpacing(6)
+        row.addWidget(self.label, 1)
+        row.addWidget(self.picker)
+        tip = f"<p>{choice.help}</p>" + (f"<p><i>{formula}</i></p>" if formula else "")
+        self.setToolTip(tip if choice.help or formula else "")
+        self.show_value(choice.default)
+
+    @property
+    def value(self) -> float:
+        """Return the chosen option's index."""
+        picker = self.picker
+        return float(picker.index if isinstance(picker, Segmented) else picker.currentIndex())
+
+    def show_value(self, value: float) -> None:
+        """Show the option that is in force."""
+        index = int(value)
+        if isinstance(self.picker, Segmented):
+            self.picker.show_index(index)
+        else:
+            self.picker.setCurrentIndex(index)
+        self.picker.setAccessibleName(f"{self.parameter.label}, {self._words[index]}")
+
+    def _take(self, index: int) -> None:
+        self.picker.setAccessibleName(f"{self.parameter.label}, {self._words[index]}")
+        self.changed.emit(self.parameter.key, float(index))

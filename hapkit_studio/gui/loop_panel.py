@@ -1,0 +1,163 @@
+"""The loop as a student changes it: servo rate, added delay, velocity estimator, grip."""
+
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.choice_row import ChoiceRow
+from hapkit_studio.gui.parameter_row import ParameterRow
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.parameters import Choice, Parameter
+
+RATE = Parameter(
+    "rate", "Servo rate", "Hz", 1000.0, 100.0, 10000.0,
+    "How often the force is computed anew. Between two ticks it is held, so a wall pushes a little longer "
+    "on the way out than it resisted on the way in. A slow loop gives that energy to the handle: the wall "
+    "buzzes. Halve the rate and half the stiffness is too much.",
+)  # fmt: skip
+DELAY = Parameter(
+    "delay", "Added delay", "s", 0.0, 0.0, 0.1,
+    "Time from sensor to motor, added on purpose. The force answers where the handle was, not where it is, "
+    "and pushes after the handle has turned back: the longer, the softer a wall must be not to buzz.",
+)  # fmt: skip
+ESTIMATOR = Choice(
+    "estimator", "Velocity", tuple(ESTIMATORS), "iir",
+    "How speed is made from sensor counts. The plain difference is quick but steps by one count per period, "
+    "so damping rattles; the low-pass filter is smooth but late, and late damping feeds a buzz.",
+)  # fmt: skip
+GRIP = Choice(
+    "grip", "Grip", tuple(GRIPS), "medium",
+    "How firmly the simulated hand holds while you drag. A hand takes energy away: what buzzes when "
+    "released may be calm in a firm grip.",
+)  # fmt: skip
+_ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
+
+
+def _short(key: str) -> str:
+    return key.upper() if len(key) <= 4 else key.capitalize()
+
+
+class LoopPanel(QWidget):
+    """Rows for the loop under a heading that folds them into one line where the window is low."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self.heading = QLabel("Loop")
+        self.heading.setProperty("role", "section")
+        self.fold = QPushButton("Fold")
+        self.fold.setProperty("link", True)
+        self.fold.clicked.connect(self._turn)
+        self.rate = ParameterRow(RATE)
+        self.delay = ParameterRow(DELAY)
+        self.estimator = ChoiceRow(ESTIMATOR, words=[_short(key) for key in ESTIMATORS])
+        self.options = {
+            key: [ParameterRow(parameter) for parameter in entry.parameters]
+            for key, entry in ESTIMATORS.items()
+        }
+        self.grip = ChoiceRow(GRIP)
+        self.folded = False
+        self._by_hand = False
+        self._arrange()
+        self._connect()
+        self.show_state()
+
+    def set_folded(self, folded: bool) -> None:
+        """Fold the rows into one line, or unfold them."""
+        self.folded = folded
+        self._body.setVisible(not folded)
+        self.show_state()
+
+    def set_room(self, narrow: bool, height: int) -> None:
+        """Give way in a low window: first the sliders, then all rows until a person unfolds them."""
+        filters = [row for rows in self.options.values() for row in rows]
+        for row in (self.rate, self.delay, *filters):
+            row.set_narrow(narrow)
+            row.set_compact(height < _ROOM_FOR_SLIDERS)
+        if not self._by_hand:
+            self.set_folded(height < _ROOM_FOR_ROWS)
+
+    def _turn(self) -> None:
+        self._by_hand = True
+        self.set_folded(not self.folded)
+
+    def show_state(self) -> None:
+        """Show the loop as the studio has it; a real board's rate is its own."""
+        loop = self._studio.loop
+        self.rate.show_value(self._rate())
+        self.delay.show_value(loop.delay)
+        self.estimator.show_value(ESTIMATOR.options.index(loop.estimator))
+        for key, rows in self.options.items():
+            given = dict(loop.options) if key == loop.estimator else {}
+            for row in rows:
+                row.setVisible(key == loop.estimator)
+                row.show_value(given.get(row.parameter.key, row.parameter.default))
+        self.grip.show_value(GRIP.options.index(self._studio.grip))
+        self.fold.setText(self.summary() if self.folded else "Fold")
+        self.fold.setAccessibleName(f"Loop: {self.summary()}")
+        self._allow()
+
+    def summary(self) -> str:
+        """Return the loop in one line."""
+        loop = self._studio.loop
+        filters = [
+            f"{row.quantity.text(row.value)} {row.quantity.unit}" for row in self.options[loop.estimator]
+        ]
+        name = " ".join([_short(loop.estimator), *filters])
+        return f"{self._rate():.0f} Hz · {self.delay.box.text()} ms · {name}"
+
+    def _rate(self) -> float:
+        engine = self._studio.engine
+        return engine.loop.rate if engine is not None else self._studio.loop.rate
+
+    def _allow(self) -> None:
+        engine = self._studio.engine
+        own_clock = engine is not None and not engine.device.simulated
+        reason = "The board samples by its own clock. Its rate is fixed."
+        self.rate.setEnabled(not own_clock)
+        self.rate.setToolTip(reason if own_clock else "")
+        self.grip.setEnabled(not own_clock)
+        self.grip.setToolTip("The hand is yours." if own_clock else f"<p>{GRIP.help}</p>")
+
+    def _arrange(self) -> None:
+        head = QHBoxLayout()
+        head.addWidget(self.heading)
+        head.addStretch(1)
+        head.addWidget(self.fold)
+        self._body = QWidget()
+        body = QVBoxLayout(self._body)
+        body.setContentsMargins(0, 0, 0, 0)
+        body.setSpacing(0)
+        filters = [row for rows in self.options.values() for row in rows]
+        for row in (self.rate, self.delay, self.estimator, *filters, self.grip):
+            body.addWidget(row)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addLayout(head)
+        column.addWidget(self._body)
+
+    def _connect(self) -> None:
+        self._studio.loop_changed.connect(self.show_state)
+        self._studio.engine_changed.connect(self.show_state)
+        self.rate.changed.connect(lambda _key, value: self._apply(self.rate, rate=value))
+        self.delay.changed.connect(lambda _key, value: self._apply(self.delay, delay=value))
+        self.estimator.changed.connect(
+            lambda _key, index: self._studio.set_loop(estimator=ESTIMATOR.options[int(index)], options=())
+        )
+        self.grip.changed.connect(lambda _key, index: self._studio.set_grip(GRIP.options[int(index)]))
+        for rows in self.options.values():
+            for row in rows:
+                row.changed.connect(self._apply_option)
+
+    def _apply_option(self, key: str, value: float) -> None:
+        options = dict(self._studio.loop.options) | {key: value}
+        row = next(r for r in self.options[self._studio.loop.estimator] if r.parameter.key == key)
+        self._apply(row, options=tuple(options.items()))
+
+    def _apply(self, row: ParameterRow, **change: object) -> None:
+        try:
+            self._studio.set_loop(**change)
+        except ParameterError as error:
+            row.show_error(str(error))

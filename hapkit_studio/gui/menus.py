@@ -1,0 +1,37 @@
+"""The menu bar, built from the action table; the device menu is read anew at every opening."""
+
+from PySide6.QtWidgets import QMenu, QMenuBar
+
+from hapkit_studio.gui.actions import ActionSet
+from hapkit_studio.gui.device_list import fill_menu
+from hapkit_studio.gui.studio import Studio
+
+_RULE_BEFORE = {"session.quit", "view.fit", "view.panel", "environment.reset", "help.about"}
+
+
+def build_menus(bar: QMenuBar, actions: ActionSet, studio: Studio) -> None:
+    """Fill the bar; order of menus and entries is the table's."""
+    menus: dict[str, QMenu] = {}
+    for entry in actions.entries:
+        menu = _menu(bar, menus, entry.menu)
+        if entry.key in _RULE_BEFORE:
+            menu.addSeparator()
+        menu.addAction(actions.qt[entry.key])
+    for menu in menus.values():
+        menu.aboutToShow.connect(actions.refresh)
+    _add_devices(menus["Device"], studio)
+
+
+def _menu(bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
+    if path not in menus:
+        parent, _, name = path.rpartition("/")
+        menus[path] = _menu(bar, menus, parent).addMenu(name) if parent else bar.addMenu(path)
+    return menus[path]
+
+
+def _add_devices(menu: QMenu, studio: Studio) -> None:
+    choose = QMenu("Choose", menu)
+    choose.aboutToShow.connect(lambda: fill_menu(choose, studio))
+    first = menu.actions()[0]
+    menu.insertMenu(first, choose)
+    menu.insertSeparator(first)

@@ -1,0 +1,72 @@
+"""Which banners stand: stopped, fault, device gone, above the stability limit."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+
+from hapkit_studio.gui.banners import BannerStack, Notice
+from hapkit_studio.gui.live import Live
+from hapkit_studio.gui.margin import Answer
+from hapkit_studio.gui.stability_card import StabilityCard, margin_notice
+from hapkit_studio.gui.studio import Studio
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.faults import Fault
+
+_STOP, _FAULT, _DEVICE, _LIMIT = range(4)
+
+
+class Notices(QObject):
+    """Watches studio, frames and stability, and puts banners up and takes them down."""
+
+    def __init__(self, studio: Studio, live: Live, banners: BannerStack, stability: StabilityCard):
+        super().__init__()
+        self._studio, self._banners = studio, banners
+        studio.stop_changed.connect(self.show_stop)
+        studio.link_changed.connect(self.show_link)
+        studio.engine_changed.connect(self.show_fault)
+        live.frame.connect(lambda _row, _clamped: self.show_fault())
+        live.health.connect(lambda _health: self.show_fault())
+        stability.crossed.connect(self.show_limit)
+
+    def show_stop(self) -> None:
+        """Show or take down the E-stop's banner."""
+        notice = Notice(
+            "stop", _STOP, "danger", "octagon", "Stopped. Force is zero.", "Release when the handle is free.",
+            (("Release E-stop", self._studio.release_stop),),
+        )  # fmt: skip
+        self._banners.set("stop", notice if self._studio.stopped else None)
+
+    def show_fault(self) -> None:
+        """Show the latched fault, unless it only says what the device's own banner says better."""
+        fault: Fault | None = self._studio.fault
+        if fault is None or self._studio.link.state == "gone":
+            self._banners.set("fault", None)
+            return
+        buttons = (("Clear fault", self._studio.clear_fault),)
+        self._banners.set(
+            "fault", Notice("fault", _FAULT, "danger", "triangle", fault.text, fault.detail, buttons)
+        )
+
+    def show_link(self) -> None:
+        """Show why there is no device, and the way back to the simulated one."""
+        link = self._studio.link
+        if link.state not in ("gone", "failed"):
+            self._banners.set("device", None)
+            return
+        title, _, rest = link.text.partition(". ")
+        lines = rest or "Force is zero."
+        simulated = ("Use simulated Hapkit", self._studio.open_simulated)
+        again = ("Try again", self._studio.reconnect)
+        buttons = (simulated,) if link.state == "gone" else (again, simulated)
+        self._banners.set(
+            "device", Notice("device", _DEVICE, "warn", "unplugged", title.rstrip(".") + ".", lines, buttons)
+        )
+
+    def show_limit(self, answer: Answer | None) -> None:
+        """Show the limit with its numbers while the rendered impedance is beyond it."""
+        if answer is None:
+            self._banners.set("limit", None)
+            return
+        title, text = margin_notice(answer)
+        self._banners.set("limit", Notice("limit", _LIMIT, "danger", "cross", title, text))

@@ -1,0 +1,170 @@
+"""The right-hand panel: environment's words and parameters, the loop, how far from instability."""
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.choice_row import ChoiceRow
+from hapkit_studio.gui.loop_panel import LoopPanel
+from hapkit_studio.gui.parameter_row import ParameterRow
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.theme import theme
+from hapkit_studio.parameters import AnyParameter, Choice
+
+WIDE, NARROW = 300, 272
+
+Row = ParameterRow | ChoiceRow
+
+
+class ParameterRows(QWidget):
+    """One row per declared parameter of the environment in force."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self._narrow = False
+        self.rows: dict[str, Row] = {}
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(0)
+        studio.environment_changed.connect(self.rebuild)
+        studio.values_changed.connect(self.show_values)
+        self.rebuild()
+
+    def rebuild(self) -> None:
+        """Make the rows anew for another environment."""
+        for row in self.rows.values():
+            self._column.removeWidget(row)
+            row.hide()
+            row.deleteLater()
+        environment = self._studio.environment
+        self.rows = {p.key: self._row(p, environment.formula) for p in environment.parameters}
+        for row in self.rows.values():
+            self._column.addWidget(row)
+        self.set_narrow(self._narrow)
+        self.show_values()
+
+    def show_values(self) -> None:
+        """Show the values in force, except in a box that holds a refused one."""
+        for key, row in self.rows.items():
+            value = self._studio.values[key]
+            if value != row.value:
+                row.show_value(value)
+
+    def set_narrow(self, narrow: bool) -> None:
+        """Make do with a narrow panel, now and for rows to come."""
+        self._narrow = narrow
+        for row in self.rows.values():
+            if isinstance(row, ParameterRow):
+                row.set_narrow(narrow)
+
+    def _row(self, parameter: AnyParameter, formula: str) -> Row:
+        row: Row = (
+            ChoiceRow(parameter, formula)
+            if isinstance(parameter, Choice)
+            else ParameterRow(parameter, formula)
+        )
+        row.changed.connect(self._apply)
+        return row
+
+    def _apply(self, key: str, value: float) -> None:
+        try:
+            self._studio.set_value(key, value)
+        except ParameterError as error:
+            row = self.rows[key]
+            if isinstance(row, ParameterRow):
+                row.show_error(str(error))
+
+
+class PanelTitle(QWidget):
+    """Icon, title and formula of the environment; "?" unfolds the explanation."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self.picture = QToolButton()
+        self.picture.setIconSize(QSize(24, 24))
+        self.picture.setFixedSize(26, 26)
+        self.picture.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.picture.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.title = QLabel()
+        self.formula = QLabel()
+        self.formula.setWordWrap(True)
+        self.explanation = QLabel()
+        self.explanation.setWordWrap(True)
+        self.explanation.setProperty("role", "hint")
+        self.explanation.hide()
+        self.help = QToolButton()
+        self.help.setCheckable(True)
+        self.help.setAccessibleName("Explain this environment")
+        self.help.setToolTip("Explain this environment")
+        self.help.toggled.connect(self.explanation.setVisible)
+        icons.bind(self.help, "help", "ink2", 18)
+        self._arrange()
+        studio.environment_changed.connect(self.show_state)
+        theme.changed.connect(self.show_state)
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Show the environment in force."""
+        environment = self._studio.environment
+        icons.bind(self.picture, _icon_name(environment.scene), "ink", 24)
+        self.title.setFont(theme.font("title"))
+        self.title.setText(environment.title)
+        self.formula.setFont(theme.font("formula"))
+        self.formula.setText(environment.formula)
+        self.explanation.setText(environment.explanation)
+
+    def _arrange(self) -> None:
+        head = QHBoxLayout()
+        head.setSpacing(6)
+        head.addWidget(self.picture)
+        head.addWidget(self.title, 1)
+        head.addWidget(self.help)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        column.addLayout(head)
+        column.addWidget(self.formula)
+        column.addWidget(self.explanation)
+
+
+def _icon_name(scene: str) -> str:
+    return scene if scene in icons.names() else "circle"
+
+
+def rule() -> QFrame:
+    """Return a hairline between two parts of the panel."""
+    line = QFrame()
+    line.setProperty("rule", True)
+    line.setFixedHeight(1)
+    return line
+
+
+class ParameterPanel(QScrollArea):
+    """The panel as a whole; scrolls inside itself where the window is low."""
+
+    def __init__(self, studio: Studio, loop: LoopPanel, stability: QWidget, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.setObjectName("panel")
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.title, self._loop = PanelTitle(studio), loop
+        self.parameters = ParameterRows(studio)
+        body = QWidget()
+        body.setObjectName("panelBody")
+        column = QVBoxLayout(body)
+        column.setContentsMargins(16, 12, 16, 12)
+        column.setSpacing(6)
+        for part in (self.title, rule(), self.parameters, rule(), loop, rule(), stability):
+            column.addWidget(part)
+        column.addStretch(1)
+        self.setWidget(body)
+
+    def set_room(self, narrow: bool, height: int) -> None:
+        """Give way in a narrow or low window."""
+        self.setFixedWidth(NARROW if narrow else WIDE)
+        self.parameters.set_narrow(narrow)
+        self._loop.set_room(narrow, height)

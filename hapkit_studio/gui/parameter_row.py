@@ -1,0 +1,129 @@
+"""One number of the panel: label, spin box, unit, reset and slider, derived from its declaration."""
+
+import re
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.dress import mark
+from hapkit_studio.gui.number_box import NumberBox
+from hapkit_studio.gui.quantity import Quantity
+from hapkit_studio.gui.value_slider import ValueSlider
+from hapkit_studio.parameters import Parameter
+
+BOX_WIDE, BOX_NARROW = 92, 84
+
+
+class ParameterRow(QWidget):
+    """Emits ``changed(key, SI value)`` for every accepted number; a bad one stays in the box, marked."""
+
+    changed = Signal(str, float)
+
+    def __init__(self, parameter: Parameter, formula: str = "", parent: QWidget | None = None):
+        super().__init__(parent)
+        self.parameter = parameter
+        self.quantity = Quantity.of(parameter)
+        self._value = self.quantity.default
+        self.label = QLabel(self._label_text())
+        self.label.setWordWrap(True)
+        self.box = NumberBox(self.quantity)
+        self.box.setFixedWidth(BOX_WIDE)
+        self.label.setBuddy(self.box)
+        self.unit = QLabel(self.quantity.unit)
+        self.unit.setProperty("role", "hint")
+        self.reset = QToolButton()
+        icons.bind(self.reset, "reset", "ink2", 16)
+        self.slider = ValueSlider(self.quantity)
+        self.error = QLabel()
+        self.error.setProperty("role", "error")
+        self.error.setWordWrap(True)
+        self._arrange()
+        self._describe(formula)
+        self._connect()
+        self.show_value(parameter.default)
+
+    @property
+    def value(self) -> float:
+        """Return the last good value, SI."""
+        return self._value / self.quantity.factor
+
+    def show_value(self, value: float) -> None:
+        """Show an SI value that is already in force."""
+        self._value = value * self.quantity.factor
+        self.box.show_value(self._value)
+        self._show_good()
+
+    def show_error(self, text: str) -> None:
+        """Mark the box and say below what the limit is; the loop keeps the last good value."""
+        self.error.setText(text)
+        self.error.setVisible(bool(text))
+        mark(self.box, "invalid", bool(text))
+
+    def set_narrow(self, narrow: bool) -> None:
+        """Leave the label more room in a narrow panel."""
+        self.box.setFixedWidth(BOX_NARROW if narrow else BOX_WIDE)
+
+    def set_compact(self, compact: bool) -> None:
+        """Leave the slider out where the panel is low."""
+        self.slider.setVisible(not compact)
+
+    def _take(self, value: float) -> None:
+        if not self.quantity.inside(value):
+            self.show_error(self.quantity.limits())
+            return
+        self._value = value
+        if self.sender() is not self.box:
+            self.box.show_value(value)
+        self._show_good()
+        self.changed.emit(self.parameter.key, self._si(value))
+
+    def _si(self, value: float) -> float:
+        return min(self.parameter.high, max(self.parameter.low, value / self.quantity.factor))
+
+    def _show_good(self) -> None:
+        if not self.error.isHidden():
+            self.show_error("")
+        self.slider.show_value(self._value)
+        self.reset.setVisible(abs(self._value - self.quantity.default) > 1e-9 * self.quantity.step)
+        spoken = f"{self.parameter.label}, {self.quantity.text(self._value)} {self.quantity.unit}".rstrip()
+        self.box.setAccessibleName(spoken)
+        self.slider.setAccessibleName(spoken)
+
+    def _label_text(self) -> str:
+        symbol = self.parameter.symbol
+        symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)
+        return self.parameter.label + (f' <i style="font-family: serif">{symbol}</i>' if symbol else "")
+
+    def _arrange(self) -> None:
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 2, 0, 2)
+        grid.setHorizontalSpacing(4)
+        grid.setVerticalSpacing(2)
+        grid.addWidget(self.label, 0, 0)
+        grid.addWidget(self.box, 0, 1)
+        grid.addWidget(self.unit, 0, 2)
+        grid.addWidget(self.reset, 0, 3, Qt.AlignmentFlag.AlignRight)
+        grid.addWidget(self.slider, 1, 0, 1, 4)
+        grid.addWidget(self.error, 2, 0, 1, 4)
+        grid.setColumnStretch(0, 1)
+        grid.setColumnMinimumWidth(2, 42)
+        grid.setColumnMinimumWidth(3, 24)
+        self.error.hide()
+
+    def _describe(self, formula: str) -> None:
+        words = " ".join(part for part in (self.parameter.help, self.quantity.limits()) if part)
+        tip = f"<p>{words}</p>" + (f"<p><i>{formula}</i></p>" if formula else "")
+        for widget in (self.label, self.box, self.slider):
+            widget.setToolTip(tip)
+        default = f"{self.quantity.text(self.quantity.default)} {self.quantity.unit}".rstrip()
+        self.reset.setToolTip(f"Back to {default}")
+        self.reset.setAccessibleName(f"Reset {self.parameter.label} to {default}")
+
+    def _connect(self) -> None:
+        self.box.entered.connect(self._take)
+        self.slider.picked.connect(self._take)
+        self.reset.clicked.connect(self._to_default)
+
+    def _to_default(self) -> None:
+        self._take(self.quantity.default)

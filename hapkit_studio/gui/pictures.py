@@ -1,0 +1,103 @@
+"""Joins the live rows with what shows them: scene, plots, clamp light, status bar."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject
+
+from hapkit_studio.gui.centre import Centre
+from hapkit_studio.gui.live import KEPT_SECONDS, Live
+from hapkit_studio.gui.status_bar import StatusBar
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.haptics import rows
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.health import Health
+
+_MAX_FORCE = 3.0
+_WORDS = {
+    "preparing": "Preparing the loop, once only",
+    "connecting": "Connecting…",
+    "gone": "No device",
+    "failed": "No device",
+}
+
+
+class Pictures(QObject):
+    """Passes every frame, parameter and state on to the widgets that draw them."""
+
+    def __init__(self, studio: Studio, live: Live, centre: Centre, status: StatusBar):
+        super().__init__()
+        self._studio, self._live, self._centre, self._status = studio, live, centre, status
+        centre.time.set_history(live.history)
+        centre.phase.set_history(live.history)
+        live.frame.connect(self.show_frame)
+        live.health.connect(self.show_health)
+        live.paused_changed.connect(self.show_paused)
+        centre.time.paused_changed.connect(live.set_paused)
+        centre.time.span_changed.connect(centre.toolbar.show_span)
+        centre.scene.hand_moved.connect(studio.move_hand)
+        centre.scene.hand_released.connect(lambda: studio.move_hand(None))
+        studio.environment_changed.connect(self.show_environment)
+        studio.values_changed.connect(self.show_values)
+        studio.engine_changed.connect(self.show_environment)
+        studio.link_changed.connect(self.show_link)
+        centre.toolbar.show_span(centre.time.span)
+        self.show_environment()
+        self.show_link()
+
+    @property
+    def max_force(self) -> float:
+        """Return the force limit of the device in N."""
+        engine = self._studio.engine
+        return float(engine.device.max_force) if engine is not None else _MAX_FORCE
+
+    def show_frame(self, row: np.ndarray, clamped: bool) -> None:
+        """Show the newest row everywhere."""
+        flags, target = int(row[rows.FLAGS]), float(row[rows.HAND_TARGET])
+        names = self._studio.environment.state_names
+        self._centre.scene.update_state(
+            float(row[rows.POSITION]),
+            float(row[rows.APPLIED]),
+            float(row[rows.ASKED]),
+            None if math.isnan(target) else target,
+            clamped,
+            bool(flags & (rows.STOPPED | rows.FAULT)),
+            row[rows.STATE : rows.STATE + len(names)],
+        )
+        self._centre.refresh()
+        self._status.show_clamp(clamped, self.max_force)
+
+    def show_health(self, health: "Health") -> None:
+        """Show the loop's health in the status bar."""
+        if self._studio.link.state == "running":
+            self._status.show_health(health)
+            self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
+
+    def show_paused(self, paused: bool) -> None:
+        """Hold the plots still, or let them go on."""
+        self._centre.time.set_paused(paused)
+        self._centre.phase.set_paused(paused)
+
+    def show_environment(self) -> None:
+        """Show another environment."""
+        environment, values = self._studio.environment, self._studio.values
+        self._centre.scene.set_environment(environment, values)
+        self.show_values()
+
+    def show_values(self) -> None:
+        """Show changed parameters."""
+        environment, values = self._studio.environment, self._studio.values
+        self._centre.scene.set_values(values)
+        self._centre.time.set_environment(environment, values, self.max_force)
+        self._centre.phase.set_environment(environment, values, self.max_force)
+
+    def show_link(self) -> None:
+        """Show whether there is a device."""
+        state = self._studio.link.state
+        self._centre.scene.set_preparing(state == "preparing")
+        self._centre.scene.set_hand_enabled(self._studio.simulated)
+        self._centre.time.set_stale(state == "gone")
+        if state != "running":
+            self._status.show_nothing(_WORDS.get(state, ""))

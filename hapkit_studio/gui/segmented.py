@@ -1,0 +1,50 @@
+"""A segmented control: two or three options side by side, one of them chosen."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QWidget
+
+
+def _place(index: int, count: int) -> str:
+    return "first" if index == 0 else "last" if index == count - 1 else "middle"
+
+
+class Segmented(QWidget):
+    """Emits ``chosen`` with the index of the option a person picked; arrow keys move along."""
+
+    chosen = Signal(int)
+
+    def __init__(self, name: str, options: tuple[str, ...], parent: QWidget | None = None):
+        super().__init__(parent)
+        self._group = QButtonGroup(self)
+        self._group.setExclusive(True)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        for index, option in enumerate(options):
+            button = QPushButton(option)
+            button.setCheckable(True)
+            button.setAccessibleName(f"{name}: {option}")
+            button.setCursor(Qt.CursorShape.PointingHandCursor)
+            button.setProperty("segment", _place(index, len(options)))
+            self._group.addButton(button, index)
+            row.addWidget(button)
+        self._group.idToggled.connect(self._toggled)
+
+    @property
+    def index(self) -> int:
+        """Return the chosen option's index."""
+        return self._group.checkedId()
+
+    def button(self, index: int) -> QPushButton:
+        """Return one option's button."""
+        return self._group.button(index)  # type: ignore[return-value]
+
+    def show_index(self, index: int) -> None:
+        """Show an option as chosen without saying so to anyone."""
+        blocked = self._group.blockSignals(True)
+        self._group.button(index).setChecked(True)
+        self._group.blockSignals(blocked)
+
+    def _toggled(self, index: int, on: bool) -> None:
+        if on:
+            self.chosen.emit(index)

@@ -1,0 +1,167 @@
+"""The stability card: how far the rendered stiffness is from the limit, in words and on a small map."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.margin import Answer, Loop, MarginWorker, Question
+from hapkit_studio.gui.stability_map import StabilityMap
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.theme import number, theme
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.health import Health
+
+ASK_MS = 100
+DELAY_STEP = 20e-6
+_WIDTHS = (8.0, 20.0, 50.0, 100.0)
+
+
+def verdict(answer: Answer) -> str:
+    """Return the margin in one line, the way out included where there is one."""
+    ratio, limit = answer.ratio, answer.limit
+    if limit <= 0.0:
+        return "Above the damping limit. Lower damping."
+    if answer.question.stiffness <= 0.0:
+        return "Stable, released hand"
+    if answer.stable:
+        return f"{number(ratio, 1)} × below the limit" if ratio < 100.0 else "Over 100 × below the limit"
+    return f"{number(1.0 / ratio, 1)} × above the limit. Lower stiffness below {number(limit, 0)} N/m."
+
+
+def short(answer: Answer) -> str:
+    """Return the margin without the way out."""
+    return verdict(answer).split(". ")[0]
+
+
+def conditions(answer: Answer) -> str:
+    """Return hand, delay and limit in words."""
+    delay = number(answer.question.loop.delay * 1e3, 2)
+    words = f"Released hand, {delay} ms from sensor to motor."
+    return words if answer.limit <= 0.0 else f"{words} Stiffness limit {number(answer.limit, 0)} N/m."
+
+
+class StabilityCard(QWidget):
+    """Emits ``judged(words, stable)`` for the status bar and ``crossed(Answer or None)`` for the banner."""
+
+    judged = Signal(str, object)
+    crossed = Signal(object)
+
+    def __init__(self, studio: Studio, worker: MarginWorker | None = None, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self._worker = worker or MarginWorker(parent=self)
+        self._delay = 0.0
+        self._sign = ("check", "ok")
+        self.heading = QLabel("Stability")
+        self.heading.setProperty("role", "section")
+        self.sign, self.headline, self.words = QLabel(), QLabel(), QLabel()
+        self.headline.setWordWrap(True)
+        self.words.setWordWrap(True)
+        self.words.setProperty("role", "hint")
+        self.map = StabilityMap()
+        self._arrange()
+        self._soon = QTimer(self, singleShot=True, interval=ASK_MS)
+        self._soon.timeout.connect(self.ask)
+        self._worker.answered.connect(self.show_answer)
+        for signal in (
+            studio.values_changed,
+            studio.environment_changed,
+            studio.loop_changed,
+            studio.engine_changed,
+        ):
+            signal.connect(self._ask_soon)
+        theme.changed.connect(self._look)
+        self._look()
+        self.ask()
+
+    def note_health(self, health: "Health") -> None:
+        """Take over the delay as measured, on a coarse step so that noise asks nothing."""
+        delay = round(health.delay / DELAY_STEP) * DELAY_STEP
+        if delay != self._delay:
+            self._delay = delay
+            self._ask_soon()
+
+    def question(self) -> Question | None:
+        """Return what to ask about the environment and loop in force; None where no limit applies."""
+        environment, engine = self._studio.environment, self._studio.engine
+        if environment.impedance is None or engine is None:
+            return None
+        stiffness, damping = environment.impedance(self._studio.values)
+        wish, device = self._studio.loop, engine.device
+        rate = engine.loop.rate
+        loop = Loop(device.mass, device.viscous, rate, self._delay, wish.estimator, wish.options)
+        width = next((w for w in _WIDTHS if damping <= 0.8 * w), _WIDTHS[-1])
+        return Question(loop, stiffness, damping, width)
+
+    def ask(self) -> None:
+        """Ask the worker; say so at once where there is nothing to ask."""
+        question = self.question()
+        if question is not None:
+            self._worker.ask(question)
+            return
+        self._worker.forget()
+        self.map.hide()
+        self.words.setText("No force is rendered." if not self._studio.environment.parameters else "")
+        if self._studio.engine is None:
+            self.words.setText("Judged once a device is there.")
+        self._show("No limit applies", "circle", "ink2")
+        self.judged.emit("No stiffness limit", None)
+        self.crossed.emit(None)
+
+    def show_answer(self, answer: Answer) -> None:
+        """Show a verdict."""
+        self.map.setVisible(True)
+        self.map.show_answer(answer)
+        self.words.setText(conditions(answer))
+        self._show(verdict(answer), *(("check", "ok") if answer.stable else ("cross", "danger")))
+        self.judged.emit(short(answer), answer.stable)
+        self.crossed.emit(None if answer.stable else answer)
+
+    def close_worker(self) -> None:
+        """End the worker's thread."""
+        self._worker.close()
+
+    def _ask_soon(self) -> None:
+        if not self._soon.isActive():
+            self._soon.start()
+
+    def _show(self, words: str, sign: str, token: str) -> None:
+        self.headline.setText(words)
+        self._sign = (sign, token)
+        self._look()
+
+    def _look(self) -> None:
+        name, token = self._sign
+        self.sign.setPixmap(icons.pixmap(name, 18, token, self.devicePixelRatioF()))
+        ink = "danger" if token == "danger" else "ink"
+        dress(self.headline, f"QLabel {{ color: @{ink}; font-size: 14px; font-weight: 650; }}")
+
+    def _arrange(self) -> None:
+        row = QHBoxLayout()
+        row.setSpacing(6)
+        row.addWidget(self.sign)
+        row.addWidget(self.headline, 1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        column.addWidget(self.heading)
+        column.addLayout(row)
+        column.addWidget(self.words)
+        column.addSpacing(4)
+        column.addWidget(self.map)
+
+
+def margin_notice(answer: Answer) -> tuple[str, str]:
+    """Return title and line of the banner for an unstable answer."""
+    question = answer.question
+    delay = number(question.loop.delay * 1e3, 2)
+    if answer.limit <= 0.0:
+        return "Unstable at this damping.", f"At {delay} ms no stiffness is stable. Lower damping."
+    title = (
+        f"Stiffness {number(question.stiffness, 0)} N/m is above the limit of {number(answer.limit, 0)} N/m."
+    )
+    return title, f"At the measured delay of {delay} ms a released handle would not come to rest."

@@ -1,0 +1,153 @@
+"""The status bar: how well the loop keeps time, which priority it got, whether the force is clamped."""
+
+import time
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.theme import number, theme
+
+HEIGHT = 30
+HOLD_S = 0.5
+
+
+class Field(QWidget):
+    """Sign and words with a hairline behind; width follows the words."""
+
+    def __init__(self, name: str, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._name = name
+        self._sign_name, self._token = "", "ink2"
+        self.sign, self.words = QLabel(), QLabel()
+        self.link = QPushButton()
+        self.link.setProperty("link", True)
+        self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.link.hide()
+        edge = QFrame()
+        edge.setFixedSize(1, 16)
+        edge.setProperty("rule", True)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(6)
+        row.addWidget(self.sign)
+        row.addWidget(self.words)
+        row.addWidget(self.link)
+        row.addSpacing(6)
+        row.addWidget(edge)
+        theme.changed.connect(self._look)
+        self.show_words("…")
+
+    def show_words(self, words: str, sign: str = "", token: str = "ink2") -> None:
+        """Show words, a sign before them, and the token both are coloured with."""
+        if words != self.words.text():
+            self.words.setText(words)
+            self.setAccessibleName(f"{self._name}: {words}")
+        if (sign, token) != (self._sign_name, self._token) or not self.words.styleSheet():
+            self._sign_name, self._token = sign, token
+            self._look()
+
+    def _look(self) -> None:
+        weight = 600 if self._token in ("ink", "warn", "danger") else 400
+        dress(self.words, f"QLabel {{ color: @{self._token}; font-size: 12px; font-weight: {weight}; }}")
+        self.sign.setVisible(bool(self._sign_name))
+        if self._sign_name:
+            self.sign.setPixmap(icons.pixmap(self._sign_name, 16, self._token, self.devicePixelRatioF()))
+
+
+def late(microseconds: float) -> str:
+    """Write a lateness in ms with two decimals, one from 10 ms on."""
+    value = microseconds / 1000.0
+    return f"{number(value, 2 if value < 9.95 else 1)} ms"
+
+
+class StatusBar(QWidget):
+    """Fields from left to right; the less important give way first where the window is narrow."""
+
+    how_to_fix = Signal()
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.setObjectName("status")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedHeight(HEIGHT)
+        self.rate, self.late, self.missed = Field("Servo rate"), Field("Lateness"), Field("Missed ticks")
+        self.priority, self.clamp = Field("Priority"), Field("Force limit")
+        self.margin, self.kept = Field("Stability"), Field("Record")
+        self.priority.link.setText("How to fix")
+        self.priority.link.clicked.connect(self.how_to_fix)
+        self._clamped_until = 0.0
+        row = QHBoxLayout(self)
+        row.setContentsMargins(14, 0, 8, 0)
+        row.setSpacing(12)
+        for field in (self.rate, self.late, self.missed, self.priority, self.clamp, self.margin):
+            row.addWidget(field)
+        row.addStretch(1)
+        row.addWidget(self.kept)
+        self.show_nothing("Preparing the loop, once only")
+
+    def show_nothing(self, words: str) -> None:
+        """Show that no loop runs."""
+        self.rate.show_words("0 Hz", "", "ink")
+        self.late.show_words("Late –")
+        self.missed.show_words("Missed –")
+        self.priority.show_words(words)
+        self.priority.link.hide()
+        self.clamp.show_words("No force", "circle")
+        self._give_way()
+
+    def show_health(self, health) -> None:
+        """Show the loop's health."""
+        us = health.lateness_us
+        self.rate.show_words(f"{number(health.rate, 1)} Hz", "", "ink")
+        self.late.show_words(f"Late p99 {late(us['p99'])}, worst {late(us['max'])}")
+        lost = health.missed + health.lost_frames
+        self.missed.show_words(f"Missed {lost}", "triangle" if lost else "", "warn" if lost else "ink2")
+        if health.priority.realtime:
+            self.priority.show_words(health.priority.text, "check", "ok")
+        else:
+            words = f"{health.priority.text}, late up to {late(us['max'])}."
+            self.priority.show_words(words, "triangle", "warn")
+        self.priority.link.setVisible(not health.priority.realtime)
+        self.priority.setToolTip(health.priority.how)
+        self._give_way()
+
+    def show_clamp(self, clamped: bool, limit: float) -> None:
+        """Show the clamp light; once lit it stays for half a second so that it can be read."""
+        now = time.monotonic()
+        if clamped:
+            self._clamped_until = now + HOLD_S
+        if now < self._clamped_until:
+            self.clamp.show_words(f"Clamped at {number(limit, 1)} N", "triangle", "warn")
+        else:
+            self.clamp.show_words(f"Within {number(limit, 1)} N", "circle")
+
+    def show_margin(self, words: str, stable: bool | None) -> None:
+        """Show the stability margin in a few words; None where no limit applies."""
+        sign = {True: "check", False: "cross", None: ""}[stable]
+        token = {True: "ok", False: "danger", None: "ink2"}[stable]
+        self.margin.show_words(words, sign, token)
+        self._give_way()
+
+    def show_kept(self, overrun: int, seconds: float, paused: bool) -> None:
+        """Show how much is kept, and how many rows the window was too late for."""
+        if overrun:
+            self.kept.show_words(f"{overrun} rows not read", "triangle", "warn")
+        else:
+            self.kept.show_words(f"{'Paused. ' if paused else ''}Last {seconds:.0f} s kept")
+
+    def resizeEvent(self, event) -> None:
+        super().resizeEvent(event)
+        self._give_way()
+
+    def _give_way(self) -> None:
+        """Hide fields, least important first, until the rest fits whole."""
+        order = (self.kept, self.missed, self.late, self.margin, self.rate)
+        for field in order:
+            field.show()
+        for field in order:
+            if self.layout().sizeHint().width() <= self.width():
+                return
+            field.hide()
+            self.layout().invalidate()

@@ -1,0 +1,240 @@
+"""What the person has chosen, and the engine that plays it: the window's only way to the engine."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from hapkit_studio.environments import discover
+from hapkit_studio.gui.connector import Build, Connector, build_engine
+
+if TYPE_CHECKING:
+    from hapkit_studio.devices import DeviceEntry
+    from hapkit_studio.haptics.engine import Engine, Fault, Health
+
+LOOK_AGAIN_MS = 1000
+
+
+@dataclass(frozen=True)
+class Link:
+    """How the device is reached: state is preparing, connecting, running, gone or failed."""
+
+    state: str
+    title: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class LoopWish:
+    """The loop as chosen: rate in Hz, added delay in s, estimator key and its options."""
+
+    rate: float = 1000.0
+    delay: float = 0.0
+    estimator: str = "iir"
+    options: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def spec(self) -> Any:
+        """Return the estimator as the engine takes it."""
+        return (self.estimator, dict(self.options)) if self.options else self.estimator
+
+
+class Studio(QObject):
+    """Keeps every choice over a change of device; values are SI and checked before they are kept."""
+
+    environment_changed = Signal()
+    values_changed = Signal()
+    loop_changed = Signal()
+    engine_changed = Signal()
+    link_changed = Signal()
+    stop_changed = Signal()
+
+    def __init__(
+        self,
+        entries: Callable[[], Sequence["DeviceEntry"]],
+        build: Build = build_engine,
+        parent: QObject | None = None,
+    ):
+        super().__init__(parent)
+        self.entries = entries
+        self.environments = discover()
+        self.environment = self.environments[
+            "wall" if "wall" in self.environments else next(iter(self.environments))
+        ]
+        self._values = {key: env.values() for key, env in self.environments.items()}
+        self.loop = LoopWish()
+        self.grip = "medium"
+        self.stopped = False
+        self.engine: Engine | None = None
+        self.entry: DeviceEntry | None = None
+        self.link = Link("preparing")
+        self._connector = Connector(build, self)
+        self._connector.opened.connect(self._adopt)
+        self._connector.failed.connect(self._fail)
+        self._again = QTimer(self, interval=LOOK_AGAIN_MS)
+        self._again.timeout.connect(self._look_again)
+
+    # environment and parameters
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Return the values in force of the environment in force."""
+        return self._values[self.environment.key]
+
+    def choose(self, key: str) -> None:
+        """Switch the environment; its values are those it was left with."""
+        if key == self.environment.key:
+            return
+        self.environment = self.environments[key]
+        if self.engine is not None:
+            self.engine.set_environment(key, self.values)
+        self.environment_changed.emit()
+        self.values_changed.emit()
+
+    def set_value(self, key: str, value: float) -> None:
+        """Change one parameter; raise ParameterError and keep the last good value if it is bad."""
+        parameter = next(p for p in self.environment.parameters if p.key == key)
+        number = parameter.check(value)
+        if self.engine is not None:
+            self.engine.set_parameter(key, number)
+        self.values[key] = number
+        self.values_changed.emit()
+
+    def reset_values(self) -> None:
+        """Put every parameter of the environment back to its default."""
+        for parameter in self.environment.parameters:
+            self.set_value(parameter.key, parameter.default)
+
+    # loop and hand
+
+    def set_loop(self, **changes: Any) -> None:
+        """Change rate, delay, estimator or options; raise ParameterError if the engine refuses."""
+        wish = replace(self.loop, **changes)
+        if self.engine is not None:
+            changed = {k: getattr(wish, k) for k in ("rate", "delay") if k in changes}
+            if "estimator" in changes or "options" in changes:
+                changed["estimator"] = wish.spec
+            self.engine.set_loop(**changed)
+        self.loop = wish
+        self.loop_changed.emit()
+
+    def set_grip(self, grip: str) -> None:
+        """Choose how firmly the simulated hand holds."""
+        self.grip = grip
+        if self.engine is not None:
+            self.engine.set_grip(grip)
+        self.loop_changed.emit()
+
+    def move_hand(self, target: float | None) -> None:
+        """Pull the handle towards a place in m; None lets go."""
+        if self.engine is not None:
+            self.engine.move_hand(target)
+
+    # stopping
+
+    def stop(self) -> None:
+        """Put the force to zero at the next tick, whatever else is going on."""
+        if self.engine is not None:
+            self.engine.stop()
+        if not self.stopped:
+            self.stopped = True
+            self.stop_changed.emit()
+
+    def release_stop(self) -> None:
+        """Let the force come back, faded in."""
+        self.stopped = False
+        if self.engine is not None:
+            self.engine.release_stop()
+        self.stop_changed.emit()
+
+    @property
+    def fault(self) -> "Fault | None":
+        """Return the latched fault of the running engine."""
+        return self.engine.fault if self.engine is not None else None
+
+    def clear_fault(self) -> None:
+        """Unlatch the fault; the force fades in again."""
+        if self.engine is not None:
+            self.engine.clear_fault()
+
+    # devices
+
+    @property
+    def simulated(self) -> bool:
+        """Say whether the hand is the mouse's."""
+        return self.engine is not None and bool(self.engine.device.simulated)
+
+    def open(self, entry: "DeviceEntry") -> None:
+        """Leave the device in use and open another in the worker; force is zero meanwhile."""
+        self.entry = entry
+        self._again.stop()
+        self._set_link(Link("connecting", entry.title))
+        self._open(entry)
+
+    def open_simulated(self) -> None:
+        """Go back to the device that needs nothing."""
+        self.open(next(entry for entry in self.entries() if entry.key == "simulated"))
+
+    def reconnect(self) -> None:
+        """Open the device in use once more."""
+        if self.entry is not None:
+            self.open(self.entry)
+
+    def zero_here(self) -> None:
+        """Make the present position of a real board its zero."""
+        if self.engine is not None:
+            self.engine.zero_here()
+
+    def flip_direction(self) -> None:
+        """Turn a real board's positive direction around."""
+        if self.engine is not None:
+            self.engine.flip_direction()
+
+    def note_health(self, health: "Health") -> None:
+        """Notice that the device went away."""
+        if self.link.state == "running" and not health.connected and self.entry is not None:
+            text = health.message or f"{self.entry.title} is gone. Force is zero."
+            self._set_link(Link("gone", self.entry.title, text))
+            self._again.start()
+
+    def close(self) -> None:
+        """Stop the loop and wait for its last zero command."""
+        self._again.stop()
+        engine, self.engine = self.engine, None
+        self._connector.close(engine)
+
+    def _look_again(self) -> None:
+        if self.entry is not None:
+            self._open(self.entry)
+
+    def _open(self, entry: "DeviceEntry") -> None:
+        old, self.engine = self.engine, None
+        if old is not None:
+            self.engine_changed.emit()
+        self._connector.open(entry, old, self._hold)
+
+    def _hold(self, engine: "Engine") -> None:
+        if self.stopped:
+            engine.stop()
+
+    def _adopt(self, engine: "Engine") -> None:
+        self._again.stop()
+        self.engine = engine
+        self._hold(engine)
+        engine.set_environment(self.environment.key, self.values)
+        engine.set_loop(delay=self.loop.delay, estimator=self.loop.spec)
+        if engine.device.simulated:
+            engine.set_loop(rate=self.loop.rate)
+        engine.set_grip(self.grip)
+        self._set_link(Link("running", engine.device.title))
+        self.engine_changed.emit()
+
+    def _fail(self, text: str) -> None:
+        if self.link.state != "gone":
+            self._set_link(Link("failed", self.entry.title if self.entry else "", text))
+
+    def _set_link(self, link: Link) -> None:
+        if link != self.link:
+            self.link = link
+            self.link_changed.emit()

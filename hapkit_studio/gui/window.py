@@ -1,0 +1,211 @@
+"""The main window: parts put together, room shared out, signals joined. Each part knows its own work."""
+
+from PySide6.QtCore import QEvent, QSettings, Qt
+from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
+
+from hapkit_studio.gui import gallery, menus, parameter_panel
+from hapkit_studio.gui.actions import ActionSet, table
+from hapkit_studio.gui.banners import BannerStack
+from hapkit_studio.gui.centre import Centre
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.gallery import Gallery
+from hapkit_studio.gui.header import Header
+from hapkit_studio.gui.help_dialog import keys_sheet, words_sheet
+from hapkit_studio.gui.key_guard import KeyGuard
+from hapkit_studio.gui.live import Live
+from hapkit_studio.gui.loop_panel import LoopPanel
+from hapkit_studio.gui.notices import Notices
+from hapkit_studio.gui.parameter_panel import ParameterPanel
+from hapkit_studio.gui.pictures import Pictures
+from hapkit_studio.gui.stability_card import StabilityCard
+from hapkit_studio.gui.status_bar import StatusBar
+from hapkit_studio.gui.stop_filter import StopFilter
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.theme import theme
+
+_ROOM_FOR_GALLERY = 880
+_SMALLEST = (800, 520)
+_DRAWER_BELOW = (1280, 640)
+_SHEET = """
+#header, #status, #gallery, #galleryBody, #panel, #panelBody { background: @side; }
+#header { border-bottom: 1px solid @line; }
+#status { border-top: 1px solid @line; }
+#gallery { border-right: 1px solid @line; }
+#panel { border-left: 1px solid @line; }
+#centre { background: @canvas; }
+QFrame[rule="true"] { background: @line; border: none; }
+QLabel[role="section"] { color: @ink2; font-size: 12px; font-weight: 600; }
+QLabel[role="error"] { color: @danger; font-size: 12px; }
+QPushButton[resume="true"] { background: @accentsoft; border-color: @accent; }
+"""
+
+
+class MainWindow(QMainWindow):
+    """The studio's one window; ``studio`` is what it works on."""
+
+    def __init__(self, studio: Studio):
+        super().__init__()
+        self.setWindowTitle("Hapkit Studio")
+        self.setMinimumSize(*_SMALLEST)
+        self.studio = studio
+        self.settings = QSettings("hapkit-studio", "hapkit-studio")
+        self.live = Live(studio, self)
+        self.header, self.gallery, self.centre = Header(studio), Gallery(studio), Centre()
+        self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
+        self.panel = ParameterPanel(studio, self.loop, self.stability)
+        self.status, self.banners = StatusBar(), BannerStack()
+        self.pictures = Pictures(studio, self.live, self.centre, self.status)
+        self.notices = Notices(studio, self.live, self.banners, self.stability)
+        self.single_keys = True
+        self._drawer_open: bool | None = None
+        self._arrange()
+        self.actions_by_key = ActionSet(self, table(studio.environments.values()))
+        menus.build_menus(self.menuBar(), self.actions_by_key, studio)
+        self._guard_keys()
+        self._connect()
+        dress(self, _SHEET)
+
+    # what the actions call
+
+    @property
+    def span(self) -> float:
+        """Return the time window in s."""
+        return self.centre.time.span
+
+    @property
+    def theme_mode(self) -> str:
+        """Return the theme as chosen, which may be the system's."""
+        return theme.mode
+
+    @property
+    def panel_open(self) -> bool:
+        """Say whether the parameter panel is seen."""
+        return not self.panel.isHidden()
+
+    def set_span(self, seconds: float) -> None:
+        """Show the last seconds."""
+        self.centre.time.set_span(seconds)
+
+    def fit_axes(self) -> None:
+        """Narrow the axes of every plot to what is shown."""
+        self.centre.time.fit()
+        self.centre.phase.fit()
+
+    def set_theme(self, mode: str) -> None:
+        """Choose the theme and remember it."""
+        theme.set_mode(mode)
+        self.settings.setValue("theme", mode)
+
+    def toggle_panel(self) -> None:
+        """Show or hide the parameter panel."""
+        self._drawer_open = not self.panel_open
+        self.share_room()
+
+    def toggle_single_keys(self) -> None:
+        """Let keys without modifiers act, or not."""
+        self.single_keys = not self.single_keys
+        self.actions_by_key.set_single_keys(self.single_keys)
+
+    def clear_fault(self) -> None:
+        """Unlatch the fault."""
+        self.studio.clear_fault()
+
+    def show_keys(self) -> None:
+        """Open the sheet of keys."""
+        keys_sheet(self.actions_by_key.entries, self).show()
+
+    def show_priority(self) -> None:
+        """Open the sheet on real-time priority."""
+        engine = self.studio.engine
+        if engine is None:
+            return
+        found = engine.health().priority
+        more = found.how or "This is the most this system gives."
+        words_sheet("Real-time priority", [f"The loop has obtained: {found.text}.", more], self).show()
+
+    def show_about(self) -> None:
+        """Open the sheet on the studio itself."""
+        text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
+        words_sheet("Hapkit Studio", [text, "BSD-3-Clause."], self).show()
+
+    # room
+
+    def share_room(self) -> None:
+        """Decide what gives way at this size."""
+        width, height = self.width(), self.height()
+        small = width < _DRAWER_BELOW[0] or height < _DRAWER_BELOW[1]
+        self.panel.setVisible(not small if self._drawer_open is None else self._drawer_open)
+        self.header.panel.setVisible(small)
+        rail = width - gallery.WIDE - parameter_panel.WIDE < _ROOM_FOR_GALLERY
+        self.gallery.set_rail(rail)
+        self.panel.set_room(rail, height)
+        used = self.gallery.width() + (self.panel.width() if self.panel_open else 0)
+        bars = self.menuBar().height() + self.header.height() + self.status.height() + self.banners.room
+        self.centre.set_room(width - used, height - bars)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.share_room()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.live.set_hidden(False)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self.live.set_hidden(True)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.WindowStateChange:
+            self.live.set_hidden(self.isMinimized() or not self.isVisible())
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """End the loop with its zero command before the window goes."""
+        self.live.stop()
+        self.stability.close_worker()
+        self.studio.close()
+        super().closeEvent(event)
+
+    # putting together
+
+    def _arrange(self) -> None:
+        middle = QHBoxLayout()
+        middle.setSpacing(0)
+        middle.addWidget(self.gallery)
+        middle.addWidget(self.centre, 1)
+        middle.addWidget(self.panel)
+        whole = QWidget()
+        column = QVBoxLayout(whole)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.header)
+        column.addWidget(self.banners)
+        column.addLayout(middle, 1)
+        column.addWidget(self.status)
+        self.setCentralWidget(whole)
+
+    def _guard_keys(self) -> None:
+        application = QApplication.instance()
+        assert application is not None
+        self.stop_filter = StopFilter(self.studio.stop, self)
+        self.key_guard = KeyGuard(self, self)
+        application.installEventFilter(self.key_guard)
+        application.installEventFilter(self.stop_filter)
+
+    def _connect(self) -> None:
+        self.header.pause_pressed.connect(self.live.toggle_paused)
+        self.live.paused_changed.connect(self.header.show_paused)
+        self.live.paused_changed.connect(lambda _on: self.actions_by_key.refresh())
+        self.header.panel_pressed.connect(self.toggle_panel)
+        self.banners.changed.connect(self.share_room)
+        self.centre.toolbar.span_chosen.connect(self.set_span)
+        self.centre.toolbar.fit_pressed.connect(self.fit_axes)
+        self.stability.judged.connect(self.status.show_margin)
+        self.stability.ask()
+        self.live.health.connect(self.stability.note_health)
+        self.status.how_to_fix.connect(self.show_priority)
+        for signal in (self.studio.environment_changed, self.studio.stop_changed, self.studio.link_changed):
+            signal.connect(self.actions_by_key.refresh)
+        self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
