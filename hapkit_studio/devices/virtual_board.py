@@ -1,0 +1,172 @@
+"""The real firmware in a simulated chip with the paddle around it: a Hapkit without hardware."""
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio import resources
+from hapkit_studio.devices.board_program import BoardProgram
+from hapkit_studio.devices.hapkit import HANDSHAKE_TIME, HapkitBoard
+from hapkit_studio.dynamics.hand import Grip, grip_named
+from hapkit_studio.errors import DeviceError
+
+VARIABLE = "HAPKIT_VIRTUAL_BOARD"
+"""Environment variable with the path of the program, where it is not in the checkout."""
+
+TRUTH_COLUMNS = (
+    "time", "position", "velocity", "motor_force", "duty", "hand_force", "hand_target", "converter",
+)  # fmt: skip
+"""Columns of the truth log: s, m, m/s, N, signed of 255, N, m, 0..1023."""
+
+MODES = ("paced", "lockstep", "fast")
+HAND_PERIOD = 1.0 / 60.0
+"""s in which the hand follows to a new target: the pace at which a window sends them."""
+
+
+def program() -> Path:
+    """Return where the virtual board is, or would be."""
+    named = os.environ.get(VARIABLE)
+    checkout = Path(__file__).resolve().parents[2]
+    return Path(named) if named else checkout / "firmware" / "build" / "virtual_board"
+
+
+def firmware() -> Path:
+    """Return the firmware to run: the one built beside the program, else the one that ships."""
+    beside = program().with_name("hapkit.elf")
+    return beside if beside.is_file() else resources.path("firmware", "hapkit.hex")
+
+
+def built() -> bool:
+    """Tell whether program and firmware are there."""
+    return os.access(program(), os.X_OK) and firmware().is_file()
+
+
+def truth(path: str | Path) -> np.ndarray:
+    """Return the truth log as a record array, fields TRUTH_COLUMNS; a row per sample of the sensor."""
+    data = np.fromfile(path, "<f8")
+    whole = data[: len(data) // len(TRUTH_COLUMNS) * len(TRUTH_COLUMNS)]
+    return whole.view([(name, "<f8") for name in TRUTH_COLUMNS]).view(np.recarray)
+
+
+class VirtualBoard(HapkitBoard):
+    """A board that is a program of its own: started by open, ended by close.
+
+    mode: "paced" follows the clock, "lockstep" waits for every answer and is otherwise as fast as it goes,
+    "fast" waits for nobody. log: path of the truth log. script: path of commands by board time.
+    options: further words of the program's command line.
+    """
+
+    hand = True
+
+    def __init__(
+        self,
+        mode: str = "paced",
+        log: str | Path | None = None,
+        script: str | Path | None = None,
+        options: Sequence[str] = (),
+        firmware: str | Path | None = None,
+    ):
+        super().__init__("", "Virtual board")
+        if mode not in MODES:
+            raise DeviceError(f"The virtual board runs {', '.join(MODES)}, not {mode!r}.")
+        self.summary: dict[str, Any] = {}
+        self._words = [f"--{mode}", "--control", *options]
+        self._words += ["--log", os.fspath(log)] if log else []
+        self._words += ["--script", os.fspath(script)] if script else []
+        self._firmware = firmware
+        self._program: BoardProgram | None = None
+        self._grip: Grip | None = grip_named("medium")
+        self._target: float | None = None
+
+    def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
+        """Start the board and shake hands; raise DeviceError."""
+        self.start()
+        try:
+            super().open(handshake_time)
+        except BaseException:
+            self.end()
+            raise
+
+    def close(self) -> None:
+        """Set the force to zero, end the board and keep its counters in ``summary``; never fails."""
+        super().close()
+        self.end()
+
+    # --- the program
+    def start(self) -> None:
+        """Start the program without opening its port; raise DeviceError."""
+        if not program().is_file():
+            raise DeviceError("The virtual board is not built. Run `make firmware`, then try again.")
+        words = [os.fspath(program()), os.fspath(self._firmware or firmware()), *self._words]
+        self._program = BoardProgram(words)
+        try:
+            self.port = self._program.reply("port")
+        except DeviceError:
+            self.end()
+            raise
+
+    def end(self) -> None:
+        """End the program; what it counted is in ``summary`` afterwards. May be called twice."""
+        if self._program is not None:
+            self.summary = json.loads(self._program.end() or "{}")
+            self._program = None
+
+    @property
+    def pid(self) -> int:
+        """Process id of the running program; DeviceError if there is none."""
+        return self._running().pid
+
+    def _running(self) -> BoardProgram:
+        if self._program is None:
+            raise DeviceError("The virtual board is not running.")
+        return self._program
+
+    def send(self, command: str) -> bool:
+        """Send one command without waiting; False if the program is gone or does not keep up."""
+        return self._program is not None and self._program.send(command)
+
+    def ask(self, command: str) -> str:
+        """Send a command and return what the program says to it; raise DeviceError."""
+        self._running().send(command)
+        return self._running().reply({"flush": "flushed", "plug": "port"}.get(command, command))
+
+    # --- hand and cable
+    def set_grip(self, grip: Grip | str | None) -> None:
+        """Choose how firmly the hand holds, by name or as mass, damping, stiffness; raise ParameterError."""
+        self._grip = grip_named(grip) if isinstance(grip, str) else grip
+        self._move()
+
+    def move_hand(self, target: float | None, grip: Grip | str | None = "") -> None:
+        """Move the hand's target to a position in m, None lets go; with a grip, change that too."""
+        self._target = target
+        if grip == "":
+            self._move()
+        else:
+            self.set_grip(grip)
+
+    def _move(self) -> None:
+        if self._grip is None or self._target is None:
+            self.send("release")
+            return
+        g = self._grip
+        self.send(f"hand {self._target!r} {g.stiffness!r} {g.damping!r} {g.mass!r} {HAND_PERIOD!r}")
+
+    def unplug(self) -> None:
+        """Pull the cable: whoever has the port open sees a hang-up; the firmware runs on."""
+        self.send("unplug")
+
+    def plug(self) -> None:
+        """Put the cable back, on a new port."""
+        self.port = self.ask("plug")
+
+    def status(self) -> dict[str, Any]:
+        """Return time, position, velocity, forces and duty of this moment."""
+        return json.loads(self.ask("status"))
+
+    def flush(self) -> int:
+        """Write the truth log out as far as it goes; return its rows."""
+        return int(self.ask("flush"))
