@@ -1,5 +1,6 @@
 """The wheel, installed into an empty environment of its own, has everything and starts everywhere."""
 
+import json
 import os
 import subprocess
 import sys
@@ -70,10 +71,15 @@ def test_installed_commands_know_the_environments(python, tmp_path):
     assert all(key in listed for key in environments.discover())
 
 
-@pytest.mark.parametrize("key", sorted(environments.discover()))
-def test_installed_window_starts_in_every_environment(python, tmp_path, key):
-    picture = tmp_path / "window.png"
-    options = ("--screenshot", picture, "--environment", key, "--seconds", "1")
-    run(python, "-I", "-m", "hapkit_studio", *options, cwd=tmp_path, QT_QPA_PLATFORM="offscreen")
-    assert picture.read_bytes().startswith(b"\x89PNG")
-    assert picture.stat().st_size > 20_000
+def test_installed_window_goes_through_every_environment(python, tmp_path):
+    tour = Path(__file__).with_name("installed_tour.py")
+    seen = json.loads(run(python, "-I", tour, tmp_path, cwd=tmp_path, QT_QPA_PLATFORM="offscreen"))
+    assert seen["found"]
+    assert all(Path(seen[what]).is_relative_to(python.parent.parent) for what in ("package", "assets"))
+    assert set(seen["visits"]) == set(environments.discover())
+    for visit in seen["visits"].values():
+        assert visit["running"]
+        assert visit["rows"] >= 200
+        assert visit["bytes"] > 20_000
+    assert seen["visits"]["spring"]["force"] > 0.0
+    assert seen["visits"]["free"]["force"] == 0.0
