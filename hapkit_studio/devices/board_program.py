@@ -19,7 +19,7 @@ class BoardProgram:
     """Runs from construction to ``end``; raises DeviceError with the program's own words if it fails."""
 
     def __init__(self, words: Sequence[str]):
-        self._errors = tempfile.TemporaryFile()  # noqa: SIM115: lives as long as the child
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115
         self._rest = b""
         self._lines: list[str] = []
         try:
