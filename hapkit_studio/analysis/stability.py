@@ -12,28 +12,47 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec, design, parse
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand, hand_named
 from hapkit_studio.dynamics.paddle import transition
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
 
 _SLOWEST = 1e-7
 _HALVINGS = 50
+
+_RELEASED_AT = 1e-6
+_LOST_AT = 1.0
+_SECONDS = 12.0
+_TURNS = 80.0
+_SOFTEST, _STIFFEST = 1e-3, 1e9
+_PRECISION = 1e-4
 
 Curve = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
 class _Loop:
-    """One sampled loop: what the handle and the hand weigh and damp, and what the loop adds."""
+    """One sampled loop: the handle, the hand on it, and what the loop adds."""
 
-    mass: float
-    viscous: float
-    spring: float
+    handle_mass: float
+    handle_viscous: float
+    hand: Grip
     damping: float
     rate: float
     delay: float
     estimator: Spec
+
+    @property
+    def mass(self) -> float:
+        return self.handle_mass + self.hand.mass
+
+    @property
+    def viscous(self) -> float:
+        return self.handle_viscous + self.hand.damping
 
 
 def _loop(
@@ -58,8 +77,8 @@ def _loop(
             raise ParameterError(f"The {name} must be {bound} {unit}, not {value:g} {unit}.")
     if isinstance(hand, str):
         hand = GRIPS[hand] if hand in GRIPS else hand_named(hand)
-    held = hand or Grip(0.0, 0.0, 0.0)
-    return _Loop(mass + held.mass, viscous + held.damping, held.stiffness, damping, rate, delay, estimator)
+    held = Grip(hand.mass, hand.damping, hand.stiffness) if hand else Grip(0.0, 0.0, 0.0)
+    return _Loop(mass, viscous, held, damping, rate, delay, estimator)
 
 
 def _inverse_plant(loop: _Loop, w: np.ndarray) -> np.ndarray:
@@ -67,7 +86,7 @@ def _inverse_plant(loop: _Loop, w: np.ndarray) -> np.ndarray:
 
     Written in z - 1, without differences of nearly equal numbers, so that slow crossings keep their digits.
     """
-    m, c, k = loop.mass, loop.viscous, loop.spring
+    m, c, k = loop.mass, loop.viscous, loop.hand.stiffness
     period = 1.0 / loop.rate
     whole = math.floor(loop.delay * loop.rate + 1e-9)
     rest = max(loop.delay - whole * period, 0.0)
@@ -135,3 +154,57 @@ def stiffness_limit(
     if damping > 0.0 and damping >= _lowest_crossing(lambda w: -_inverse_plant(loop, w) / velocity(w), w):
         return 0.0
     return _lowest_crossing(lambda w: -_inverse_plant(loop, w) - damping * velocity(w), w)
+
+
+def _settles(loop: _Loop, stiffness: float) -> bool:
+    """Return whether the handle, let go 1 µm away, moves less in the run's last third than in the one before.
+
+    Compares a^2 + (w v)^2: steady along a spring's own oscillation, and large where a fast one grows beside a
+    slow creep home.
+    """
+    device = SimulatedHapkit(
+        loop.handle_mass, loop.handle_viscous, 0.0, 0.0, math.inf, initial_position=_RELEASED_AT
+    )
+    settings = LoopSettings(loop.rate, loop.delay, loop.estimator)
+    values = {"stiffness": stiffness, "damping": loop.damping, "center": 0.0}
+    slowest = math.sqrt((stiffness + loop.hand.stiffness) / loop.mass)
+    count = 3 * math.ceil(max(_SECONDS, _TURNS / slowest) * loop.rate / 3.0)
+    out = headless.spring_rows(environments.named("spring"), values, device, settings, loop.hand, count)
+    if not np.abs(out[:, rows.TRUE_POSITION]).max() < _LOST_AT:
+        return False
+    speed = out[:, rows.TRUE_VELOCITY]
+    size = np.hypot(np.diff(speed) * loop.rate, slowest * speed[1:])
+    before, after = np.linalg.norm(size[count // 3 : 2 * count // 3]), np.linalg.norm(size[2 * count // 3 :])
+    return bool(after < before or before == 0.0)
+
+
+def measured_stiffness_limit(
+    mass: float,
+    viscous: float,
+    *,
+    damping: float = 0.0,
+    rate: float = 1000.0,
+    delay: float = 0.0,
+    estimator: Spec = "difference",
+    hand: Hand | Grip | str | None = None,
+) -> float:
+    """Return the largest stable virtual stiffness in N/m to 1e-4, found by rendering the spring.
+
+    Arguments as ``stiffness_limit``; a hand rests at the centre. 0 if no spring is stable.
+    Raise ParameterError.
+    """
+    loop = _loop(mass, viscous, damping, rate, delay, estimator, hand)
+    design(estimator, rate)
+    low, high = 0.0, 1.0
+    while low == 0.0 and high > _SOFTEST:
+        low, high = (high, high) if _settles(loop, high) else (0.0, high / 4.0)
+    if low == 0.0:
+        return 0.0
+    while high == low or _settles(loop, high):
+        low, high = high, 4.0 * high
+        if high > _STIFFEST:
+            return math.inf
+    while high > low * (1.0 + _PRECISION):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if _settles(loop, middle) else (low, middle)
+    return math.sqrt(low * high)
