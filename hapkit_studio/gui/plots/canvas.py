@@ -9,6 +9,8 @@ from PySide6.QtWidgets import QMenu
 from hapkit_studio.gui.plots.ticks import labels, step, ticks
 from hapkit_studio.gui.theme import theme
 
+RIGHT = 16  # px kept free beside the frame, for the last label and the mark of now
+_OVERHANG = 40  # px a label may stand out beside the frame
 _TICK_ROOM = 24.0
 
 
@@ -19,7 +21,7 @@ class Axis(pg.AxisItem):
         super().__init__(orientation, maxTickLength=0)
         self.unit = unit
         offset = 7 if orientation == "left" else 4
-        self.setStyle(tickTextOffset=offset, autoExpandTextSpace=False, hideOverlappingLabels=False)
+        self.setStyle(tickTextOffset=offset, autoExpandTextSpace=False, hideOverlappingLabels=_OVERHANG)
         self.setPen(pg.mkPen(None))
 
     def most(self, size: float) -> int:
@@ -56,7 +58,7 @@ class Canvas(pg.PlotWidget):
         item.hideButtons()
         item.setMenuEnabled(False)
         item.showAxis("bottom", bottom)
-        item.setContentsMargins(0, 0, 1, 0 if bottom else 1)
+        item.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
         self.left.setWidth(left_width)
         if bottom:
             self.bottom.setHeight(22)
@@ -103,7 +105,10 @@ class Canvas(pg.PlotWidget):
         """Paint what lies below the grid."""
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the data."""
+        """Paint the data, clipped to the frame."""
+
+    def paint_marks(self, painter: QPainter, box: QRectF) -> None:
+        """Paint what may stand over the frame."""
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
         """Paint ground, grid and frame."""
@@ -126,13 +131,14 @@ class Canvas(pg.PlotWidget):
         painter.drawRect(box)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint the data, clipped to the frame and the marks' own size around it."""
+        """Paint data and marks."""
         box = self.frame()
-        painter.save()
-        painter.setClipRect(box.adjusted(-1, 0, 6, 0))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+        painter.save()
+        painter.setClipRect(box)
         self.paint_over(painter, box)
         painter.restore()
+        self.paint_marks(painter, box)
 
     def note(
         self, painter: QPainter, x: float, y: float, text: str, color: QColor, right: bool = False

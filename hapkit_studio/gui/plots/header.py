@@ -5,6 +5,7 @@ from PySide6.QtGui import QPainter, QPen
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.plots.canvas import RIGHT
 from hapkit_studio.gui.plots.declared import TimePlot
 from hapkit_studio.gui.theme import number, theme
 
@@ -59,7 +60,7 @@ class Header(QWidget):
         self.plot = plot
         self.setFixedHeight(HEIGHT)
         row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
+        row.setContentsMargins(0, 0, RIGHT, 0)
         row.setSpacing(7)
         title = QLabel(plot.title)
         title.setFont(theme.font("strong"))

@@ -6,6 +6,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from hapkit_studio.gui.history import History
+from hapkit_studio.gui.plots.canvas import RIGHT
 from hapkit_studio.gui.plots.declared import phase_plots
 from hapkit_studio.gui.plots.header import BandSample
 from hapkit_studio.gui.plots.phase_canvas import PhaseCanvas
@@ -31,7 +32,7 @@ class ForcePosition(QWidget):
         title = QLabel("Force, N")
         title.setFont(theme.font("strong"))
         head = QHBoxLayout()
-        head.setContentsMargins(14, 6, 0, 5)
+        head.setContentsMargins(14, 6, RIGHT, 5)
         head.setSpacing(7)
         head.addWidget(title)
         head.addSpacing(6)
@@ -43,7 +44,7 @@ class ForcePosition(QWidget):
         head.addStretch(1)
         head.addWidget(self.switch)
         column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 14, 6)
+        column.setContentsMargins(0, 0, 0, 6)
         column.setSpacing(0)
         column.addLayout(head)
         column.addWidget(self.canvas, 1)

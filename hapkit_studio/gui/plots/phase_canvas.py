@@ -37,7 +37,7 @@ class PhaseCanvas(Canvas):
         self._theory: tuple[np.ndarray, np.ndarray] | None = None
         self._pointed: dict[str, float] | None = None
         self._tail = np.empty((2, 0))
-        self.bottom.setHeight(42)
+        self.bottom.setHeight(38)
         self.set_plot(plot)
 
     def set_plot(self, plot: PhasePlot) -> None:
@@ -152,7 +152,7 @@ class PhaseCanvas(Canvas):
         painter = QPainter(self._layers[-1][1])
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.translate(-self.frame().topLeft())
-        painter.setPen(QPen(theme.color("applied"), 2, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        painter.setPen(strokes.pen(theme.color("applied"), 2.0))
         strokes.segments(painter, strokes.joined(*_thinned(line)))
         painter.end()
 
@@ -167,7 +167,7 @@ class PhaseCanvas(Canvas):
     # painting -----------------------------------------------------------------------------------
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
-        """Paint theory, limits, the layers from old to new, the dots."""
+        """Paint theory, limits, and the layers from old to new."""
         if self._theory is not None:
             self._band(painter)
         self._limits(painter, box)
@@ -177,7 +177,9 @@ class PhaseCanvas(Canvas):
             if age < len(_AGES):
                 painter.setOpacity(_AGES[age])
                 painter.drawImage(box.topLeft(), image)
-        painter.setOpacity(1.0)
+
+    def paint_marks(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the dots for now and for the pointer's time."""
         if not math.isnan(self._history.now):
             self._dot(painter, {c: self._history.last(c) for c in CHANNELS}, 5.0)
         if self._pointed is not None:
@@ -196,9 +198,7 @@ class PhaseCanvas(Canvas):
             return
         for sign in (1, -1):
             y = float(self.to_pixels(0.0, sign * self.max_force)[1])
-            line = strokes.pen(theme.color("danger"), 1.6)
-            line.setDashPattern([1.2, 2.6])
-            painter.setPen(line)
+            painter.setPen(strokes.pen(theme.color("danger"), 1.6, [1.2, 2.6]))
             painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
             text = f"limit {number(sign * self.max_force, 1)} N"
             self.note(painter, box.left() + 6, y - 5, text, theme.color("danger"))

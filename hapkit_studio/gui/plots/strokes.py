@@ -5,13 +5,17 @@ from pyqtgraph.Qt import internals
 from PySide6.QtCore import QLineF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
-ON, PERIOD = 5.0, 8.5
-_SMOOTH = 60.0
+ON, PERIOD = 5.0, 8.5  # px
+_SMOOTH = 60.0  # length of a line over its width, above which it is noise
 
 
-def pen(color: QColor, width: float, style: Qt.PenStyle = Qt.PenStyle.SolidLine) -> QPen:
-    """Return a pen with flat ends, as the fast path wants it."""
-    return QPen(color, width, style, Qt.PenCapStyle.FlatCap)
+def pen(color: QColor, width: float, dash: list[float] | None = None, flat: bool = False) -> QPen:
+    """Return a pen that Qt strokes fast; square ends close the joints between segments, dashes are flat."""
+    cap = Qt.PenCapStyle.FlatCap if dash or flat else Qt.PenCapStyle.SquareCap
+    result = QPen(color, width, Qt.PenStyle.SolidLine, cap)
+    if dash:
+        result.setDashPattern(dash)
+    return result
 
 
 def segments(painter: QPainter, ends: np.ndarray) -> None:
@@ -39,7 +43,7 @@ def dashed(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def _dashes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    if length[-1] > _SMOOTH * max(np.ptp(x), 1.0):  # noise: dashes along it would be a haze
+    if length[-1] > _SMOOTH * max(np.ptp(x), 1.0):  # dashes along noise would be a haze
         return joined(x, y)
     start = np.arange(0.0, length[-1], PERIOD)
     stop = np.minimum(start + ON, length[-1])

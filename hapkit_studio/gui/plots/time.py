@@ -36,7 +36,7 @@ class TimePlots(QWidget):
         self._watch = QElapsedTimer()
         self._watch.start()
         column = QVBoxLayout(self)
-        column.setContentsMargins(14, 2, 16, 6)
+        column.setContentsMargins(14, 2, 0, 6)
         column.setSpacing(0)
         self.headers = [Header(plot) for plot in self.plots]
         last = len(self.plots) - 1

@@ -79,13 +79,15 @@ class TraceCanvas(Canvas):
             painter.fillRect(QRectF(left, box.top(), right - left, box.height()), color)
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
-        """Paint lines, traces and marks, in this order."""
+        """Paint level lines, then traces."""
         self._lines(painter, box)
         painter.setOpacity(0.45 if self.shown.stale else 1.0)
         if len(self.shown.window.x):
             self._traces(painter)
+
+    def paint_marks(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the dot for now, the pointer's read-out and the word for paused."""
         self._now(painter)
-        painter.setOpacity(1.0)
         self._pointer(painter, box)
         if self.shown.paused and self.first:
             self.note(painter, box.right() - 6, box.top() + 16, "Paused", theme.color("accent"), right=True)
@@ -97,9 +99,7 @@ class TraceCanvas(Canvas):
         if self.plot_of.surface and self.shown.surface is not None:
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
         for level, token, dash in levels:
-            line = strokes.pen(theme.color(token), 1.6)
-            line.setDashPattern(dash)
-            painter.setPen(line)
+            painter.setPen(strokes.pen(theme.color(token), 1.6, dash))
             y = float(self.to_pixels(0.0, level)[1])
             painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
 
@@ -107,7 +107,7 @@ class TraceCanvas(Canvas):
         x = self.shown.window.x - self.shown.zero
         lines = [self.to_pixels(x, self.values(trace.channel)) for trace in self.plot_of.traces]
         for index, (trace, (across, down)) in enumerate(zip(self.plot_of.traces, lines, strict=True)):
-            painter.setPen(strokes.pen(theme.color(trace.color), 2.0))
+            painter.setPen(strokes.pen(theme.color(trace.color), 2.0, flat=trace.dashed))
             if trace.dashed:
                 above = lines[-1][1] if index + 1 < len(lines) else None
                 down = down if above is None else _apart(down, above)

@@ -3,21 +3,76 @@
 from collections.abc import Mapping
 
 import numpy as np
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QElapsedTimer, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QPainter, QPen, QPixmap
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from hapkit_studio.gui.scenes.actors import (
+    Motion,
+    force,
+    force_words,
+    hand_label,
+    hand_ring,
+    handle,
+    preparing,
+)
+from hapkit_studio.gui.scenes.declared import Scene, named
+from hapkit_studio.gui.scenes.stage import Stage
+from hapkit_studio.gui.theme import number, theme
+
+REACH = 0.06  # m: as far as a hand may pull
+COARSE, FINE = 1e-3, 1e-4  # m per arrow key
+_WORDS_MS = 100
+_SMOOTHING = 0.25
+_KEYS = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}
+_HELP = "Press and drag: the pointer is your hand. ← → move it 1 mm, with Shift 0.1 mm; ↓ lets go."
 
 
 class SceneView(QWidget):
-    """Paints one environment at the measured position; the pointer or the arrow keys are the hand."""
+    """Paints one environment at the measured position; the pointer or the arrow keys are the hand.
+
+    Pressing a button takes the handle, letting the button go releases it. An arrow key takes it where it is
+    and holds it, so that fine steps add up, until ↓, or until the pointer takes over.
+    """
 
     hand_moved = Signal(float)
     hand_released = Signal()
 
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._scene: Scene = named("")
+        self._values: dict[str, float] = {}
+        self._motion = Motion()
+        self._stage: Stage | None = None
+        self._ground = QPixmap()
+        self._hand_enabled = self._hint = True
+        self._held: float | None = None
+        self._dragging = self._preparing = False
+        self._fraction: float | None = None
+        self._words, self._frames = QElapsedTimer(), QElapsedTimer()
+        self.setMinimumSize(320, 150)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setAccessibleName("Scene")
+        self.set_hand_enabled(True)
+        theme.changed.connect(self._forget)
+
+    def sizeHint(self) -> QSize:
+        """Return the size at which every part is large."""
+        return QSize(880, 236)
+
+    # what is shown ------------------------------------------------------------------------------
+
     def set_environment(self, environment, values: Mapping[str, float]) -> None:
         """Show another environment."""
+        self._scene = named(environment.scene)
+        self.setAccessibleName(f"Scene: {environment.title}")
+        self.set_values(values)
 
     def set_values(self, values: Mapping[str, float]) -> None:
         """Take over changed parameters."""
+        self._values = dict(values)
+        self._forget()
 
     def update_state(
         self,
@@ -30,9 +85,153 @@ class SceneView(QWidget):
         state: np.ndarray,
     ) -> None:
         """Show the newest row: position in m, forces in N, hand_target in m or None if released."""
+        motion = self._motion
+        seconds = self._frames.restart() / 1e3 if self._frames.isValid() else 0.0
+        if not self._frames.isValid():
+            self._frames.start()
+        if seconds > 0.0:
+            speed = (1e3 * position - motion.position) / seconds
+            motion.velocity += _SMOOTHING * (speed - motion.velocity)
+        motion.position, motion.force, motion.asked = 1e3 * position, applied, asked
+        target = hand_target if self._held is None else self._held
+        motion.hand = None if target is None or not np.isfinite(target) else 1e3 * target
+        motion.clamped, motion.stopped, motion.state = clamped, stopped, state
+        motion.trail.append(motion.position)
+        if not self._words.isValid() or self._words.elapsed() >= _WORDS_MS:
+            self._words.start()
+            self._read_out()
+        self.update()
+
+    def _read_out(self) -> None:
+        motion = self._motion
+        motion.force_text = force_words(motion.force)
+        motion.position_text = motion.position
+        place = f"{number(motion.position, 2, sign=True)} mm"
+        self.setAccessibleDescription(f"Handle at {place}, force {motion.force_text}. {_HELP}")
 
     def set_hand_enabled(self, enabled: bool) -> None:
         """Say whether pointer and keys are the hand (simulated) or a person's is (real board)."""
+        self._hand_enabled = enabled
+        self.setCursor(Qt.CursorShape.OpenHandCursor if enabled else Qt.CursorShape.ArrowCursor)
+        self.setToolTip(_HELP if enabled else "The handle, where the sensor sees it")
+        if not enabled:
+            self._let_go()
 
     def set_preparing(self, preparing: bool, fraction: float | None = None) -> None:
         """Show words and a bar in the scene's place; fraction 0..1, None if unknown."""
+        self._preparing, self._fraction = preparing, fraction
+        self.update()
+
+    def target_at(self, x: float) -> float:
+        """Return the hand's target in m for a pixel column."""
+        return float(np.clip(self._layout().mm(x) / 1e3, -REACH, REACH))
+
+    # painting -----------------------------------------------------------------------------------
+
+    def _forget(self) -> None:
+        self._stage = None
+        self.update()
+
+    def resizeEvent(self, event) -> None:
+        """Lay the stage out anew."""
+        super().resizeEvent(event)
+        self._forget()
+
+    def _layout(self) -> Stage:
+        """Return the stage for this size, with everything that stays put painted once."""
+        ratio = self.devicePixelRatioF()
+        if self._stage is None or self._stage.ratio != ratio:
+            stage = self._stage = Stage(self.width(), self.height(), ratio)
+            self._ground = QPixmap(self.size() * ratio)
+            self._ground.setDevicePixelRatio(ratio)
+            painter = QPainter(self._ground)
+            stage.begin(painter)
+            stage.ground()
+            if not self._preparing:
+                self._scene.fixed(stage, self._values)
+            stage.axis()
+            stage.keep_taken()
+            painter.end()
+        return self._stage
+
+    def paintEvent(self, event) -> None:
+        """Paint the cached ground, then what moves."""
+        stage = self._layout()
+        painter = QPainter(self)
+        painter.setClipPath(stage.outline())
+        painter.drawPixmap(0, 0, self._ground)
+        stage.begin(painter)
+        if self._preparing:
+            preparing(stage, self._fraction)
+        else:
+            self._play(stage)
+        if self.hasFocus() and self._hand_enabled:
+            stage.p.setBrush(Qt.BrushStyle.NoBrush)
+            stage.p.setPen(QPen(theme.color("accent"), 2))
+            stage.p.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 7, 7)
+        painter.end()
+
+    def _play(self, stage: Stage) -> None:
+        scene, values, motion = self._scene, self._values, self._motion
+        scene.moving(stage, values, motion)
+        hand_ring(stage, motion)
+        handle(stage, motion.position, scene.tip(stage, values, motion) if scene.tip else None)
+        force(stage, motion, scene.per_newton)
+        if self._hint and self._hand_enabled:
+            x, half = stage.x(motion.position), stage.knob_width / 2 + 10 * stage.u
+            y = stage.knob_middle + 4.8 * stage.u
+            stage.say("Drag the handle", [(x + half, y, 1), (x - half, y, -1)], "accent", 12, 600)
+        hand_label(stage, motion)
+        scene.words(stage, values, motion)
+
+    # the hand -----------------------------------------------------------------------------------
+
+    def mousePressEvent(self, event) -> None:
+        """Take the handle: the hand goes to the pointer."""
+        if self._hand_enabled and not self._preparing and event.button() == Qt.MouseButton.LeftButton:
+            self._dragging, self._hint = True, False
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+            self._hold(self.target_at(event.position().x()))
+
+    def mouseMoveEvent(self, event) -> None:
+        """Lead the handle."""
+        if self._dragging:
+            self._hold(self.target_at(event.position().x()))
+
+    def mouseReleaseEvent(self, event) -> None:
+        """Let the handle go."""
+        if self._dragging and event.button() == Qt.MouseButton.LeftButton:
+            self.setCursor(Qt.CursorShape.OpenHandCursor)
+            self._let_go()
+
+    def wheelEvent(self, event) -> None:
+        """Do nothing: the wheel is no hand."""
+        event.accept()
+
+    def keyPressEvent(self, event) -> None:
+        """Move the hand by arrow keys, let go with the down key."""
+        key = event.key()
+        if not self._hand_enabled or self._preparing or self._dragging:
+            super().keyPressEvent(event)
+        elif key in _KEYS:
+            self._hint = False
+            step = FINE if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else COARSE
+            start = self._motion.position / 1e3 if self._held is None else self._held
+            self._hold(float(np.clip(start + _KEYS[key] * step, -REACH, REACH)))
+        elif key == Qt.Key.Key_Down and self._held is not None:
+            self._let_go()
+        else:
+            super().keyPressEvent(event)
+
+    def _hold(self, target: float) -> None:
+        self._held = target
+        self._motion.hand = 1e3 * target
+        self.hand_moved.emit(target)
+        self.update()
+
+    def _let_go(self) -> None:
+        self._dragging = False
+        if self._held is not None:
+            self._held = self._motion.hand = None
+            self.hand_released.emit()
+            self.update()

@@ -1,0 +1,159 @@
+"""What moves in every scene: the handle, the force on it, the hand that leads it."""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QPainterPath, QPen, QPolygonF
+
+from hapkit_studio.gui.scenes.stage import Stage
+from hapkit_studio.gui.theme import number, theme
+
+LEAST_ARROW = 16.0
+HEAD, HEAD_HALF, SHAFT_HALF = 12.0, 8.0, 2.6
+
+
+@dataclass
+class Motion:
+    """The newest row as a scene needs it, in mm, mm/s and N; words change slower than what is drawn."""
+
+    position: float = 0.0
+    velocity: float = 0.0
+    force: float = 0.0
+    asked: float = 0.0
+    hand: float | None = None
+    clamped: bool = False
+    stopped: bool = False
+    state: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    trail: deque[float] = field(default_factory=lambda: deque(maxlen=12))
+    force_text: str = "0.00 N"
+    position_text: float = 0.0
+
+
+def handle(stage: Stage, mm: float, tip: float | None = None, alpha: float = 1.0) -> None:
+    """Draw knob, stem and foot at a position; with a tip the stem ends there and a mark shows the place."""
+    u, x, p = stage.u, stage.x(mm), stage.p
+    p.setOpacity(alpha)
+    bottom = stage.rail if tip is None else tip
+    stage.line(x, stage.knob_top + stage.knob_height, x, bottom, stage.pen("handle", 4.5))
+    p.setPen(Qt.PenStyle.NoPen)
+    p.setBrush(theme.color("handle"))
+    if tip is None:
+        p.drawRoundedRect(QRectF(x - 8 * u, stage.rail - 5 * u, 16 * u, 10 * u), 3 * u, 3 * u)
+    else:
+        low = stage.rail + 8 * u
+        p.drawPolygon(
+            QPolygonF([QPointF(x, stage.rail - u), QPointF(x - 5 * u, low), QPointF(x + 5 * u, low)])
+        )
+    p.setPen(QPen(theme.color("scene"), 1.5 * u))
+    p.drawRoundedRect(knob(stage, mm), 9 * u, 9 * u)
+    for i in (-1, 0, 1):
+        column = x + i * 6 * u
+        top, low = stage.knob_top + 7 * u, stage.knob_top + stage.knob_height - 7 * u
+        stage.line(column, top, column, low, stage.pen("ridge", 2))
+    p.setOpacity(1.0)
+
+
+def knob(stage: Stage, mm: float) -> QRectF:
+    """Return the knob's rectangle."""
+    return QRectF(stage.x(mm) - stage.knob_width / 2, stage.knob_top, stage.knob_width, stage.knob_height)
+
+
+def arrow_length(force: float, per_newton: float, u: float) -> float:
+    """Return the arrow's length in px: so many px per N at u = 1, never shorter than its head."""
+    return max(LEAST_ARROW, abs(force) * per_newton) * u
+
+
+def force(stage: Stage, motion: Motion, per_newton: float) -> None:
+    """Draw the force as an arrow from the knob with its number at the tip, a bar across when clamped."""
+    u, y, x = stage.u, stage.knob_middle, stage.x(motion.position)
+    base, half = y + 4.8 * u, stage.knob_width / 2
+    stage.taken.append(knob(stage, motion.position).adjusted(-2, 0, 2, 0))
+    if motion.stopped or abs(motion.force) < 0.005:
+        places = [(x - half - 10 * u, base, -1), (x + half + 10 * u, base, 1)]
+        stage.say("0.00 N" if motion.stopped else motion.force_text, places, "applied", 13, 700, must=True)
+        return
+    d = 1 if motion.force > 0 else -1
+    start = x + d * (half + 7 * u)
+    tip = start + d * arrow_length(motion.force, per_newton, u)
+    _arrow(stage, start, tip, y, d)
+    if motion.clamped:
+        stage.line(tip + d * 5 * u, y - 11 * u, tip + d * 5 * u, y + 11 * u, stage.pen("applied", 3.2))
+        tip += d * 7 * u
+    stage.taken.append(QRectF(min(start, tip), y - 9 * u, abs(tip - start), 18 * u))
+    places = [
+        (tip + d * 7 * u, base, d),
+        (x - d * (half + 10 * u), base, -d),
+        (x - d * (half + 26 * u), base, -d),
+    ]
+    stage.say(motion.force_text, places, "applied", 13, 700, must=True)
+
+
+def _arrow(stage: Stage, start: float, tip: float, y: float, d: int) -> None:
+    u = stage.u
+    neck = tip - d * HEAD * u
+    outline = [
+        (start, -SHAFT_HALF), (neck, -SHAFT_HALF), (neck, -HEAD_HALF), (tip, 0.0),
+        (neck, HEAD_HALF), (neck, SHAFT_HALF), (start, SHAFT_HALF),
+    ]  # fmt: skip
+    path = QPainterPath()
+    path.addPolygon(QPolygonF([QPointF(a, y + b * u) for a, b in outline]))
+    path.closeSubpath()
+    stage.p.setBrush(theme.color("applied"))
+    stage.p.setPen(QPen(theme.color("scene"), 1.2 * u))
+    stage.p.drawPath(path)
+
+
+def hand_ring(stage: Stage, motion: Motion) -> None:
+    """Draw the hand's ring at its target with a dotted line to the knob; round the knob when they meet."""
+    if motion.hand is None:
+        return
+    u, y = stage.u, stage.knob_middle
+    x, ring = stage.x(motion.position), stage.x(motion.hand)
+    stage.p.setBrush(Qt.BrushStyle.NoBrush)
+    if abs(ring - x) < stage.knob_width / 2 + 9 * u:
+        stage.p.setPen(stage.pen("accent", 2.2))
+        around = 4.5 * u
+        stage.p.drawRoundedRect(
+            knob(stage, motion.position).adjusted(-around, -around, around, around), 13 * u, 13 * u
+        )
+        return
+    d = 1 if ring > x else -1
+    start, stop = x + d * (stage.knob_width / 2 + 2 * u), ring - d * 9 * u
+    if d * (stop - start) > 0:
+        stage.line(start, y, stop, y, stage.pen("accent", 2.0, (2.5, 3.0)))
+    stage.p.setPen(stage.pen("accent", 2.2))
+    stage.p.setBrush(theme.color("scene"))
+    stage.p.drawEllipse(QPointF(ring, y), 7.5 * u, 7.5 * u)
+    stage.p.setPen(Qt.PenStyle.NoPen)
+    stage.p.setBrush(theme.color("accent"))
+    stage.p.drawEllipse(QPointF(ring, y), 2.2 * u, 2.2 * u)
+    stage.taken.append(QRectF(ring - 9 * u, y - 9 * u, 18 * u, 18 * u))
+
+
+def hand_label(stage: Stage, motion: Motion) -> None:
+    """Name the hand beside its ring, where there is room."""
+    if motion.hand is None:
+        return
+    u, x, ring = stage.u, stage.x(motion.position), stage.x(motion.hand)
+    if abs(ring - x) < stage.knob_width / 2 + 9 * u:
+        return
+    d = 1 if ring > x else -1
+    stage.say("your hand", [(ring + d * 15 * u, stage.knob_middle + 4.5 * u, d)], "accent", 12, 600)
+
+
+def force_words(newtons: float) -> str:
+    """Write a force for the arrow's tip."""
+    return f"{number(newtons, 2, sign=True)} N"
+
+
+def preparing(stage: Stage, fraction: float | None) -> None:
+    """Say that the loop is being prepared, with a bar of how far it is."""
+    width, height = 210.0, 6.0
+    left, top = stage.width / 2 - width / 2, stage.top + stage.band * 0.45
+    stage.say("Preparing the loop, once only", [(stage.width / 2, top - 12, 0)], "ink", 13, 500, must=True)
+    stage.p.setPen(Qt.PenStyle.NoPen)
+    for token, part in (("line", 1.0), ("accent", fraction or 0.0)):
+        stage.p.setBrush(theme.color(token))
+        stage.p.drawRoundedRect(QRectF(left, top, width * min(max(part, 0.0), 1.0), height), 3, 3)

@@ -1,0 +1,55 @@
+"""How a scene is declared; a file in this folder with such a ``SCENE`` is found by its environment's name."""
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.stage import Stage
+
+Values = Mapping[str, float]
+
+
+def _nothing(stage: Stage, values: Values) -> None:
+    """Draw nothing."""
+
+
+def _still(stage: Stage, values: Values, motion: Motion) -> None:
+    """Draw nothing."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One environment's drawing.
+
+    fixed is painted once per size, theme and parameters, marks below the rail included; moving is painted
+    behind the handle in every frame; words is called last, when the places taken are known.
+    per_newton is the arrow's length in px at u = 1; tip gives the stem's end in px for a shown surface.
+    """
+
+    key: str
+    fixed: Callable[[Stage, Values], None] = _nothing
+    moving: Callable[[Stage, Values, Motion], None] = _still
+    words: Callable[[Stage, Values, Motion], None] = _still
+    tip: Callable[[Stage, Values, Motion], float] | None = None
+    per_newton: float = 46.0
+
+
+@cache
+def discover() -> dict[str, Scene]:
+    """Return every scene of this folder by its key."""
+    package = __name__.rpartition(".")[0]
+    modules = (
+        importlib.import_module(info.name)
+        for info in pkgutil.iter_modules([str(Path(__file__).parent)], package + ".")
+        if info.name != __name__
+    )
+    return {module.SCENE.key: module.SCENE for module in modules if hasattr(module, "SCENE")}
+
+
+def named(key: str) -> Scene:
+    """Return a scene; an environment without a drawing of its own gets the bare handle."""
+    return discover().get(key) or Scene(key)

@@ -1,0 +1,19 @@
+"""Free: the handle, and pale echoes of where it was a moment ago."""
+
+from hapkit_studio.gui.scenes.actors import Motion, handle, knob
+from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.stage import Stage
+
+ECHOES = ((8, 0.14), (5, 0.26), (2, 0.38))  # frames ago, opacity
+_LEAST = 1.0  # mm: closer echoes would only blur the handle
+
+
+def moving(stage: Stage, values: Values, motion: Motion) -> None:
+    """Draw the echoes while the handle moves."""
+    for ago, opacity in ECHOES:
+        if len(motion.trail) > ago and abs(motion.trail[-1 - ago] - motion.position) > _LEAST:
+            handle(stage, motion.trail[-1 - ago], alpha=opacity)
+            stage.taken.append(knob(stage, motion.trail[-1 - ago]))
+
+
+SCENE = Scene("free", moving=moving)

@@ -1,0 +1,35 @@
+"""Spring: a coil between a post and the handle, its centre as a dashed line."""
+
+from PySide6.QtCore import QPointF, Qt
+
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.stage import Stage
+from hapkit_studio.gui.theme import theme
+
+_POST = -46.0  # mm
+_TURNS = 11
+
+
+def _height(stage: Stage) -> float:
+    return stage.rail - stage.band * 0.46
+
+
+def fixed(stage: Stage, values: Values) -> None:
+    """Draw the post and the centre line."""
+    x = stage.x(1e3 * values.get("center", 0.0))
+    stage.line(x, stage.top, x, stage.rail, stage.pen("ghost", 1.5, (5, 5)))
+    stage.post(stage.x(_POST), -1)
+    stage.say("x₀", [(x - 6 * stage.u, stage.top + 12 * stage.u, -1)], "ink3", 12.5)
+
+
+def moving(stage: Stage, values: Values, motion: Motion) -> None:
+    """Draw the coil and the joint on the stem."""
+    x, y = stage.x(motion.position), _height(stage)
+    stage.coil(stage.x(_POST), x, y, 15 * stage.u, _TURNS)
+    stage.p.setPen(Qt.PenStyle.NoPen)
+    stage.p.setBrush(theme.color("matline"))
+    stage.p.drawEllipse(QPointF(x, y), 5 * stage.u, 5 * stage.u)
+
+
+SCENE = Scene("spring", fixed, moving)

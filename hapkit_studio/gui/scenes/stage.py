@@ -1,0 +1,230 @@
+"""The stage every scene plays on: ±50 mm on a rail, and the parts that all drawings share.
+
+Lengths are pixels; u scales every fixed size (1.0 at 150 high, 1.32 at 236); positions on the rail are mm.
+"""
+
+import math
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QTransform,
+)
+
+from hapkit_studio.gui.theme import number, theme
+
+HALF_TRAVEL = 50.0  # mm
+_HATCH = 9.0
+_KEPT_WORDS = 64
+
+
+class Stage:
+    """Geometry, painter and shared parts for one size and one theme."""
+
+    def __init__(self, width: float, height: float, ratio: float = 1.0):
+        self.width, self.height, self.ratio = width, height, ratio
+        self.u = u = min(max(1.0 + (height - 150.0) / 86.0 * 0.32, 1.0), 1.45)
+        self.text_scale = 1.0 + (u - 1.0) * 0.55
+        pad = 16.0 * u
+        self.per_mm = max((width - 2.0 * pad) / (2.0 * HALF_TRAVEL), 0.1)
+        self.rail = height - 32.0 * u
+        self.knob_top, self.knob_height, self.knob_width = 14.0 * u, 26.0 * u, 34.0 * u
+        self.knob_middle = self.knob_top + self.knob_height / 2
+        self.top = self.knob_top + self.knob_height + 10.0 * u
+        self.band = self.rail - self.top
+        self.p: QPainter = None  # type: ignore[assignment]
+        self.taken: list[QRectF] = []
+        self._kept: list[QRectF] = []
+        self._written: dict[tuple, QPixmap] = {}
+        self._hatched: dict[str, QBrush] = {}
+
+    def begin(self, painter: QPainter) -> None:
+        """Paint with this painter from now on; taken is what stays put."""
+        self.p = painter
+        self.taken = list(self._kept)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+
+    def keep_taken(self) -> None:
+        """Keep what is taken so far for every frame to come."""
+        self._kept = list(self.taken)
+
+    def outline(self) -> QPainterPath:
+        """Return the scene's outline with the card's round corners."""
+        path = QPainterPath()
+        path.addRoundedRect(QRectF(0, 0, self.width, self.height), 7, 7)
+        return path
+
+    def x(self, mm: float) -> float:
+        """Return the pixel column of a position in mm."""
+        return self.width / 2 + mm * self.per_mm
+
+    def mm(self, x: float) -> float:
+        """Return the position in mm of a pixel column."""
+        return (x - self.width / 2) / self.per_mm
+
+    # strokes and fills --------------------------------------------------------------------------
+
+    def pen(self, token: str, width: float = 1.5, dash: tuple[float, ...] = (), alpha: float = 1.0) -> QPen:
+        """Return a round pen; width and dash in units of u."""
+        cap = Qt.PenCapStyle.FlatCap if dash else Qt.PenCapStyle.RoundCap
+        pen = QPen(theme.color(token, alpha), width * self.u, Qt.PenStyle.SolidLine, cap)
+        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        if dash:
+            pen.setDashPattern([d / width for d in dash])
+        return pen
+
+    def line(self, x1: float, y1: float, x2: float, y2: float, pen: QPen) -> None:
+        """Draw a straight line."""
+        self.p.setPen(pen)
+        self.p.drawLine(QPointF(x1, y1), QPointF(x2, y2))
+
+    def stroke(self, path: QPainterPath, pen: QPen) -> None:
+        """Draw a path's outline only."""
+        self.p.setPen(pen)
+        self.p.setBrush(Qt.BrushStyle.NoBrush)
+        self.p.drawPath(path)
+
+    def fill(self, path: QPainterPath, brush: QBrush | QColor) -> None:
+        """Fill a path without an outline."""
+        self.p.fillPath(path, brush)
+
+    def hatched(self, token: str = "mat") -> QBrush:
+        """Return a brush of hatching on a token's colour, fixed to the world."""
+        key = f"{token} {theme.name}"
+        if key not in self._hatched:
+            self._hatched[key] = self._hatch(token)
+        return self._hatched[key]
+
+    def _hatch(self, token: str) -> QBrush:
+        size = QSize(math.ceil(self.width * self.ratio), math.ceil(self.height * self.ratio))
+        picture = QPixmap(size)
+        picture.fill(theme.color(token))
+        painter = QPainter(picture)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.scale(self.ratio, self.ratio)
+        painter.setPen(QPen(theme.color("mat2"), 1.2 * self.u))
+        step, x = _HATCH * self.u * math.sqrt(2.0), 0.0
+        while x < self.width + self.height:
+            painter.drawLine(QPointF(x, -2.0), QPointF(x - self.height - 4.0, self.height + 2.0))
+            x += step
+        painter.end()
+        brush = QBrush(picture)
+        brush.setTransform(QTransform.fromScale(1.0 / self.ratio, 1.0 / self.ratio))
+        return brush
+
+    # words --------------------------------------------------------------------------------------
+
+    def font(self, size: float, weight: int) -> QFont:
+        """Return the scene's font; size as at u = 1."""
+        font = theme.font("body")
+        font.setPixelSize(round(max(11.5, size * self.text_scale)))
+        font.setWeight(QFont.Weight(weight))
+        return font
+
+    def text_box(self, x: float, y: float, text: str, side: int, font: QFont) -> QRectF:
+        """Return the box of words that start (side 1), end (-1) or stand centred (0) at x, on base line y."""
+        metrics = QFontMetricsF(font)
+        width = metrics.horizontalAdvance(text)
+        left = x - width * (1 - side) / 2
+        return QRectF(left, y - metrics.capHeight() - 3, width, metrics.capHeight() + 6)
+
+    def say(
+        self, text: str, places: list[tuple[float, float, int]], token: str, size: float = 12.0,
+        weight: int = 500, must: bool = False,
+    ) -> bool:  # fmt: skip
+        """Write words at the first of places (x, base line, side) that is free; say whether it was written.
+
+        Words that must be seen go to the first place inside the scene, taken or not.
+        """
+        font = self.font(size, weight)
+        boxes = [(place, self.text_box(place[0], place[1], text, place[2], font)) for place in places]
+        inside = [(place, box) for place, box in boxes if box.left() >= 2 and box.right() <= self.width - 2]
+        free = [(place, box) for place, box in inside if not any(box.intersects(t) for t in self.taken)]
+        chosen = free or (inside or boxes if must else [])
+        if not chosen:
+            return False
+        (_, y, _), box = chosen[0]
+        self.taken.append(box)
+        self._write(text, box.left(), y, token, font)
+        return True
+
+    def _write(self, text: str, x: float, y: float, token: str, font: QFont) -> None:
+        """Write words with a rim of the ground; their picture is kept, for they change seldom."""
+        key = (text, token, font.pixelSize(), font.weight())
+        room = math.ceil(5.0 * self.u)
+        if key not in self._written:
+            if len(self._written) >= _KEPT_WORDS:
+                self._written.clear()
+            self._written[key] = self._picture(text, token, font, room)
+        ascent = math.ceil(QFontMetricsF(font).ascent())
+        grain = self.ratio
+        place = QPointF(round((x - room) * grain) / grain, round((y - ascent - room) * grain) / grain)
+        self.p.drawPixmap(place, self._written[key])
+
+    def _picture(self, text: str, token: str, font: QFont, room: int) -> QPixmap:
+        metrics = QFontMetricsF(font)
+        ascent = math.ceil(metrics.ascent())
+        width = math.ceil(metrics.horizontalAdvance(text)) + 2 * room
+        height = ascent + math.ceil(metrics.descent()) + 2 * room
+        picture = QPixmap(math.ceil(width * self.ratio), math.ceil(height * self.ratio))
+        picture.setDevicePixelRatio(self.ratio)
+        picture.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(picture)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        path = QPainterPath()
+        path.addText(room, room + ascent, font, text)
+        rim = QPen(theme.color("scene"), 4.0 * self.u)
+        rim.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        painter.strokePath(path, rim)
+        painter.fillPath(path, theme.color(token))
+        painter.end()
+        return picture
+
+    # shared parts -------------------------------------------------------------------------------
+
+    def ground(self) -> None:
+        """Draw the scene's ground and its faint lines every 10 mm."""
+        self.p.fillRect(QRectF(0, 0, self.width, self.height), theme.color("scene"))
+        pen = QPen(theme.color("scenegrid"), 1)
+        for mm in range(-50, 51, 10):
+            x = round(self.x(mm)) + 0.5
+            self.line(x, 8 * self.u, x, self.rail, pen)
+
+    def axis(self) -> None:
+        """Draw the rail with ticks every 5 mm and numbers every 20 mm, those that are free."""
+        self.line(self.x(-50), self.rail, self.x(50), self.rail, self.pen("rail", 2.5))
+        for mm in range(-50, 51, 5):
+            length = (7 if mm % 10 == 0 else 4) * self.u
+            self.line(self.x(mm), self.rail, self.x(mm), self.rail + length, self.pen("rail", 1.2))
+        for mm in range(-40, 41, 20):
+            text = number(mm, 0) + (" mm" if mm == 40 else "")
+            self.say(text, [(self.x(mm), self.rail + 22 * self.u, 0)], "ink3", 11.5, 400)
+
+    def coil(self, x0: float, x1: float, y: float, height: float, turns: int, token: str = "matline") -> None:
+        """Draw a spring between two columns."""
+        lead = 8.0 * self.u
+        length = max(x1 - x0 - 2 * lead, 2.0)
+        width = min(2.4, max(0.7, 0.45 * length / (2 * turns * self.u)))
+        path = QPainterPath(QPointF(x0, y))
+        path.lineTo(x0 + lead, y)
+        for i in range(turns):
+            path.lineTo(x0 + lead + length * (i + 0.25) / turns, y - height)
+            path.lineTo(x0 + lead + length * (i + 0.75) / turns, y + height)
+        path.lineTo(x0 + lead + length, y)
+        path.lineTo(x1, y)
+        self.stroke(path, self.pen(token, width))
+
+    def post(self, x: float, side: int) -> None:
+        """Draw a fixed support: its face at x, its body to the side."""
+        width, top = 10.0 * self.u, self.top + 4 * self.u
+        body = QPainterPath()
+        body.addRect(QRectF(x if side > 0 else x - width, top, width, self.rail - top))
+        self.fill(body, self.hatched("scene"))
+        self.line(x, top, x, self.rail, self.pen("matline", 2.6))

@@ -1,0 +1,143 @@
+"""Time the window's pictures: five curves and the scene, 60 s of history at 4 kHz, at 60 frames a second.
+
+Prints one JSON object; beside it the same data in pyqtgraph's own curves with its peak downsampling.
+"""
+
+import argparse
+import json
+import os
+import time
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QEventLoop, Qt, QTimer
+from PySide6.QtWidgets import QApplication, QGridLayout, QWidget
+
+from hapkit_studio import environments
+from hapkit_studio.gui.history import History
+from hapkit_studio.gui.plots import ForcePosition, TimePlots
+from hapkit_studio.gui.scenes import SceneView
+from hapkit_studio.haptics import rows
+
+RATE, SPAN, FRAME = 4000.0, 60.0, 1.0 / 60.0
+
+
+def telemetry(first: int, count: int) -> np.ndarray:
+    """Return rows of a hand going in and out of a noisy wall."""
+    tick = first + np.arange(count)
+    table = np.zeros((count, rows.ROW_WIDTH))
+    table[:, rows.TICK], table[:, rows.HOST_TIME] = tick, tick / RATE
+    time_s, noise = tick / RATE, np.sin(tick * 12.9898) * 43758.5453 % 1.0
+    position = 0.02 * np.sin(2.0 * time_s) + 2e-4 * noise
+    table[:, rows.POSITION] = position
+    table[:, rows.VELOCITY] = 0.04 * np.cos(2.0 * time_s) + 0.02 * noise
+    table[:, rows.ASKED] = -400.0 * np.maximum(position - 0.005, 0.0) * (1.0 + 0.2 * noise)
+    table[:, rows.APPLIED] = np.clip(table[:, rows.ASKED], -3.0, 3.0)
+    return table
+
+
+class Ours:
+    """The studio's own widgets."""
+
+    def __init__(self, grid: QGridLayout):
+        self.history = History(SPAN)
+        wall = environments.named("wall")
+        self.times, self.phase = TimePlots(), ForcePosition()
+        grid.addWidget(self.times, 1, 0)
+        grid.addWidget(self.phase, 1, 1)
+        for plots in (self.times, self.phase):
+            plots.set_history(self.history)
+            plots.set_environment(wall, wall.values(), 3.0)
+        self.times.set_span(SPAN)
+
+    def frame(self, new: np.ndarray) -> None:
+        self.history.append(new)
+        self.times.refresh()
+        self.phase.refresh()
+
+
+class Reference:
+    """pyqtgraph's curves over the same minute, which it reads again in every frame."""
+
+    def __init__(self, grid: QGridLayout):
+        self.data = np.zeros((0, rows.ROW_WIDTH))
+        column, self.curves = QGridLayout(), []
+        grid.addLayout(column, 1, 0)
+        for channels in ((rows.POSITION,), (rows.VELOCITY,), (rows.ASKED, rows.APPLIED)):
+            plot = pg.PlotWidget()
+            plot.setDownsampling(auto=True, mode="peak")
+            plot.setClipToView(True)
+            plot.setXRange(-SPAN, 0.0)
+            column.addWidget(plot)
+            self.curves += [(plot.plot(skipFiniteCheck=True), rows.HOST_TIME, c) for c in channels]
+        phase = pg.PlotWidget()
+        grid.addWidget(phase, 1, 1)
+        self.curves.append((phase.plot(skipFiniteCheck=True), rows.POSITION, rows.APPLIED))
+
+    def frame(self, new: np.ndarray) -> None:
+        self.data = np.concatenate([self.data, new])[-int(SPAN * RATE) :]
+        for curve, across, up in self.curves:
+            part = self.data[-int(10.0 * RATE) :] if across == rows.POSITION else self.data
+            zero = self.data[-1, rows.HOST_TIME] if across == rows.HOST_TIME else 0.0
+            curve.setData(part[:, across] - zero, part[:, up])
+
+
+def measure(kind: type, seconds: float) -> dict[str, float]:
+    """Return frames per second and the GUI thread's share of a core, paced at 60 frames a second."""
+    window = QWidget()
+    grid = QGridLayout(window)
+    scene, wall = SceneView(), environments.named("wall")
+    scene.set_environment(wall, wall.values())
+    scene.setFixedHeight(236)
+    grid.addWidget(scene, 0, 0, 1, 2)
+    plots = kind(grid)
+    grid.setColumnStretch(0, 1)
+    grid.setColumnMinimumWidth(1, 348)
+    window.resize(912, 784)  # the centre of a window 1440 × 900
+    window.show()
+    filled = int(SPAN * RATE)
+    plots.frame(telemetry(0, filled))
+    state = {"next": filled, "frames": 0}
+
+    def frame() -> None:
+        count = int(RATE * FRAME)
+        new = telemetry(state["next"], count)
+        state["next"] += count
+        state["frames"] += 1
+        plots.frame(new)
+        row = new[-1]
+        scene.update_state(
+            row[rows.POSITION], row[rows.APPLIED], row[rows.ASKED], 0.01, False, False, row[16:]
+        )
+
+    timer = QTimer()
+    timer.setTimerType(Qt.TimerType.PreciseTimer)
+    timer.timeout.connect(frame)
+    loop = QEventLoop()
+    timer.start(16)
+    QTimer.singleShot(1000, loop.quit)
+    loop.exec()
+    state["frames"], cpu, wall_clock = 0, time.thread_time(), time.perf_counter()
+    QTimer.singleShot(int(1000 * seconds), loop.quit)
+    loop.exec()
+    timer.stop()
+    elapsed = time.perf_counter() - wall_clock
+    result = {"fps": state["frames"] / elapsed, "gui_thread_share": (time.thread_time() - cpu) / elapsed}
+    window.close()
+    return {name: round(value, 3) for name, value in result.items()}
+
+
+def main() -> None:
+    """Measure both, in turn, and print them."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=5.0)
+    seconds = parser.parse_args().seconds
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    app = QApplication([])
+    result = {"ours": measure(Ours, seconds), "pyqtgraph_peak": measure(Reference, seconds)}
+    app.quit()
+    print(json.dumps(result))
+
+
+if __name__ == "__main__":
+    main()
