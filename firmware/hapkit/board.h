@@ -24,8 +24,11 @@ void on_sample(const Sampling& sampling);
 // Take the next received byte; false if there is none.
 bool read(uint8_t* byte);
 
-// Queue bytes for sending, all or none; false if they do not fit. Only for the sample interrupt.
-bool send(const uint8_t* bytes, uint8_t size);
+// How many bytes can be queued for sending now.
+uint8_t room();
+
+// Queue a byte for sending, after asking for room. Only for the sample interrupt.
+void send(uint8_t byte);
 
 // Set the signed duty of the motor, -profile::kPwmTop..profile::kPwmTop, positive to the right.
 void set_motor(int16_t pwm);

@@ -122,11 +122,11 @@ void board::begin() {
 
 bool board::read(uint8_t* byte) { return received.pop(byte); }
 
-bool board::send(const uint8_t* bytes, uint8_t size) {
-  if (to_send.room() < size) return false;
-  for (uint8_t i = 0; i < size; ++i) to_send.push(bytes[i]);
+uint8_t board::room() { return to_send.room(); }
+
+void board::send(uint8_t byte) {
+  to_send.push(byte);
   UCSR0B |= _BV(UDRIE0);
-  return true;
 }
 
 // The duty changes at the next turn of the PWM, the direction at once: up to 32 us apart.

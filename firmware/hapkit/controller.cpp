@@ -6,6 +6,25 @@
 #include "lock.h"
 #include "motor.h"
 
+namespace {
+
+struct ToComputer {
+  void operator()(uint8_t byte) const { board::send(byte); }
+};
+
+// Queue the frame of a message; false, and nothing queued, if it does not fit.
+template <class Message>
+bool send(const Message& message) {
+  if (board::room() < 1 + sizeof(message) + frame::kOverhead) return false;
+  frame::Writer<ToComputer> writer{ToComputer()};
+  writer.put(Message::kId);
+  writer.put(&message, sizeof(message));
+  writer.finish();
+  return true;
+}
+
+}  // namespace
+
 void Controller::receive(uint8_t byte) {
   const uint8_t size = parser_.push(byte);
   if (size) dispatch(parser_.body(), size);
@@ -97,7 +116,7 @@ void Controller::send_sample(const board::Sampling& sampling, int32_t count) {
     sample.flags = safety_.flags();
   }
   if (overrun_) sample.flags |= protocol::kFlagOverrun;
-  overrun_ = !send(protocol::Sample::kId, &sample, sizeof(sample));
+  overrun_ = !send(sample);
 }
 
 void Controller::send_hello() {
@@ -118,13 +137,5 @@ void Controller::send_hello() {
   memset(hello.build, 0, sizeof(hello.build));
   memcpy(hello.build, HAPKIT_BUILD, sizeof(HAPKIT_BUILD) - 1);
   static_assert(sizeof(HAPKIT_BUILD) - 1 <= sizeof(hello.build), "the build's name is too long");
-  hello_wanted_ = !send(protocol::Hello::kId, &hello, sizeof(hello));
-}
-
-bool Controller::send(uint8_t id, const void* payload, uint8_t size) {
-  uint8_t body[frame::kLargestBody];
-  uint8_t bytes[frame::kLargestBody + frame::kOverhead];
-  body[0] = id;
-  memcpy(body + 1, payload, size);
-  return board::send(bytes, frame::encode(body, size + 1, bytes));
+  hello_wanted_ = !send(hello);
 }

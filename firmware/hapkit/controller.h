@@ -25,7 +25,6 @@ class Controller {
   uint16_t delay_since(uint16_t seq) const;
   void send_hello();
   void send_sample(const board::Sampling& sampling, int32_t count);
-  bool send(uint8_t id, const void* payload, uint8_t size);
 
   frame::Parser parser_;
   Safety safety_;

@@ -9,11 +9,55 @@
 namespace frame {
 
 constexpr uint8_t kLargestBody = 1 + protocol::kLargestFromBoard;
-constexpr uint8_t kOverhead = 4;  // CRC, one COBS code (a body stays below 254 bytes), delimiter
-static_assert(kLargestBody + kOverhead < 254, "a frame needs more than one COBS block");
+constexpr uint8_t kOverhead = 4;  // CRC, one COBS code (a body stays below 252 bytes), delimiter
+static_assert(kLargestBody + kOverhead < 256, "a frame needs more than one COBS block");
 
-// Write the frame of a body to out, which holds size + kOverhead bytes; return its length.
-uint8_t encode(const uint8_t* body, uint8_t size, uint8_t* out);
+// Writes one frame to a sink, any callable that takes a byte. A block goes out as soon as it is known, so
+// the first bytes are on their way while the rest is still being coded.
+template <class Sink>
+class Writer {
+ public:
+  explicit Writer(Sink sink) : sink_(sink) {}
+
+  void put(uint8_t byte) {
+    crc_ = crc::update(crc_, byte);
+    stuff(byte);
+  }
+
+  void put(const void* bytes, uint8_t size) {
+    const uint8_t* next = static_cast<const uint8_t*>(bytes);
+    while (size--) put(*next++);
+  }
+
+  void finish() {
+    const uint16_t crc = crc_;
+    stuff(static_cast<uint8_t>(crc >> 8));
+    stuff(static_cast<uint8_t>(crc));
+    flush();
+    sink_(0);
+  }
+
+ private:
+  // COBS: a zero becomes the distance to the next one, written before the bytes between them.
+  void stuff(uint8_t byte) {
+    if (byte == 0) {
+      flush();
+    } else {
+      block_[size_++] = byte;
+    }
+  }
+
+  void flush() {
+    sink_(size_ + 1);
+    for (uint8_t i = 0; i < size_; ++i) sink_(block_[i]);
+    size_ = 0;
+  }
+
+  Sink sink_;
+  uint16_t crc_ = crc::kStart;
+  uint8_t size_ = 0;
+  uint8_t block_[kLargestBody + 2];
+};
 
 // Takes received bytes one by one and tells when a whole valid frame is there.
 class Parser {
