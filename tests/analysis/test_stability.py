@@ -107,7 +107,7 @@ def test_a_hand_can_be_named_or_moving():
 
 
 def test_closed_form_of_the_prompt_spring(rng):
-    """Jury on (z - 1) (z - E) + K (n1 z + n0): E + K n0 < 1 (a pair leaves), K (n1 - n0) < 2 (1 + E) (at -1)."""
+    """Jury on (z - 1) (z - E) + K (n1 z + n0): roots leave at E + K n0 = 1, -1 at K (n1 - n0) = 2 (1 + E)."""
     for _ in range(80):
         m, b, period = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1.5), 10 ** rng.uniform(-3.5, -2)
         e, leak = math.exp(-b * period / m), -math.expm1(-b * period / m)
@@ -229,6 +229,10 @@ def test_measured_limit_is_the_exact_one(loop):
     assert measured_stiffness_limit(0.05, 0.5, **loop) == pytest.approx(
         stiffness_limit(0.05, 0.5, **loop), rel=5e-4
     )
+
+
+def test_measured_limit_of_a_handle_that_hardly_loses_energy():
+    assert measured_stiffness_limit(0.044, 0.002) == pytest.approx(stiffness_limit(0.044, 0.002), rel=3e-3)
 
 
 def test_too_much_virtual_damping_leaves_no_stable_spring():

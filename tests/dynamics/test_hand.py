@@ -1,0 +1,125 @@
+"""Hands: their grips, the movements they are named after, what they refuse."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip, Hand, grip_named, hand_named
+from hapkit_studio.errors import ParameterError
+
+TIMES = np.arange(0.0, 12.0, 1e-3)
+MOVEMENTS = ("press", "tap", "stroke", "sweep", "hold", "pluck", "shake", "pet", "rub")
+
+
+def path(name):
+    return np.array([hand_named(name).target(t) for t in TIMES])
+
+
+def test_grips():
+    assert {
+        "released": None,
+        "light": Grip(0.02, 2.0, 100.0),
+        "medium": Grip(0.05, 4.0, 200.0),
+        "firm": Grip(0.10, 8.0, 400.0),
+    } == GRIPS
+    assert grip_named("firm") is GRIPS["firm"]
+
+
+def test_every_movement_is_there_with_a_line_of_words():
+    assert set(SCRIPTS) == {*MOVEMENTS, "released"}
+    for hand in SCRIPTS.values():
+        assert hand.summary
+        assert "\n" not in hand.summary
+
+
+@pytest.mark.parametrize("name", MOVEMENTS)
+def test_starts_at_the_centre_and_moves_as_a_hand_can(name):
+    """Without a jump, within the paddle's 40 mm, never faster than 1 m/s."""
+    x = path(name)
+    assert x[0] == pytest.approx(0.0, abs=1e-9)
+    assert np.abs(x).max() <= 0.040
+    assert np.abs(x).max() >= 0.010
+    assert np.abs(np.diff(x)).max() <= 1e-3
+
+
+@pytest.mark.parametrize(
+    ("name", "speed", "low", "high"),
+    [("stroke", 0.05, -0.03, 0.03), ("pet", 0.05, -0.03, 0.03), ("rub", 0.20, -0.03, 0.03)],
+)
+def test_there_and_back_at_one_speed(name, speed, low, high):
+    x = path(name)
+    assert (x.min(), x.max()) == pytest.approx((low, high), abs=speed * 1e-3)
+    turning = np.abs(np.diff(np.sign(np.diff(x)))) > 0
+    steps = np.abs(np.diff(x))[1:][~turning]
+    assert np.median(steps) == pytest.approx(speed * 1e-3, rel=1e-9)
+    assert np.mean(np.abs(steps - speed * 1e-3) < 1e-12) > 0.98
+
+
+def test_fur_is_stroked_from_head_to_tail_after_the_way_to_the_head():
+    for name in ("pet", "rub"):
+        x = path(name)
+        assert x[1] < 0.0
+        assert x.argmin() < x.argmax()
+
+
+def test_sweep_crosses_at_constant_speed():
+    x = path("sweep")
+    across = x[700:1500]
+    assert np.diff(across) == pytest.approx(np.full(799, 0.07e-3), rel=1e-9)
+    assert (x.min(), x[-1]) == pytest.approx((-0.035, 0.035), abs=1e-12)
+
+
+def test_tap_goes_on_and_off_at_a_tenth_of_a_metre_per_second():
+    x = path("tap")
+    steps = np.diff(x[:800]) * 1e3
+    assert set(np.round(steps[np.abs(steps) > 1e-9], 6)) <= {0.1, -0.1, 0.05, -0.05}
+    assert x[:800].max() > 0.005
+    assert x[600:800].max() == 0.0
+    assert x[800:1600] == pytest.approx(x[:800], abs=1e-12)
+
+
+def test_press_stays_under_the_force_limit_against_any_wall():
+    """Against a rigid wall at 5 mm the held grip pulls with k (target - 5 mm)."""
+    press = hand_named("press")
+    assert press.target(2.0) == press.target(10.0)
+    assert 1.0 < press.stiffness * (press.target(2.0) - 0.005) <= 3.0 + 1e-12
+
+
+def test_pluck_lets_go_while_it_pulls():
+    pluck = hand_named("pluck")
+    assert pluck.release == 1.0
+    assert pluck.target(pluck.release) > 0.01
+    assert hand_named("released").release == 0.0
+    assert all(
+        hand.release == math.inf for name, hand in SCRIPTS.items() if name not in ("pluck", "released")
+    )
+
+
+def test_shake_gets_faster_up_to_6_hz():
+    x = path("shake")
+    turns = TIMES[1:][np.diff(np.signbit(x)) != 0]
+    half = np.diff(turns)
+    assert half[0] > 3.0 * half[-1]
+    assert 0.5 / half[-1] == pytest.approx(6.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("bad", "names"),
+    [
+        ({"mass": -1.0}, "mass must be 0 kg or more, not -1 kg"),
+        ({"damping": math.nan}, "damping"),
+        ({"stiffness": math.inf}, "stiffness"),
+        ({"release": -0.1}, "not -0.1 s"),
+    ],
+)
+def test_refuses_a_hand_that_cannot_be(bad, names):
+    with pytest.raises(ParameterError, match=names):
+        Hand(**bad)
+
+
+def test_refuses_names_it_does_not_know():
+    with pytest.raises(ParameterError, match="press, tap"):
+        hand_named("punch")
+    with pytest.raises(ParameterError, match="light, medium"):
+        grip_named("iron")
