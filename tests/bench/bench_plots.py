@@ -60,7 +60,7 @@ class Reference:
     """pyqtgraph's curves over the same minute, which it reads again in every frame."""
 
     def __init__(self, grid: QGridLayout):
-        self.data = np.zeros((0, rows.ROW_WIDTH))
+        self.data, self.end = np.zeros((rows.FLAGS, int(4 * SPAN * RATE))), 0
         column, self.curves = QGridLayout(), []
         grid.addLayout(column, 1, 0)
         for channels in ((rows.POSITION,), (rows.VELOCITY,), (rows.ASKED, rows.APPLIED)):
@@ -75,11 +75,13 @@ class Reference:
         self.curves.append((phase.plot(skipFiniteCheck=True), rows.POSITION, rows.APPLIED))
 
     def frame(self, new: np.ndarray) -> None:
-        self.data = np.concatenate([self.data, new])[-int(SPAN * RATE) :]
+        self.data[:, self.end : self.end + len(new)] = new[:, : rows.FLAGS].T
+        self.end += len(new)
         for curve, across, up in self.curves:
-            part = self.data[-int(10.0 * RATE) :] if across == rows.POSITION else self.data
-            zero = self.data[-1, rows.HOST_TIME] if across == rows.HOST_TIME else 0.0
-            curve.setData(part[:, across] - zero, part[:, up])
+            seconds = 10.0 if across == rows.POSITION else SPAN
+            part = self.data[:, max(self.end - int(seconds * RATE), 0) : self.end]
+            zero = part[across, -1] if across == rows.HOST_TIME else 0.0
+            curve.setData(part[across] - zero, part[up])
 
 
 def measure(kind: type, seconds: float) -> dict[str, float]:

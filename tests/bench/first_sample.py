@@ -1,0 +1,43 @@
+"""Open the window as a person does; print the clock at its first picture and at the first plotted sample."""
+
+import json
+import sys
+import time
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication, QLabel
+
+from hapkit_studio.gui import app
+
+
+def main() -> None:
+    """Print one JSON object: clocks in s of time.perf_counter, and what the window said while it prepared."""
+    application = QApplication(["bench"])
+    options = app.arguments().parse_args(sys.argv[1:])
+    window = app.build(options)
+    window.show()
+    application.processEvents()
+    seen: dict[str, object] = {"window": time.perf_counter(), "said": []}
+
+    def look() -> None:
+        labels = [label.text() for label in window.findChildren(QLabel) if label.isVisible()]
+        seen["said"] = sorted({text for text in labels if "ompil" in text or "repar" in text})
+
+    def plotted() -> None:
+        application.processEvents()
+        seen["sample"] = time.perf_counter()
+        print(json.dumps(seen), flush=True)
+        window.close()
+
+    def first(*_) -> None:
+        window.live.frame.disconnect(first)
+        QTimer.singleShot(0, plotted)
+
+    window.live.frame.connect(first)
+    QTimer.singleShot(300, look)
+    app.begin(window, options)
+    application.exec()
+
+
+if __name__ == "__main__":
+    main()
