@@ -18,6 +18,8 @@ _MASS, _DAMPING, _COULOMB, _HAND_DAMPING, _HAND_STIFFNESS = 3, 4, 5, 6, 7
 _PERIOD, _DELAY, _WHOLE, _REST, _SAMPLE = 8, 9, 10, 11, 12
 _EARLY_MAP, _LATE_MAP = 16, 24
 _WIDTH = 64
+# Motion that has died out goes on as numbers so small that processors are ten times slower with them.
+_NOTHING = 1e-150
 
 
 @dataclass(frozen=True)
@@ -159,6 +161,8 @@ def advance(dev, queue, target0, target1):
         x, v = paddle.advance(x, v, old + pull, rate, coulomb, mass, damping, stiffness, rest, early)
     pull += rate * rest
     x, v = paddle.advance(x, v, new + pull, rate, coulomb, mass, damping, stiffness, period - rest, late)
+    if abs(x) + abs(v) < _NOTHING:
+        x, v = 0.0, 0.0
     dev[X], dev[V] = x, v
     if held:
         dev[HAND_FORCE] = stiffness * (target1 - x) + grip * (target_rate - v)

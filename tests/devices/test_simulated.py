@@ -162,6 +162,13 @@ def test_with_friction_the_delay_still_splits_the_period():
     assert dev[V] == pytest.approx(2.0 * 0.75e-3, rel=1e-12)
 
 
+def test_motion_that_died_out_is_rest():
+    dev, queue = start(viscous=5.0, hand=MEDIUM, v=0.1)
+    for _ in range(20_000):
+        simulated.advance(dev, queue, 0.0, 0.0)
+    assert (dev[X], dev[V], dev[HAND_FORCE]) == (0.0, 0.0, 0.0)
+
+
 def test_friction_of_the_handle_holds_a_soft_hand():
     dev, queue = start(coulomb=0.1, hand=MEDIUM)
     for _ in range(50):
