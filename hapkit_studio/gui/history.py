@@ -77,9 +77,14 @@ class History:
         """Time of the newest sample in s; NaN when empty."""
         return float(self._time[self._end - 1]) if len(self) else np.nan
 
+    def latest(self) -> dict[str, float]:
+        """Return every channel's newest value; NaN when empty."""
+        newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(CHANNELS)
+        return dict(zip(CHANNELS, newest, strict=True))
+
     def last(self, channel: str) -> float:
         """Return a channel's newest value; NaN when empty."""
-        return float(self._data[_index(channel), self._end - 1]) if len(self) else np.nan
+        return self.latest()[channel]
 
     def append(self, new: np.ndarray) -> None:
         """Take (n, ROW_WIDTH) telemetry rows, oldest first; a clock that goes back starts afresh."""
@@ -245,7 +250,3 @@ class History:
             for k, (table, ufunc) in enumerate(((self._least, np.minimum), (self._greatest, np.maximum))):
                 out[k][:, full] = ufunc.reduceat(table[level][:, a:b], cuts, axis=1)[:, 0::2]
         return out[0], out[1]
-
-
-def _index(channel: str) -> int:
-    return list(CHANNELS).index(channel)

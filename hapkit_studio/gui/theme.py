@@ -46,6 +46,7 @@ class Theme(QObject):
         self.mode = "system"
         self.name = "light"
         self.c = SimpleNamespace(**table("light"))
+        self._colors = {name: QColor(value) for name, value in vars(self.c).items()}
         self._app: QApplication | None = None
 
     @property
@@ -55,8 +56,9 @@ class Theme(QObject):
 
     def color(self, token: str, alpha: float = 1.0) -> QColor:
         """Return a token's colour; alpha 0..1."""
-        color = QColor(getattr(self.c, token))
-        color.setAlphaF(alpha)
+        color = QColor(self._colors[token])
+        if alpha < 1.0:
+            color.setAlphaF(alpha)
         return color
 
     def apply(self, app: QApplication) -> None:
@@ -86,6 +88,7 @@ class Theme(QObject):
     def _switch(self, name: str) -> None:
         self.name = name
         self.c = SimpleNamespace(**table(name))
+        self._colors = {token: QColor(value) for token, value in vars(self.c).items()}
         if self._app is not None:
             self._app.setPalette(self.palette())
             self._app.setFont(self.font("body"))

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QFontMetricsF, QPainter, QPainterPath, QPen
+from PySide6.QtCore import QLineF, QRectF, Qt, Signal
+from PySide6.QtGui import QAction, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QMenu
 
+from hapkit_studio.gui.painting import words
 from hapkit_studio.gui.plots.ticks import labels, step, ticks
 from hapkit_studio.gui.theme import theme
 
@@ -21,6 +22,7 @@ class Axis(pg.AxisItem):
         super().__init__(orientation, maxTickLength=0)
         self.unit = unit
         offset = 7 if orientation == "left" else 4
+        self.setCacheMode(pg.QtWidgets.QGraphicsItem.CacheMode.DeviceCoordinateCache)
         self.setStyle(tickTextOffset=offset, autoExpandTextSpace=False, hideOverlappingLabels=_OVERHANG)
         self.setPen(pg.mkPen(None))
 
@@ -69,6 +71,7 @@ class Canvas(pg.PlotWidget):
         self.setCacheMode(pg.QtWidgets.QGraphicsView.CacheModeFlag.CacheNone)
         self.setFrameShape(pg.QtWidgets.QFrame.Shape.NoFrame)
         self.setMinimumSize(60, 24)
+        self.viewport().setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         theme.changed.connect(self.recolor)
@@ -88,16 +91,21 @@ class Canvas(pg.PlotWidget):
         """Return the plot's rectangle in pixels."""
         return self.view.sceneBoundingRect()
 
-    def to_pixels(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Map data to pixels."""
+    def measure(self) -> None:
+        """Take the mapping anew; valid until axes or size change."""
         box, ((x0, x1), (y0, y1)) = self.frame(), self.view.viewRange()
-        across = box.left() + (np.asarray(x) - x0) * (box.width() / (x1 - x0))
-        return across, box.bottom() - (np.asarray(y) - y0) * (box.height() / (y1 - y0))
+        across, up = box.width() / (x1 - x0), box.height() / (y1 - y0)
+        self._map = box.left() - x0 * across, across, box.bottom() + y0 * up, -up
+
+    def to_pixels(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Map data to pixels, as last measured; painting measures first."""
+        left, across, bottom, up = self._map
+        return left + x * across, bottom + y * up
 
     def to_x(self, pixel: float) -> float:
         """Map a pixel column to the x axis."""
-        box, ((x0, x1), _) = self.frame(), self.view.viewRange()
-        return x0 + (pixel - box.left()) / box.width() * (x1 - x0)
+        self.measure()
+        return (pixel - self._map[0]) / self._map[1]
 
     # painting -----------------------------------------------------------------------------------
 
@@ -112,6 +120,7 @@ class Canvas(pg.PlotWidget):
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
         """Paint ground, grid and frame."""
+        self.measure()
         box = self.frame()
         painter.fillRect(rect, theme.color("surface"))
         painter.fillRect(box, theme.color("plot"))
@@ -121,12 +130,12 @@ class Canvas(pg.PlotWidget):
         painter.restore()
         painter.setPen(QPen(theme.color("grid"), 1))
         (x0, x1), (y0, y1) = self.view.viewRange()
-        across = self.to_pixels(np.array(ticks(x0, x1, self.bottom.most(box.width()))), 0.0)[0]
-        down = self.to_pixels(0.0, np.array(ticks(y0, y1, self.left.most(box.height()))))[1]
-        for x in np.round(across):
-            painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
-        for y in np.round(down):
-            painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
+        across, down = self.to_pixels(
+            np.array(ticks(x0, x1, self.bottom.most(box.width()))),
+            np.array(ticks(y0, y1, self.left.most(box.height()))),
+        )
+        lines = [QLineF(x, box.top(), x, box.bottom()) for x in np.round(across)]
+        painter.drawLines([*lines, *(QLineF(box.left(), y, box.right(), y) for y in np.round(down))])
         painter.setPen(QPen(theme.color("line"), 1))
         painter.drawRect(box)
 
@@ -140,19 +149,14 @@ class Canvas(pg.PlotWidget):
         painter.restore()
         self.paint_marks(painter, box)
 
-    def note(
-        self, painter: QPainter, x: float, y: float, text: str, color: QColor, right: bool = False
-    ) -> None:
+    def note(self, painter: QPainter, x: float, y: float, text: str, token: str, right: bool = False) -> None:
         """Write words inside the plot with a rim of its ground, kept inside the frame."""
         font, box = theme.font("label"), self.frame()
         width = QFontMetricsF(font).horizontalAdvance(text)
         x = float(
             np.clip(x - width if right else x, box.left() + 4, max(box.right() - width - 4, box.left() + 4))
         )
-        path = QPainterPath()
-        path.addText(x, y, font, text)
-        painter.strokePath(path, QPen(theme.color("plot"), 4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
-        painter.fillPath(path, color)
+        words(painter, x, y, text, font, (token, "plot"), 4.0, self.devicePixelRatioF())
 
     # pointer ------------------------------------------------------------------------------------
 

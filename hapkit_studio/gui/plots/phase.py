@@ -1,5 +1,6 @@
 """Force over position or velocity: the last seconds on top of the theory."""
 
+import math
 from collections.abc import Mapping
 
 from PySide6.QtCore import QTimer
@@ -24,6 +25,7 @@ class ForcePosition(QWidget):
         self.plots = phase_plots()
         self._environment = None
         self._values: dict[str, float] = {}
+        self._max_force = math.inf
         self.canvas = PhaseCanvas(self.plots[0])
         self.canvas.fit_wanted.connect(self.fit)
         self.switch = Segmented("Force over", tuple(plot.title for plot in self.plots))
@@ -61,7 +63,7 @@ class ForcePosition(QWidget):
         """Recompute theory and limits (N) for another environment or other values."""
         other = environment is not self._environment
         self._environment, self._values = environment, dict(values)
-        self.canvas.max_force = max_force
+        self._max_force = max_force
         if other:
             self.choose(self._telling())
             self.canvas.fit_theory()
@@ -103,6 +105,6 @@ class ForcePosition(QWidget):
             plot = self.canvas.plot_of
             grid = self.canvas.theory_grid(plot)
             force = plot.theory(self._environment, self._values, grid)
-            self.canvas.set_theory(grid, force)
+            self.canvas.set_theory(grid, force, self._max_force)
             for part in self.theory:
                 part.setVisible(force is not None)

@@ -6,7 +6,7 @@ from PySide6.QtCore import QLineF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 ON, PERIOD = 5.0, 8.5  # px
-_SMOOTH = 60.0  # length of a line over its width, above which it is noise
+_NOISE = 12.0  # a line this many times longer than wide is noise
 
 
 def pen(color: QColor, width: float, dash: list[float] | None = None, flat: bool = False) -> QPen:
@@ -27,6 +27,15 @@ def segments(painter: QPainter, ends: np.ndarray) -> None:
         painter.drawLines(*store.drawargs())
 
 
+def trace(painter: QPainter, x: np.ndarray, y: np.ndarray) -> None:
+    """Draw a line with the painter's pen, smooth unless it is noise, where that shows nothing."""
+    ends = joined(x, y)
+    noisy = np.abs(ends[:, 3] - ends[:, 1]).sum() > _NOISE * max(np.nanmax(x) - np.nanmin(x), 1.0)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing, not noisy)
+    segments(painter, ends)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+
+
 def joined(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the segments (n, 4) between neighbours, none over a NaN."""
     ends = np.column_stack([x[:-1], y[:-1], x[1:], y[1:]])
@@ -43,7 +52,7 @@ def dashed(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def _dashes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    if length[-1] > _SMOOTH * max(np.ptp(x), 1.0):  # dashes along noise would be a haze
+    if length[-1] > _NOISE * max(np.ptp(x), 1.0):  # dashes along noise would be a haze
         return joined(x, y)
     start = np.arange(0.0, length[-1], PERIOD)
     stop = np.minimum(start + ON, length[-1])

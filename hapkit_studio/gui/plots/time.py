@@ -123,7 +123,7 @@ class TimePlots(QWidget):
         # whole columns, so that a column's samples stay the same and peaks do not dance while scrolling
         shown.zero = now if self.paused else math.ceil(now / width) * width
         shown.window = self._seen.window(shown.zero + left, shown.zero + right + width, columns + 1)
-        shown.now = None if self.paused else {c: self._seen.last(c) for c in shown.window.y}
+        shown.now = None if self.paused else self._seen.latest()
         shown.contact = self._contact() if self._shades else []
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:

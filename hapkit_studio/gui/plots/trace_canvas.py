@@ -73,10 +73,11 @@ class TraceCanvas(Canvas):
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
         """Shade where there was contact."""
-        color = theme.color("contact")
-        for start, stop in self.shown.contact:
-            left, right = self.to_pixels(np.array([start, stop]), 0.0)[0]
-            painter.fillRect(QRectF(left, box.top(), right - left, box.height()), color)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(theme.color("contact"))
+        edges = self.to_pixels(np.array(self.shown.contact).reshape(-1, 2), 0.0)[0]
+        painter.drawRects([QRectF(a, box.top(), b - a, box.height()) for a, b in edges.tolist()])
+        painter.setBrush(Qt.BrushStyle.NoBrush)
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint level lines, then traces."""
@@ -90,7 +91,7 @@ class TraceCanvas(Canvas):
         self._now(painter)
         self._pointer(painter, box)
         if self.shown.paused and self.first:
-            self.note(painter, box.right() - 6, box.top() + 16, "Paused", theme.color("accent"), right=True)
+            self.note(painter, box.right() - 6, box.top() + 16, "Paused", "accent", right=True)
 
     def _lines(self, painter: QPainter, box: QRectF) -> None:
         levels: list[tuple[float, str, list[float]]] = []
@@ -113,7 +114,7 @@ class TraceCanvas(Canvas):
                 down = down if above is None else _apart(down, above)
                 strokes.segments(painter, strokes.dashed(across, down))
             else:
-                strokes.segments(painter, strokes.joined(across, down))
+                strokes.trace(painter, across, down)
 
     def _now(self, painter: QPainter) -> None:
         if self.shown.now is None:
@@ -143,9 +144,8 @@ class TraceCanvas(Canvas):
         if self.first:
             text = f"{number(self.shown.pointer, 3)} s   {text}"
         left = x > box.center().x()
-        self.note(
-            painter, x + (-8 if left else 8), box.bottom() - 6, text, theme.color(trace.color), right=left
-        )
+        beside = x + (-8 if left else 8)
+        self.note(painter, beside, box.bottom() - 6, text, trace.color, right=left)
 
     def tick_values(self) -> list[float]:
         """Return the values that carry a label."""

@@ -18,11 +18,12 @@ from PySide6.QtGui import (
     QTransform,
 )
 
+from hapkit_studio.gui.painting import words
 from hapkit_studio.gui.theme import number, theme
 
 HALF_TRAVEL = 50.0  # mm
 _HATCH = 9.0
-_KEPT_WORDS = 64
+_CORNER = 7.0  # px: the inside of a card's corner
 
 
 class Stage:
@@ -42,7 +43,6 @@ class Stage:
         self.p: QPainter = None  # type: ignore[assignment]
         self.taken: list[QRectF] = []
         self._kept: list[QRectF] = []
-        self._written: dict[tuple, QPixmap] = {}
         self._hatched: dict[str, QBrush] = {}
 
     def begin(self, painter: QPainter) -> None:
@@ -54,12 +54,6 @@ class Stage:
     def keep_taken(self) -> None:
         """Keep what is taken so far for every frame to come."""
         self._kept = list(self.taken)
-
-    def outline(self) -> QPainterPath:
-        """Return the scene's outline with the card's round corners."""
-        path = QPainterPath()
-        path.addRoundedRect(QRectF(0, 0, self.width, self.height), 7, 7)
-        return path
 
     def x(self, mm: float) -> float:
         """Return the pixel column of a position in mm."""
@@ -116,7 +110,8 @@ class Stage:
             x += step
         painter.end()
         brush = QBrush(picture)
-        brush.setTransform(QTransform.fromScale(1.0 / self.ratio, 1.0 / self.ratio))
+        if self.ratio != 1.0:  # even an identity transform takes the slow path
+            brush.setTransform(QTransform.fromScale(1.0 / self.ratio, 1.0 / self.ratio))
         return brush
 
     # words --------------------------------------------------------------------------------------
@@ -152,46 +147,16 @@ class Stage:
             return False
         (_, y, _), box = chosen[0]
         self.taken.append(box)
-        self._write(text, box.left(), y, token, font)
+        words(self.p, box.left(), y, text, font, (token, "scene"), 4.0 * self.u, self.ratio)
         return True
-
-    def _write(self, text: str, x: float, y: float, token: str, font: QFont) -> None:
-        """Write words with a rim of the ground; their picture is kept, for they change seldom."""
-        key = (text, token, font.pixelSize(), font.weight())
-        room = math.ceil(5.0 * self.u)
-        if key not in self._written:
-            if len(self._written) >= _KEPT_WORDS:
-                self._written.clear()
-            self._written[key] = self._picture(text, token, font, room)
-        ascent = math.ceil(QFontMetricsF(font).ascent())
-        grain = self.ratio
-        place = QPointF(round((x - room) * grain) / grain, round((y - ascent - room) * grain) / grain)
-        self.p.drawPixmap(place, self._written[key])
-
-    def _picture(self, text: str, token: str, font: QFont, room: int) -> QPixmap:
-        metrics = QFontMetricsF(font)
-        ascent = math.ceil(metrics.ascent())
-        width = math.ceil(metrics.horizontalAdvance(text)) + 2 * room
-        height = ascent + math.ceil(metrics.descent()) + 2 * room
-        picture = QPixmap(math.ceil(width * self.ratio), math.ceil(height * self.ratio))
-        picture.setDevicePixelRatio(self.ratio)
-        picture.fill(Qt.GlobalColor.transparent)
-        painter = QPainter(picture)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        path = QPainterPath()
-        path.addText(room, room + ascent, font, text)
-        rim = QPen(theme.color("scene"), 4.0 * self.u)
-        rim.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        painter.strokePath(path, rim)
-        painter.fillPath(path, theme.color(token))
-        painter.end()
-        return picture
 
     # shared parts -------------------------------------------------------------------------------
 
     def ground(self) -> None:
         """Draw the scene's ground and its faint lines every 10 mm."""
-        self.p.fillRect(QRectF(0, 0, self.width, self.height), theme.color("scene"))
+        outline = QPainterPath()
+        outline.addRoundedRect(QRectF(0, 0, self.width, self.height), _CORNER, _CORNER)
+        self.p.fillPath(outline, theme.color("scene"))
         pen = QPen(theme.color("scenegrid"), 1)
         for mm in range(-50, 51, 10):
             x = round(self.x(mm)) + 0.5

@@ -144,6 +144,7 @@ class SceneView(QWidget):
             stage = self._stage = Stage(self.width(), self.height(), ratio)
             self._ground = QPixmap(self.size() * ratio)
             self._ground.setDevicePixelRatio(ratio)
+            self._ground.fill(Qt.GlobalColor.transparent)
             painter = QPainter(self._ground)
             stage.begin(painter)
             stage.ground()
@@ -158,7 +159,6 @@ class SceneView(QWidget):
         """Paint the cached ground, then what moves."""
         stage = self._layout()
         painter = QPainter(self)
-        painter.setClipPath(stage.outline())
         painter.drawPixmap(0, 0, self._ground)
         stage.begin(painter)
         if self._preparing:

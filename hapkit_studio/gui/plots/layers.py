@@ -1,0 +1,73 @@
+"""A curve that fades with age: one layer a second, each painted once, as its points arrive."""
+
+import math
+from collections import deque
+
+import numpy as np
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter
+
+from hapkit_studio.gui.plots import strokes
+
+SECONDS = 10
+_AGES = (1.0, 1.0, 0.55, 0.55, 0.40, 0.40, 0.30, 0.30, 0.25, 0.25, 0.25)  # opacity by whole seconds
+_LEAST_STEP = 0.7  # px
+
+
+class Layers:
+    """The last seconds of a curve, in pixels of one frame."""
+
+    def __init__(self, box: QRectF, ratio: float, color: QColor):
+        self.box, self.ratio, self.color = box, ratio, color
+        self._layers: deque[tuple[int, QImage]] = deque(maxlen=SECONDS + 1)
+        self._tail = np.empty((2, 0))
+
+    def add(self, time: np.ndarray, line: np.ndarray) -> bool:
+        """Continue the curve by pixels (2, n) at times (n,) in s; say whether a new second began."""
+        before = self._layers[-1][0] if self._layers else None
+        seconds = np.floor(np.fmax.accumulate(time)) if len(time) else time
+        for second in np.unique(seconds[np.isfinite(seconds)]).astype(int):
+            self._paint(int(second), line[:, seconds == second])
+        return bool(self._layers) and self._layers[-1][0] != before
+
+    def _paint(self, second: int, points: np.ndarray) -> None:
+        if not self._layers or self._layers[-1][0] != second:
+            self._layers.append((second, self._blank()))
+        line = np.concatenate([self._tail, points], axis=1)
+        self._tail = line[:, -1:]
+        painter = QPainter(self._layers[-1][1])
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.translate(-self.box.topLeft())
+        painter.setPen(strokes.pen(self.color, 2.0))
+        strokes.segments(painter, strokes.joined(*thinned(line)))
+        painter.end()
+
+    def _blank(self) -> QImage:
+        size = [max(math.ceil(length * self.ratio), 1) for length in (self.box.width(), self.box.height())]
+        image = QImage(*size, QImage.Format.Format_ARGB32_Premultiplied)
+        image.setDevicePixelRatio(self.ratio)
+        image.fill(Qt.GlobalColor.transparent)
+        return image
+
+    def paint_old(self, painter: QPainter) -> None:
+        """Paint every layer but the newest, paler the older."""
+        for second, image in list(self._layers)[:-1]:
+            age = self._layers[-1][0] - second
+            if age < len(_AGES):
+                painter.setOpacity(_AGES[age])
+                painter.drawImage(self.box.topLeft(), image)
+        painter.setOpacity(1.0)
+
+    def paint_newest(self, painter: QPainter) -> None:
+        """Paint the layer that is still growing."""
+        if self._layers:
+            painter.drawImage(self.box.topLeft(), self._layers[-1][1])
+
+
+def thinned(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a line (2, n) without the points that lie closer than a step behind the last one kept."""
+    steps = np.nan_to_num(np.hypot(*np.diff(line, axis=1)), nan=10.0 * _LEAST_STEP)
+    whole = np.floor(np.concatenate([[0.0], np.cumsum(steps)]) / _LEAST_STEP)
+    kept = np.concatenate([np.diff(whole) > 0, [True]])
+    kept[0] = True
+    return line[0, kept], line[1, kept]
