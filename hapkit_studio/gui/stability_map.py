@@ -47,11 +47,18 @@ class StabilityMap(QWidget):
         painter.setFont(theme.font("tick"))
         frame = QRectF(_LEFT, _TOP, self.width() - _LEFT - _RIGHT, self.height() - _TOP - _BOTTOM)
         right = self._answer.question.width
-        finite = [k for _, k in self._answer.boundary if math.isfinite(k)]
-        top = nice_top(1.1 * max([*finite, self._answer.question.stiffness, 1.0]))
+        top = self._top()
         self._regions(painter, frame, right, top)
         self._axes(painter, frame, right, top)
         self._dot(painter, frame, right, top)
+
+    def _top(self) -> float:
+        """Return the stiffness at the upper edge: room above dot and limit, the whole curve if it is low."""
+        assert self._answer is not None
+        highest = max([k for _, k in self._answer.boundary if math.isfinite(k)], default=1.0)
+        limit = self._answer.limit if math.isfinite(self._answer.limit) else 0.0
+        around = max(2.2 * limit, 1.4 * self._answer.question.stiffness, 1.0)
+        return nice_top(max(min(around, 1.1 * highest), 1.1 * self._answer.question.stiffness, 1.0))
 
     def _regions(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
         assert self._answer is not None

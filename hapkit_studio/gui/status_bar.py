@@ -16,7 +16,7 @@ HOLD_S = 0.5
 class Field(QWidget):
     """Sign and words with a hairline behind; width follows the words."""
 
-    def __init__(self, name: str, parent: QWidget | None = None):
+    def __init__(self, name: str, edged: bool = True, parent: QWidget | None = None):
         super().__init__(parent)
         self._name = name
         self._sign_name, self._token = "", "ink2"
@@ -26,6 +26,7 @@ class Field(QWidget):
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.link.hide()
         edge = QFrame()
+        edge.setVisible(edged)
         edge.setFixedSize(1, 16)
         edge.setProperty("rule", True)
         row = QHBoxLayout(self)
@@ -74,7 +75,7 @@ class StatusBar(QWidget):
         self.setFixedHeight(HEIGHT)
         self.rate, self.late, self.missed = Field("Servo rate"), Field("Lateness"), Field("Missed ticks")
         self.priority, self.clamp = Field("Priority"), Field("Force limit")
-        self.margin, self.kept = Field("Stability"), Field("Record")
+        self.margin, self.kept = Field("Stability"), Field("Record", edged=False)
         self.priority.link.setText("How to fix")
         self.priority.link.clicked.connect(self.how_to_fix)
         self._clamped_until = 0.0

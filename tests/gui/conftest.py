@@ -1,0 +1,53 @@
+"""Windows to test on: the real window, the real engine, the simulated Hapkit at normal priority."""
+
+import pytest
+
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.window import MainWindow
+from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
+
+
+@pytest.fixture(autouse=True)
+def look(qapp):
+    """Dress the application in the light theme."""
+    theme.apply(qapp)
+    theme.set_mode("light")
+
+
+@pytest.fixture
+def make_window(qtbot, qapp):
+    """Return a maker of shown windows; each is closed, its loop ended, after the test."""
+    windows = []
+
+    def make(entries=(SIMULATED,), build=build_engine, size=(1440, 900)) -> MainWindow:
+        window = MainWindow(Studio(lambda: list(entries), build))
+        windows.append(window)
+        window.resize(*size)
+        window.show()
+        qtbot.waitExposed(window)
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow, timeout=PATIENCE_MS)
+        return window
+
+    yield make
+    for window in windows:
+        window.close()
+        qapp.removeEventFilter(window.stop_filter)
+        qapp.removeEventFilter(window.key_guard)
+        window.deleteLater()
+
+
+@pytest.fixture
+def idle_window(make_window) -> MainWindow:
+    """Return a window that has no device yet."""
+    return make_window()
+
+
+@pytest.fixture
+def window(make_window, qtbot) -> MainWindow:
+    """Return a window whose simulated Hapkit runs; frames are taken when a test calls live.tick()."""
+    shown = make_window()
+    shown.studio.open(SIMULATED)
+    qtbot.waitUntil(lambda: shown.studio.engine is not None, timeout=PATIENCE_MS)
+    return shown

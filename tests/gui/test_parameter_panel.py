@@ -1,0 +1,195 @@
+"""Parameters at the panel: what is typed, dragged, stepped and reset reaches the loop, nothing bad does."""
+
+import math
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from hapkit_studio.gui.choice_row import ChoiceRow
+from hapkit_studio.gui.parameter_row import ParameterRow
+
+
+def rows(window):
+    return window.panel.parameters.rows
+
+
+def enter(row, text):
+    row.box.setFocus()
+    row.box.selectAll()
+    QTest.keyClicks(row.box, text)
+    QTest.keyClick(row.box, Qt.Key.Key_Return)
+
+
+def test_every_parameter_of_every_environment_has_a_row_named_with_value_and_unit(idle_window):
+    for key, environment in idle_window.studio.environments.items():
+        idle_window.studio.choose(key)
+        assert list(rows(idle_window)) == [p.key for p in environment.parameters]
+        for row in rows(idle_window).values():
+            if isinstance(row, ParameterRow):
+                for widget in (row.box, row.slider):
+                    name = widget.accessibleName()
+                    assert row.parameter.label in name
+                    assert row.quantity.unit in name
+                    assert row.box.text() in name
+                assert row.quantity.limits() in row.box.toolTip()
+            else:
+                assert row.parameter.label in row.picker.accessibleName()
+
+
+def test_a_number_typed_is_in_force_after_enter_and_not_before(window):
+    row = rows(window)["stiffness"]
+    row.box.setFocus()
+    row.box.selectAll()
+    QTest.keyClicks(row.box, "400")
+    assert window.studio.engine.values["stiffness"] == 250.0
+    QTest.keyClick(row.box, Qt.Key.Key_Return)
+    assert window.studio.engine.values["stiffness"] == 400.0
+    assert row.slider.value() == row.quantity.index(400.0)
+
+
+def test_a_number_typed_is_in_force_after_leaving_the_box(window):
+    row = rows(window)["stiffness"]
+    row.box.setFocus()
+    row.box.selectAll()
+    QTest.keyClicks(row.box, "120")
+    rows(window)["damping"].box.setFocus()
+    assert window.studio.engine.values["stiffness"] == 120.0
+
+
+def test_millimetres_on_the_screen_are_metres_in_the_loop(window):
+    row = rows(window)["position"]
+    assert (row.box.text(), row.unit.text()) == ("5.0", "mm")
+    enter(row, "-10")
+    assert window.studio.engine.values["position"] == -0.010
+
+
+@pytest.mark.parametrize("text", ["2,5", "2.5"])
+def test_comma_and_point_are_both_taken(window, text):
+    enter(rows(window)["damping"], text)
+    assert window.studio.engine.values["damping"] == 2.5
+
+
+@pytest.mark.parametrize("text", ["9000", "-1"])
+def test_out_of_range_stays_in_the_box_and_the_loop_keeps_the_last_good_value(window, text):
+    row = rows(window)["stiffness"]
+    enter(row, "300")
+    enter(row, text)
+    assert row.box.text().replace("−", "-") == text
+    assert row.error.text() == "Stiffness goes from 0 to 5000 N/m."
+    assert row.error.isVisible()
+    assert row.box.property("invalid") is True
+    assert window.studio.engine.values["stiffness"] == 300.0
+    enter(row, "310")
+    assert not row.error.isVisible()
+    assert window.studio.engine.values["stiffness"] == 310.0
+
+
+def test_letters_cannot_be_typed_into_a_number(window):
+    row = rows(window)["stiffness"]
+    enter(row, "nan")
+    enter(row, "inf")
+    assert math.isfinite(window.studio.engine.values["stiffness"])
+    assert window.studio.engine.values["stiffness"] == 250.0
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        (Qt.Key.Key_Right, 260.0),
+        (Qt.Key.Key_Left, 240.0),
+        (Qt.Key.Key_PageUp, 350.0),
+        (Qt.Key.Key_PageDown, 150.0),
+        (Qt.Key.Key_Home, 0.0),
+        (Qt.Key.Key_End, 5000.0),
+    ],
+)
+def test_keys_on_the_slider_go_by_steps_of_ten(window, key, value):
+    QTest.keyClick(rows(window)["stiffness"].slider, key)
+    assert window.studio.engine.values["stiffness"] == value
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        (Qt.Key.Key_Up, 260.0),
+        (Qt.Key.Key_Down, 240.0),
+        (Qt.Key.Key_PageUp, 350.0),
+        (Qt.Key.Key_Home, 0.0),
+        (Qt.Key.Key_End, 5000.0),
+    ],
+)
+def test_keys_in_the_box_are_in_force_at_once(window, key, value):
+    box = rows(window)["stiffness"].box
+    box.setFocus()
+    QTest.keyClick(box, key)
+    assert window.studio.engine.values["stiffness"] == value
+
+
+def test_home_moves_the_cursor_while_a_text_is_being_edited(window):
+    box = rows(window)["stiffness"].box
+    box.setFocus()
+    box.selectAll()
+    QTest.keyClicks(box, "77")
+    QTest.keyClick(box, Qt.Key.Key_Home)
+    assert window.studio.engine.values["stiffness"] == 250.0
+    assert box.lineEdit().cursorPosition() == 0
+
+
+def test_dragging_the_slider_is_in_force_at_once_on_its_square_root_scale(window):
+    row = rows(window)["stiffness"]
+    middle = QPoint(row.slider.width() // 2, row.slider.height() // 2)
+    QTest.mousePress(row.slider, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, middle)
+    value = window.studio.engine.values["stiffness"]
+    assert value == pytest.approx(5000.0 / 4, abs=60.0)
+    assert row.box.text() == row.quantity.text(value)
+
+
+def test_double_click_and_reset_give_the_default_and_reset_shows_only_when_changed(window):
+    row = rows(window)["stiffness"]
+    assert not row.reset.isVisible()
+    enter(row, "900")
+    assert row.reset.isVisible()
+    QTest.mouseClick(row.reset, Qt.MouseButton.LeftButton)
+    assert window.studio.engine.values["stiffness"] == 250.0
+    assert not row.reset.isVisible()
+    enter(row, "900")
+    QTest.mouseDClick(row.slider, Qt.MouseButton.LeftButton)
+    assert window.studio.engine.values["stiffness"] == 250.0
+
+
+def test_a_choice_reaches_the_loop(window):
+    row = rows(window)["damping_mode"]
+    assert isinstance(row, ChoiceRow)
+    QTest.mouseClick(row.picker.button(1), Qt.MouseButton.LeftButton)
+    assert window.studio.engine.values["damping_mode"] == 1.0
+
+
+def test_an_environment_is_found_again_as_it_was_left(window):
+    enter(rows(window)["stiffness"], "777")
+    window.studio.choose("spring")
+    assert window.studio.engine.environment.key == "spring"
+    window.studio.choose("wall")
+    assert rows(window)["stiffness"].box.text() == "777"
+    assert window.studio.engine.values["stiffness"] == 777.0
+
+
+def test_the_loop_panel_sets_rate_delay_estimator_and_grip(window):
+    loop, engine = window.loop, window.studio.engine
+    enter(loop.rate, "500")
+    enter(loop.delay, "2.5")
+    assert (engine.loop.rate, engine.loop.delay) == (500.0, 0.0025)
+    enter(loop.options["iir"][0], "20")
+    assert engine.loop.estimator == ("iir", {"cutoff": 20.0})
+    QTest.mouseClick(loop.estimator.picker.button(0), Qt.MouseButton.LeftButton)
+    assert engine.loop.estimator == "difference"
+    assert not loop.options["iir"][0].isVisible()
+    loop.grip.picker.setCurrentIndex(3)
+    loop.grip.picker.activated.emit(3)
+    assert engine.grip == "firm"
+
+
+def test_the_loop_panel_refuses_what_is_out_of_range(window):
+    enter(window.loop.rate, "50")
+    assert window.loop.rate.error.text() == "Servo rate goes from 100 to 10000 Hz."
+    assert window.studio.engine.loop.rate == 1000.0

@@ -1,0 +1,57 @@
+"""The screen's view of a parameter: units, steps, square-root scale."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hapkit_studio.gui.quantity import Quantity
+from hapkit_studio.parameters import Parameter
+
+STIFFNESS = Quantity.of(Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0))
+PLACE = Quantity.of(Parameter("position", "Wall position", "m", 0.005, -0.04, 0.04))
+DELAY = Quantity.of(Parameter("delay", "Added delay", "s", 0.0, 0.0, 0.1))
+
+
+def test_metres_and_seconds_are_shown_in_thousandths():
+    assert (PLACE.unit, PLACE.low, PLACE.high, PLACE.default) == ("mm", -40.0, 40.0, 5.0)
+    assert (DELAY.unit, DELAY.high) == ("ms", 100.0)
+    assert STIFFNESS.unit == "N/m"
+
+
+def test_wide_ranges_run_with_the_square_root_and_symmetric_ones_do_not():
+    assert STIFFNESS.fraction(400.0) == pytest.approx(math.sqrt(400.0 / 5000.0))
+    assert PLACE.fraction(0.0) == pytest.approx(0.5)
+
+
+@given(st.floats(0.0, 1.0))
+def test_a_place_on_the_slider_gives_a_whole_step_inside_the_limits(fraction):
+    for quantity in (STIFFNESS, PLACE, DELAY):
+        value = quantity.value(fraction)
+        assert quantity.low <= value <= quantity.high
+        steps = (value - quantity.low) / quantity.step
+        assert steps == pytest.approx(round(steps), abs=1e-6)
+        there = quantity.fraction(value)
+        near = [quantity.fraction(value - quantity.step), quantity.fraction(value + quantity.step)]
+        assert near[0] - 1e-9 <= fraction <= near[1] + 1e-9 or there == pytest.approx(fraction)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "value", "text"),
+    [
+        (STIFFNESS, 400.0, "400"),
+        (STIFFNESS, 400.25, "400.25"),
+        (PLACE, 5.0, "5.0"),
+        (PLACE, -12.34, "−12.34"),
+        (PLACE, -0.0, "0.0"),
+        (PLACE, 5.000000000000001, "5.0"),
+    ],
+)
+def test_a_value_shows_its_step_and_only_as_many_digits_more_as_it_has(quantity, value, text):
+    assert quantity.text(value) == text
+
+
+def test_limits_are_one_sentence_with_the_screens_unit():
+    assert STIFFNESS.limits() == "Stiffness goes from 0 to 5000 N/m."
+    assert PLACE.limits() == "Wall position goes from −40 to 40 mm."

@@ -1,0 +1,155 @@
+"""Devices from the window: slow, busy, gone, wrong; the window stays alive and says what is the matter."""
+
+import dataclasses
+import threading
+
+import pytest
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtTest import QTest
+
+from hapkit_studio import errors
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.gui import studio as studio_module
+from hapkit_studio.haptics.engine import Engine
+from tests.gui.window_support import PATIENCE_MS, SIMULATED
+
+FAILURES = [
+    errors.PortBusyError("ttyUSB0 is used by another program. Close it, then try again."),
+    errors.NotAHapkitError("ttyACM0 answers, but not as a Hapkit. Flash the firmware."),
+    errors.WrongProtocolError("Firmware speaks version 1; this studio needs 2. Update firmware."),
+    errors.PortPermissionError("ttyUSB0 is not yours to open. Join the group dialout, then log in again."),
+]
+
+
+def failing(error: Exception) -> DeviceEntry:
+    def make():
+        raise error
+
+    return DeviceEntry("/dev/ttyUSB0", "Hapkit on ttyUSB0", make)
+
+
+@pytest.mark.parametrize("error", FAILURES, ids=lambda e: type(e).__name__)
+def test_each_failure_says_its_own_line_and_leaves_no_force(make_window, qtbot, error):
+    window = make_window((SIMULATED, failing(error)))
+    window.studio.open(SIMULATED)
+    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    before = window.studio.engine
+    window.studio.open(failing(error))
+    qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
+    (banner,) = window.banners.banners
+    assert f"{banner.title.text()} {banner.text.text()}".startswith(str(error))
+    assert window.studio.engine is None
+    assert not before.health().running
+    assert window.header.devices.dot.filled is False
+    QTest.mouseClick(banner.buttons[-1], Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    assert window.banners.banners == []
+
+
+def test_an_unforeseen_failure_is_one_line_too(make_window, qtbot):
+    window = make_window()
+    window.studio.open(failing(ZeroDivisionError("division by zero")))
+    qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
+    assert "\n" not in window.studio.link.text
+
+
+def test_the_window_goes_on_while_a_port_takes_its_time(make_window, qtbot):
+    gate, beats = threading.Event(), []
+
+    def slowly():
+        gate.wait(PATIENCE_MS / 1000)
+        return SimulatedHapkit()
+
+    window = make_window()
+    window.studio.open(DeviceEntry("slow", "Slow Hapkit", slowly))
+    assert window.header.devices.word.text() == "Connecting…"
+    timer = QTimer(window, interval=1)
+    timer.timeout.connect(lambda: beats.append(1))
+    timer.start()
+    qtbot.waitUntil(lambda: len(beats) >= 10, timeout=PATIENCE_MS)
+    window.studio.set_value("stiffness", 444.0)
+    gate.set()
+    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    assert window.studio.engine.values["stiffness"] == 444.0
+
+
+def test_of_two_wishes_the_newest_wins(make_window, qtbot):
+    gate, closed = threading.Event(), []
+
+    class Watched(Engine):
+        def close(self):
+            closed.append(self.device)
+            super().close()
+
+    def slowly():
+        gate.wait(PATIENCE_MS / 1000)
+        return SimulatedHapkit(mass=0.1)
+
+    window = make_window(build=lambda entry: Watched(entry.make(), realtime=False))
+    window.studio.open(DeviceEntry("slow", "Slow Hapkit", slowly))
+    window.studio.open(SIMULATED)
+    gate.set()
+    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    assert window.studio.engine.device.mass == 0.044
+    qtbot.waitUntil(lambda: [d.mass for d in closed] == [0.1], timeout=PATIENCE_MS)
+
+
+def test_a_device_that_went_away_is_looked_for_until_it_is_back(make_window, qtbot, monkeypatch):
+    monkeypatch.setattr(studio_module, "LOOK_AGAIN_MS", 10)
+    plugged, tries = threading.Event(), []
+    plugged.set()
+
+    class Pluggable(Engine):
+        def health(self):
+            alive = plugged.is_set()
+            text = "" if alive else "Hapkit on ttyUSB0 is gone. Force is zero. Looking again every second."
+            return dataclasses.replace(super().health(), connected=alive, message=text)
+
+    def make():
+        tries.append(1)
+        if not plugged.is_set():
+            raise errors.PortGoneError("ttyUSB0 is gone.")
+        return SimulatedHapkit()
+
+    entry = DeviceEntry("/dev/ttyUSB0", "Hapkit on ttyUSB0", make)
+    window = make_window((SIMULATED, entry), build=lambda e: Pluggable(e.make(), realtime=False))
+    window.studio.open(entry)
+    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    plugged.clear()
+    window.live.look()
+    (banner,) = window.banners.banners
+    assert banner.title.text() == "Hapkit on ttyUSB0 is gone."
+    assert banner.text.text() == "Force is zero. Looking again every second."
+    qtbot.waitUntil(lambda: len(tries) >= 3, timeout=PATIENCE_MS)
+    assert window.studio.link.state == "gone"
+    plugged.set()
+    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
+    assert window.banners.banners == []
+
+
+def test_a_fault_shows_its_reason_and_is_cleared_by_hand(window, qtbot):
+    from hapkit_studio.haptics import rig
+
+    window.studio.engine.arrays.control[rig.FAULT] = rig.OVER_SPEED
+    window.studio.engine.arrays.real[rig.FAULT_VALUE] = 3.4
+    window.live.look()
+    (banner,) = window.banners.banners
+    assert banner.title.text().startswith("Fault: over-speed, 3.4 m/s (limit ")
+    assert banner.text.text() == "Force is zero. Hold the handle, then clear."
+    QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: window.studio.fault is None, timeout=PATIENCE_MS)
+    window.live.look()
+    assert window.banners.banners == []
+
+
+def test_at_most_two_banners_the_worse_first(window):
+    from hapkit_studio.gui.banners import Notice
+
+    window.banners.set("limit", Notice("limit", 3, "danger", "cross", "Third", "…"))
+    window.banners.set("device", Notice("device", 2, "warn", "unplugged", "Second", "…"))
+    window.studio.stop()
+    shown = [banner.title.text() for banner in window.banners.banners]
+    assert shown == ["Stopped. Force is zero.", "Second"]
+    window.studio.release_stop()
+    assert [banner.title.text() for banner in window.banners.banners] == ["Second", "Third"]
