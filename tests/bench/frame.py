@@ -27,9 +27,10 @@ class Row:
 
 
 def discover() -> dict[str, Callable[[], list[Row]]]:
-    """Return name -> run of every ``bench_*.py`` beside this file, in their declared order."""
+    """Return name -> run of every ``bench_*.py`` beside this file with a NAME, in their declared order."""
     files = sorted(Path(__file__).parent.glob("bench_*.py"))
     modules = [importlib.import_module(f"tests.bench.{path.stem}") for path in files]
+    modules = [module for module in modules if hasattr(module, "NAME")]
     modules.sort(key=lambda module: getattr(module, "ORDER", ORDER))
     return {module.NAME: module.run for module in modules}
 
