@@ -23,8 +23,8 @@ def available() -> list[DeviceEntry]:
     found = [DeviceEntry("simulated", SimulatedHapkit.title, SimulatedHapkit)]
     if virtual_board.built():
         found.append(DeviceEntry("virtual-board", "Virtual board", virtual_board.VirtualBoard))
-    for port, title in hapkit.serial_ports():
-        found.append(DeviceEntry(port, title, _maker(port, title)))
+    for port in hapkit.serial_ports():
+        found.append(DeviceEntry(port.path, port.title, _maker(port.path, port.title)))
     return found
 
 
@@ -40,5 +40,5 @@ def named(key: str) -> object:
     if key in entries:
         return entries[key].make()
     if "/" in key or key.upper().startswith("COM"):
-        return _maker(key, key)()
+        return _maker(key, "")()
     raise ParameterError(f"There is no device {key!r}; there are: {', '.join(entries)}.")

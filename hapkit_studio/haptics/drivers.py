@@ -1,20 +1,29 @@
 """What moves the loop: one driver a kind of device, all with the same tick."""
 
+import sys
 from typing import Protocol
 
 import numpy as np
 
+from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.errors import DeviceError
-from hapkit_studio.haptics import block, plant, rig, simulated_loop
+from hapkit_studio.haptics import block, line, plant, rig, serial_loop, simulated_loop
+from hapkit_studio.haptics.fences import store_release
+from hapkit_studio.haptics.portable_loop import PortableLoop
 from hapkit_studio.haptics.rig import Rig
 from hapkit_studio.haptics.ring import Ring, new_ring
+
+# After connecting, force stays zero that long while the delay of the line is measured.
+HOLD_SECONDS = 0.5
 
 
 class Driver(Protocol):
     """Owns one connection; ``run`` keeps its thread until the rig is told to quit."""
 
     hold_seconds: float
+    rate: float | None
 
     def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
         """Render until told to quit; whatever ends it, the last act is a zero command."""
@@ -22,14 +31,18 @@ class Driver(Protocol):
     def delay(self, r: Rig) -> float:
         """Return the measured delay in s from a sample to its force."""
 
+    def move_hand(self, target: float | None, grip: Grip | None) -> None:
+        """Move the hand on the handle, where the device has one."""
+
     def close(self) -> None:
         """Let go of the device."""
 
 
 class SimulatedDriver:
-    """The embedded device: nothing to open, nothing to lose."""
+    """The embedded device: nothing to open, nothing to lose; its hand comes with the parameter block."""
 
     hold_seconds = 0.0
+    rate = None
 
     def __init__(self, device: SimulatedHapkit):
         self.body = plant.new_plant(device)
@@ -40,21 +53,62 @@ class SimulatedDriver:
     def delay(self, r: Rig) -> float:
         return float(r.values[block.DELAY])
 
+    def move_hand(self, target: float | None, grip: Grip | None) -> None:
+        pass
+
     def close(self) -> None:
         pass
 
 
+class SerialDriver:
+    """A board at the end of a port, paced by its samples."""
+
+    hold_seconds = HOLD_SECONDS
+
+    def __init__(self, device: HapkitBoard):
+        device.open()
+        self.device = device
+        self.rate = device.rate
+        self.conn = line.new_line(device.quantum)
+        self._spec = serial_loop.new_spec()
+
+    def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
+        if not r.control[rig.QUIT]:
+            self.device.start_stream()
+        serial_loop.run(r, self.conn, out, late, self.device.fileno(), self._spec)
+
+    def delay(self, r: Rig) -> float:
+        return float(self.conn.numbers[line.DELAY_SUM])
+
+    def move_hand(self, target: float | None, grip: Grip | None) -> None:
+        if hasattr(self.device, "move_hand"):
+            self.device.move_hand(None if grip is None else target)
+
+    def close(self) -> None:
+        self.device.close()
+
+
+class PortableDriver(SerialDriver):
+    """The same in a plain Python thread, for systems whose ports are no file descriptors."""
+
+    def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
+        if r.control[rig.QUIT]:
+            return
+        self.device.start_stream()
+        PortableLoop(self.conn, self.device.read, self.device.write).run(r, out, late)
+
+
 def compile_ahead(driver: Driver, r: Rig, late: np.ndarray) -> None:
     """Compile or load the driver's loop by running it with the quit word set: no sample is rendered."""
-    r.control[rig.QUIT] = 1
-    spare = new_ring(r.control, 2)
-    driver.run(r, spare, late)
-    r.control[rig.QUIT] = 0
-    r.control[rig.DONE] = 0
+    store_release(r.control, rig.QUIT, 1)
+    driver.run(r, new_ring(r.control, 2), late)
+    store_release(r.control, rig.QUIT, 0)
 
 
 def driver_for(device) -> Driver:
-    """Return an open driver for a device; raise DeviceError."""
+    """Return the driver of a device, opened; raise DeviceError."""
     if isinstance(device, SimulatedHapkit):
         return SimulatedDriver(device)
+    if isinstance(device, HapkitBoard):
+        return PortableDriver(device) if sys.platform == "win32" else SerialDriver(device)
     raise DeviceError(f"{device!r} is not a device that the studio can drive.")

@@ -42,7 +42,7 @@ class Engine:
         self._target: float | None = None
         self.device = device
         chosen = environments.named(environment)
-        self._wanted = Wanted(chosen, chosen.values(), max_force=device.max_force, quantum=device.quantum)
+        self._wanted = Wanted(chosen, chosen.values())
 
     # --- life
     def start(self) -> None:
@@ -55,9 +55,9 @@ class Engine:
             raise
 
     def _begin(self, driver: Driver) -> None:
-        self._wanted.max_force, self._wanted.quantum = self.device.max_force, self.device.quantum
         self._driver, self._message = driver, ""
-        self._publish(self._wanted)
+        loop = self.loop.changed(rate=driver.rate)
+        self._changed(max_force=self.device.max_force, quantum=self.device.quantum, loop=loop)
         compile_ahead(driver, self._rig, self._late)
         self._late[:] = 0
         rig.restart(self._rig, driver.hold_seconds)
@@ -156,18 +156,19 @@ class Engine:
 
     def _hand_moved(self) -> None:
         self._changed()
-        if hasattr(self._driver, "move_hand"):
+        if self._driver is not None:
             self._driver.move_hand(self._target, grip_named(self._grip_name))
 
     def zero_here(self) -> None:
-        """Make the present position the zero of a real board."""
-        if hasattr(self._driver, "zero_here"):
-            self._driver.zero_here()
+        """Make the present position the zero of a real board; the force fades in again."""
+        self._count_up(rig.ZERO)
 
     def flip_direction(self) -> None:
-        """Turn the positive direction of a real board around."""
-        if hasattr(self._driver, "flip_direction"):
-            self._driver.flip_direction()
+        """Turn the positive direction of a real board around; the force fades in again."""
+        self._count_up(rig.FLIP)
+
+    def _count_up(self, word: int) -> None:
+        store_release(self._rig.control, word, int(self._rig.control[word]) + 1)
 
     # --- safety
     def stop(self) -> None:
@@ -188,7 +189,7 @@ class Engine:
 
     def clear_fault(self) -> None:
         """Clear a latched fault; the law starts anew, the force fades in from zero."""
-        store_release(self._rig.control, rig.CLEAR, int(self._rig.control[rig.CLEAR]) + 1)
+        self._count_up(rig.CLEAR)
 
     # --- what comes back
     def reader(self) -> RingReader:

@@ -1,0 +1,7 @@
+"""Start the studio: ``python -m hapkit_studio``."""
+
+import sys
+
+from hapkit_studio.cli import main
+
+sys.exit(main())

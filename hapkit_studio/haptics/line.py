@@ -1,0 +1,184 @@
+"""One serial connection inside a loop: frames in, rows and answers out. Both serial drivers use it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.haptics import block, rig, ring, rows
+from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.jit import compiled
+from hapkit_studio.haptics.tick import tick
+from hapkit_studio.protocol import codec
+
+CHUNK = 4096
+HISTORY = 2048
+# The two clocks drift, and a virtual board that was held up stays behind: only the last frames compare.
+WINDOW_SECONDS = 0.5
+
+# --- numbers
+QUANTUM = 0
+SIGN = 1
+ZERO = 2
+BEST = 3
+BEST_BEFORE = 4
+WINDOW_START = 5
+DELAY_SUM = 6
+DELAY_COUNT = 7
+EFFECT = 8
+LAST_SEEN = 9
+BEGIN = 10
+NUMBERS = 16
+
+# --- words
+STARTED = 0
+SENT_STOP = 1
+ZEROED = 2
+FLIPPED = 3
+WORDS = 8
+
+
+class Line(NamedTuple):
+    """The connection's arrays, allocated once."""
+
+    reader: np.ndarray
+    buffer: np.ndarray
+    data: np.ndarray
+    frame: np.ndarray
+    samples: np.ndarray
+    forces: np.ndarray  # what was sent in answer to each of the last samples
+    numbers: np.ndarray
+    words: np.ndarray
+
+
+def new_line(quantum: float) -> Line:
+    """Return a connection that has received nothing, for a sensor of quantum m a count."""
+    reader, buffer = codec.new_reader()
+    numbers = np.zeros(NUMBERS)
+    numbers[QUANTUM], numbers[SIGN] = quantum, 1.0
+    numbers[BEST] = numbers[BEST_BEFORE] = math.inf
+    return Line(
+        reader=reader,
+        buffer=buffer,
+        data=np.zeros(CHUNK, dtype=np.uint8),
+        frame=np.zeros(codec.FRAME_SIZE, dtype=np.uint8),
+        samples=np.zeros((codec.rows_for(CHUNK), codec.SAMPLE_WIDTH)),
+        forces=np.zeros(HISTORY),
+        numbers=numbers,
+        words=np.zeros(WORDS, dtype=np.int64),
+    )
+
+
+@compiled
+def position_of(line, count):
+    """Return the handle's position in m for a sensor count."""
+    n = line.numbers
+    return n[SIGN] * (count - n[ZERO]) * n[QUANTUM]
+
+
+@compiled
+def start_over(r, line, count):
+    """Forget motion and fade the force in from zero: position has another meaning from here."""
+    position = position_of(line, count)
+    estimators.reset(r.memory, position)
+    r.real[rig.LAST_POSITION] = position
+    r.real[rig.GAIN] = 0.0
+
+
+@compiled
+def obey(r, line, count):
+    """Set zero and direction when the window asked for it; the first sample is zero."""
+    n, words = line.numbers, line.words
+    zeroed = load_acquire(r.control, rig.ZERO)
+    flipped = load_acquire(r.control, rig.FLIP)
+    if words[STARTED] and zeroed == words[ZEROED] and flipped == words[FLIPPED]:
+        return
+    if not words[STARTED] or zeroed != words[ZEROED]:
+        n[ZERO] = count
+    if flipped != words[FLIPPED] and words[STARTED]:
+        n[SIGN] = -n[SIGN]
+    words[STARTED] = 1
+    words[ZEROED], words[FLIPPED] = zeroed, flipped
+    start_over(r, line, count)
+
+
+@compiled
+def effect(line, answered, delay, period):
+    """Return the mean force in N over the last period: the old one until the answer came, then that."""
+    old = line.numbers[EFFECT]
+    new = line.forces[int(answered) % HISTORY]
+    line.numbers[EFFECT] = new
+    share = min(max(delay / period, 0.0), 1.0)
+    return new + (old - new) * share
+
+
+@compiled
+def note_delay(line, delay):
+    """Average the measured delay in s over about the last thousand answers."""
+    n = line.numbers
+    if delay <= 0.0:
+        return
+    n[DELAY_COUNT] = min(n[DELAY_COUNT] + 1.0, 1000.0)
+    n[DELAY_SUM] += (delay - n[DELAY_SUM]) / n[DELAY_COUNT]
+
+
+@compiled
+def lateness(line, now, board_time):
+    """Return how much later than the promptest frame of the last half to whole second this one came, in s."""
+    n = line.numbers
+    offset = now - board_time
+    if now - n[WINDOW_START] > WINDOW_SECONDS:
+        n[BEST_BEFORE], n[BEST], n[WINDOW_START] = n[BEST], offset, now
+    n[BEST] = min(n[BEST], offset)
+    return offset - min(n[BEST], n[BEST_BEFORE])
+
+
+@compiled
+def render(r, line, out, k, now):
+    """Render the k-th decoded sample into the ring's next row; return the force in N that answers it."""
+    sample = line.samples[k]
+    nominal = r.values[block.PERIOD]
+    period = nominal * (1.0 + sample[codec.LOST])
+    obey(r, line, sample[codec.COUNT])
+    note_delay(line, sample[codec.DELAY])
+    in_effect = line.numbers[SIGN] * effect(line, sample[codec.ANSWERED], sample[codec.DELAY], period)
+    row = out.rows[ring.next_index(out)]
+    force = tick(r, position_of(line, sample[codec.COUNT]), period, in_effect, row)
+    late = lateness(line, now, sample[codec.BOARD_TIME])
+    row[rows.HOST_TIME] = now - line.numbers[BEGIN]
+    row[rows.BOARD_TIME] = sample[codec.BOARD_TIME]
+    row[rows.LATENESS] = late
+    row[rows.TRUE_POSITION] = row[rows.TRUE_VELOCITY] = math.nan
+    row[rows.HAND_FORCE] = row[rows.HAND_TARGET] = math.nan
+    if sample[codec.LOST] > 0.0:
+        row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.GAP
+    if int(sample[codec.FLAGS]) & codec.FLAG_CLAMPED:
+        row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.CLAMPED
+    line.numbers[LAST_SEEN] = now
+    store_release(r.control, rig.LOST_FRAMES, line.reader[codec.LOST_FRAMES])
+    store_release(r.control, rig.CRC_ERRORS, line.reader[codec.BAD_FRAMES])
+    return line.numbers[SIGN] * force
+
+
+@compiled
+def answer(r, line, k, force):
+    """Encode the frame that answers sample k, an added delay of whole periods ago; return its length."""
+    seq = int(line.samples[k, codec.SEQ])
+    line.forces[seq % HISTORY] = force
+    behind = int(r.values[block.DELAY] / r.values[block.PERIOD] + 0.5)
+    from_seq = seq - min(behind, HISTORY - 1)
+    sent = line.forces[from_seq % HISTORY]
+    if force == 0.0 and r.word[rig.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
+        sent = 0.0
+    return codec.encode_force(line.frame, from_seq & 0xFFFF, sent)
+
+
+@compiled
+def stop_word(r, line):
+    """Return the message that tells the board of a changed E-stop, 0 when nothing changed."""
+    stopped = load_acquire(r.control, rig.STOP)
+    if stopped == line.words[SENT_STOP]:
+        return 0
+    line.words[SENT_STOP] = stopped
+    return codec.STOP if stopped else codec.RELEASE

@@ -1,0 +1,106 @@
+"""The live loop on a serial port: wakes on a frame, answers at once, never spins.
+
+What hangs up, errs or ends (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a latched fault.
+"""
+
+import numpy as np
+
+from hapkit_studio.haptics import clib, histogram, line, rig, ring, rows, settings, sleep
+from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.jit import compiled
+from hapkit_studio.haptics.priority import demote
+from hapkit_studio.haptics.simulated_loop import MOST_PASSES_WITHOUT_WAITING
+from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale
+from hapkit_studio.protocol import codec
+
+_POLLIN = 1
+_POLL_ENDED = 8 | 16 | 32
+_EAGAIN, _EINTR = 11, 4
+_TIMEOUT_MS = int(1e3 * STALE_AFTER)
+# A poll that finds bytes there returns in a few microseconds; one that waited took longer.
+_NO_WAIT = 10e-6
+
+
+@compiled
+def send(fd, frame, size):
+    """Write a frame; a full line drops it, the board's watchdog covers that."""
+    clib.write(fd, frame.ctypes.data, size)
+
+
+@compiled
+def wait(fd, spec):
+    """Wait for bytes for up to STALE_AFTER; return 1 for bytes, 0 for none, -1 where the line has ended."""
+    spec[0] = fd | (_POLLIN << 32)
+    ready = clib.poll(spec.ctypes.data, 1, _TIMEOUT_MS)
+    if ready < 0:
+        return 0 if clib.last_error() == _EINTR else -1
+    events = (spec[0] >> 48) & 0xFFFF
+    if events & _POLLIN:
+        return 1
+    return -1 if events & _POLL_ENDED else 0
+
+
+@compiled
+def answer_all(r, conn, out, late, fd, count):
+    """Render every decoded sample, answer the newest; older ones of the same chunk count as missed."""
+    now = sleep.now()
+    for k in range(count):
+        force = line.render(r, conn, out, k, now)
+        if k == count - 1:
+            word = line.stop_word(r, conn)
+            if word:
+                send(fd, conn.frame, codec.encode_simple(conn.frame, word))
+            send(fd, conn.frame, line.answer(r, conn, k, force))
+        row = out.rows[ring.next_index(out)]
+        row[rows.COMPUTE] = sleep.now() - now
+        histogram.add(late, row[rows.LATENESS])
+        ring.publish(out)
+    if count > 1:
+        store_release(r.control, rig.MISSED, r.control[rig.MISSED] + count - 1)
+
+
+@compiled
+def silent(r, conn, fd):
+    """No sample within STALE_AFTER: zero force, and say so to the board."""
+    now = sleep.now()
+    if now - conn.numbers[line.LAST_SEEN] < STALE_AFTER:
+        return
+    if conn.words[line.STARTED]:
+        mark_stale(r, now)
+    send(fd, conn.frame, codec.encode_force(conn.frame, 0, 0.0))
+    conn.numbers[line.LAST_SEEN] = now
+
+
+@compiled
+def run(r, conn, out, late, fd, spec):
+    """Own the calling thread until told to quit or the line ends; the last act is a zero command."""
+    settings.adopt(r, 0.0)
+    conn.numbers[line.BEGIN] = conn.numbers[line.LAST_SEEN] = sleep.now()
+    hurried = 0
+    while load_acquire(r.control, rig.QUIT) == 0:
+        before = sleep.now()
+        state = wait(fd, spec)
+        hurried = hurried + 1 if sleep.now() - before < _NO_WAIT else 0
+        size = 0
+        if state > 0:
+            size = clib.read(fd, conn.data.ctypes.data, conn.data.size)
+            if size == 0 or (size < 0 and clib.last_error() not in (_EAGAIN, _EINTR)):
+                state = -1
+        if state < 0:
+            latch(r, rig.DEVICE_GONE, 0.0, r.real[rig.LAST_POSITION])
+            break
+        if size > 0:
+            count = codec.feed(conn.reader, conn.buffer, conn.data, size, conn.samples)
+            answer_all(r, conn, out, late, fd, count)
+        silent(r, conn, fd)
+        if hurried > MOST_PASSES_WITHOUT_WAITING:
+            latch(r, rig.RUNAWAY, 0.0, 0.0)
+            demote()
+            break
+    send(fd, conn.frame, codec.encode_force(conn.frame, 0, 0.0))
+    store_release(r.control, rig.DONE, 1)
+
+
+def new_spec() -> np.ndarray:
+    """Return room for one pollfd structure."""
+    return np.zeros(1, dtype=np.int64)
