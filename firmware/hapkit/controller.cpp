@@ -8,6 +8,11 @@
 
 namespace {
 
+template <class Message>
+bool is(const uint8_t* body, uint8_t size) {
+  return body[0] == Message::kId && size == 1 + Message::kSize;
+}
+
 struct ToComputer {
   void operator()(uint8_t byte) const { board::send(byte); }
 };
@@ -31,31 +36,21 @@ void Controller::receive(uint8_t byte) {
 }
 
 void Controller::dispatch(const uint8_t* body, uint8_t size) {
-  const uint8_t payload = size - 1;
-  switch (body[0]) {
-    case protocol::Force::kId: {
-      protocol::Force force;
-      if (payload != sizeof(force)) return;
-      memcpy(&force, body + 1, sizeof(force));
-      command(force);
-      return;
-    }
-    case protocol::Stop::kId:
-      safety_.stop();
-      off();
-      return;
-    case protocol::Release::kId:
-      safety_.release();
-      off();
-      return;
-    case protocol::HelloRequest::kId:
-      hello_wanted_ = true;
-      return;
-    case protocol::Stream::kId:
-      if (payload != protocol::Stream::kSize) return;
-      streaming_ = body[1] != 0;
-      if (!streaming_) off();
-      return;
+  if (is<protocol::Force>(body, size)) {
+    protocol::Force force;
+    memcpy(&force, body + 1, sizeof(force));
+    command(force);
+  } else if (is<protocol::Stop>(body, size)) {
+    safety_.stop();
+    off();
+  } else if (is<protocol::Release>(body, size)) {
+    safety_.release();
+    off();
+  } else if (is<protocol::HelloRequest>(body, size)) {
+    hello_wanted_ = true;
+  } else if (is<protocol::Stream>(body, size)) {
+    streaming_ = body[1] != 0;
+    if (!streaming_) off();
   }
 }
 

@@ -26,10 +26,7 @@ class Safety {
   void expire() { silence_ = kPatience; }
 
   void stop() { stopped_ = true; }
-  void release() {
-    stopped_ = false;
-    expire();
-  }
+  void release() { stopped_ = false; }
 
   uint8_t flags() const {
     return command_flags_ | (silence_ >= kPatience ? protocol::kFlagWatchdog : 0) |

@@ -1,0 +1,41 @@
+// The hardware as the tests see it: a clock that they set, a motor that remembers, bytes that were sent.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "board.h"
+#include "protocol.h"
+
+namespace fake {
+
+extern uint32_t now_us;
+extern int16_t pwm;
+extern uint8_t room;
+extern uint8_t lost;
+extern std::vector<uint8_t> sent;
+
+using Body = std::vector<uint8_t>;
+
+// Back to the state after switching on.
+void reset();
+
+// Return the bodies of all frames sent so far, oldest first, and forget them; empty ones for wrong CRCs.
+std::vector<Body> take_bodies();
+
+// Return the frame of a body, coded independently of the firmware.
+std::vector<uint8_t> frame_of(const Body& body);
+
+// Return the body of a message.
+template <class Message>
+Body body_of(const Message& message) {
+  const uint8_t* bytes = reinterpret_cast<const uint8_t*>(&message);
+  Body body{Message::kId};
+  body.insert(body.end(), bytes, bytes + Message::kSize);
+  return body;
+}
+
+// CRC-16/CCITT-FALSE bit by bit, from its definition.
+uint16_t crc_of(const Body& body);
+
+}  // namespace fake

@@ -1,0 +1,265 @@
+// Messages in, motor and frames out; the clock is the test's.
+#include <cmath>
+#include <initializer_list>
+#include <cstring>
+
+#include "check.h"
+#include "controller.h"
+#include "fake_board.h"
+#include "ring.h"
+
+namespace {
+
+constexpr int kWatchdogPeriods = 25;
+
+// A controller on a fresh board, with the sample periods of the test's own making.
+class Bench {
+ public:
+  Bench() { fake::reset(); }
+
+  template <class Message>
+  void say(const Message& message) {
+    say_bytes(fake::frame_of(fake::body_of(message)));
+  }
+
+  void say_bytes(const std::vector<uint8_t>& bytes) {
+    for (uint8_t byte : bytes) controller_.receive(byte);
+  }
+
+  // One sample period later.
+  void period(uint16_t raw = 500, bool overrun = false) {
+    time_us_ += 1000;
+    fake::now_us = time_us_;
+    controller_.sample({++seq_, time_us_, raw, overrun});
+  }
+
+  // One sample period later; return what was reported.
+  protocol::Sample sample(uint16_t raw = 500, bool overrun = false) {
+    fake::sent.clear();
+    period(raw, overrun);
+    return last<protocol::Sample>();
+  }
+
+  template <class Message>
+  Message last() {
+    Message message{};
+    const auto bodies = fake::take_bodies();
+    CHECK(bodies.size() == 1);
+    const bool right = !bodies.empty() && bodies[0].size() == 1 + Message::kSize && bodies[0][0] == Message::kId;
+    CHECK(right);
+    if (right) std::memcpy(&message, bodies[0].data() + 1, Message::kSize);
+    return message;
+  }
+
+  void periods(int count) {
+    while (count--) period();
+  }
+
+  uint16_t seq() const { return seq_; }
+
+ private:
+  Controller controller_;
+  uint16_t seq_ = 65533;  // wraps soon
+  uint32_t time_us_ = 0xfffff000;
+};
+
+}  // namespace
+
+TEST(silent_until_asked) {
+  Bench bench;
+  bench.periods(100);
+  CHECK(fake::sent.empty());
+  CHECK(fake::pwm == 0);
+}
+
+TEST(hello_tells_the_constants) {
+  Bench bench;
+  bench.say(protocol::HelloRequest{});
+  bench.period();
+  const auto hello = bench.last<protocol::Hello>();
+  CHECK(hello.version == protocol::kVersion);
+  CHECK(hello.quantum == profile::kQuantum);
+  CHECK(hello.max_force == 3.0f);
+  CHECK(hello.sample_rate == 1000 && hello.watchdog_ms == 25 && hello.pwm_top == 255);
+  CHECK(std::strncmp(hello.build, "test", sizeof(hello.build)) == 0);
+  bench.period();
+  CHECK(fake::sent.empty());  // once is enough
+}
+
+TEST(hello_waits_for_room) {
+  Bench bench;
+  fake::room = 10;
+  bench.say(protocol::HelloRequest{});
+  bench.period();
+  CHECK(fake::sent.empty());
+  fake::room = 127;
+  bench.period();
+  bench.last<protocol::Hello>();
+}
+
+TEST(samples_while_the_stream_is_on) {
+  Bench bench;
+  bench.say(protocol::Stream{1});
+  const auto sample = bench.sample(300);
+  CHECK(sample.seq == bench.seq() && sample.time_us == fake::now_us && sample.count == 300);
+  CHECK(sample.flags == protocol::kFlagWatchdog && sample.pwm == 0 && sample.delay_us == 0);
+  CHECK(bench.sample(900).count == 900 - 921);
+  bench.say(protocol::Stream{0});
+  fake::sent.clear();
+  bench.period();
+  CHECK(fake::sent.empty());
+}
+
+TEST(force_drives_the_motor_and_measures_its_delay) {
+  Bench bench;
+  bench.say(protocol::Stream{1});
+  bench.periods(5);
+  const uint16_t answered = static_cast<uint16_t>(bench.seq() - 2);
+  fake::now_us += 700;
+  bench.say(protocol::Force{answered, -1.0f});
+  const double expected = -255.0 * std::sqrt(0.090 * 0.005 / 0.074 / 0.0183);
+  CHECK_NEAR(fake::pwm, expected, 0.75);
+  const auto sample = bench.sample();
+  CHECK(sample.answered == answered && sample.delay_us == 2700);
+  CHECK(sample.pwm == fake::pwm && sample.flags == 0);
+}
+
+TEST(delay_that_cannot_be_told_is_the_largest) {
+  Bench bench;
+  bench.say(protocol::Stream{1});
+  bench.period();
+  bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() - 100), 0.5f});
+  CHECK(bench.sample().delay_us == 65535);
+  bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() + 1), 0.5f});
+  CHECK(bench.sample().delay_us == 65535);
+}
+
+TEST(clamped_force_says_so) {
+  Bench bench;
+  bench.say(protocol::Stream{1});
+  bench.say(protocol::Force{0, 99.0f});
+  CHECK(fake::pwm == 255);
+  CHECK(bench.sample().flags == protocol::kFlagClamped);
+  bench.say(protocol::Force{0, 1.0f});
+  CHECK(bench.sample().flags == 0);
+}
+
+TEST(not_a_number_switches_off_at_once) {
+  Bench bench;
+  bench.say(protocol::Stream{1});
+  bench.say(protocol::Force{0, 1.0f});
+  bench.say(protocol::Force{0, std::nanf("")});
+  CHECK(fake::pwm == 0);
+  CHECK(bench.sample().flags == protocol::kFlagRefused);
+  bench.say(protocol::Force{0, 1.0f});
+  CHECK(fake::pwm > 0);
+}
+
+TEST(silence_switches_off_within_the_watchdog) {
+  Bench bench;
+  bench.say(protocol::Stream{1});
+  bench.say(protocol::Force{0, 1.0f});
+  bench.periods(kWatchdogPeriods - 1);
+  CHECK(fake::pwm > 0);
+  CHECK(bench.sample().flags == protocol::kFlagWatchdog);
+  CHECK(fake::pwm == 0);
+  bench.say(protocol::Force{0, 1.0f});
+  CHECK(fake::pwm > 0);  // resumes by itself
+  CHECK(bench.sample().flags == 0);
+}
+
+TEST(refused_and_damaged_commands_are_silence) {
+  Bench bench;
+  bench.say(protocol::Force{0, 1.0f});
+  std::vector<uint8_t> damaged = fake::frame_of(fake::body_of(protocol::Force{0, 1.5f}));
+  damaged[2] ^= 0x40;
+  const int16_t before = fake::pwm;
+  for (int i = 0; i < kWatchdogPeriods - 1; ++i) {
+    bench.say_bytes(damaged);
+    bench.period();
+    CHECK(fake::pwm == before);
+  }
+  bench.period();
+  CHECK(fake::pwm == 0);
+  bench.say(protocol::Stream{1});
+  CHECK(bench.sample().rx_errors == kWatchdogPeriods - 1);
+}
+
+TEST(commands_in_time_keep_the_motor_on) {
+  Bench bench;
+  for (int i = 0; i < 10; ++i) {
+    bench.say(protocol::Force{0, 1.0f});
+    bench.periods(kWatchdogPeriods - 1);
+    CHECK(fake::pwm > 0);
+  }
+}
+
+TEST(stop_latches_until_release) {
+  Bench bench;
+  bench.say(protocol::Stream{1});
+  bench.say(protocol::Force{0, 1.0f});
+  bench.say(protocol::Stop{});
+  CHECK(fake::pwm == 0);
+  bench.say(protocol::Force{0, 1.0f});
+  CHECK(fake::pwm == 0);
+  CHECK(bench.sample().flags & protocol::kFlagStopped);
+  bench.say(protocol::Release{});
+  CHECK(fake::pwm == 0);  // only a new command drives again
+  CHECK(bench.sample().flags == protocol::kFlagWatchdog);
+  bench.say(protocol::Force{0, 1.0f});
+  CHECK(fake::pwm > 0);
+}
+
+TEST(stream_off_switches_the_motor_off) {
+  Bench bench;
+  bench.say(protocol::Force{0, 1.0f});
+  bench.say(protocol::Stream{0});
+  CHECK(fake::pwm == 0);
+}
+
+TEST(wrong_sizes_and_ids_do_nothing) {
+  Bench bench;
+  bench.say(protocol::Force{0, 1.0f});
+  const int16_t before = fake::pwm;
+  bench.say_bytes(fake::frame_of({protocol::Force::kId, 1, 2, 3}));
+  bench.say_bytes(fake::frame_of({protocol::Stream::kId}));
+  bench.say_bytes(fake::frame_of({protocol::Stop::kId, 0}));
+  bench.say_bytes(fake::frame_of({0x77, 1, 2, 3, 4, 5, 6}));
+  bench.say_bytes(fake::frame_of({0}));
+  CHECK(fake::pwm == before);
+}
+
+TEST(overrun_is_told_once) {
+  Bench bench;
+  bench.say(protocol::Stream{1});
+  CHECK(bench.sample(500, true).flags & protocol::kFlagOverrun);
+  CHECK(!(bench.sample().flags & protocol::kFlagOverrun));
+  fake::room = 5;
+  bench.period();
+  CHECK(fake::sent.empty());
+  fake::room = 127;
+  CHECK(bench.sample().flags & protocol::kFlagOverrun);
+  CHECK(!(bench.sample().flags & protocol::kFlagOverrun));
+}
+
+TEST(lost_bytes_are_reported) {
+  Bench bench;
+  bench.say(protocol::Stream{1});
+  fake::lost = 7;
+  CHECK(bench.sample().rx_errors == 7);
+}
+
+TEST(ring_keeps_order_and_refuses_when_full) {
+  Ring<8> ring;
+  uint8_t next_in = 0;
+  uint8_t next_out = 0;
+  for (int turn = 0; turn < 100; ++turn) {
+    while (ring.room() > 0) CHECK(ring.push(next_in++));
+    CHECK(!ring.push(99));
+    uint8_t byte;
+    for (int i = 0; i < 1 + turn % 7; ++i) CHECK(ring.pop(&byte) && byte == next_out++);
+  }
+  uint8_t byte;
+  while (ring.pop(&byte)) CHECK(byte == next_out++);
+  CHECK(next_in == next_out && ring.empty() && ring.room() == 7);
+}

@@ -1,0 +1,91 @@
+"""The firmware builds, fits the chip, and its parts without a chip in them pass their own tests."""
+
+import hashlib
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from hapkit_studio import resources
+
+FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
+SKETCH = FIRMWARE / "hapkit"
+
+needs_avr = pytest.mark.skipif(shutil.which("avr-g++") is None, reason="no avr-gcc")
+needs_gcc = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
+
+
+def make(*arguments, folder=FIRMWARE):
+    command = ["make", "-C", str(folder), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def build(tmp_path_factory):
+    """Return the folder of a fresh build and what the build said."""
+    folder = tmp_path_factory.mktemp("firmware")
+    done = make(f"BUILD={folder}")
+    assert done.returncode == 0, done.stderr
+    return folder, done.stdout
+
+
+def image(path):
+    """Return the flash contents of an Intel hex file."""
+    records = [bytes.fromhex(line[1:]) for line in path.read_text().split()]
+    assert all(sum(r) % 256 == 0 for r in records)
+    return b"".join(r[4 : 4 + r[0]] for r in records if r[3] == 0)
+
+
+@needs_gcc
+def test_parts_without_a_chip(tmp_path):
+    done = make(f"BUILD={tmp_path}", folder=FIRMWARE / "tests")
+    assert done.returncode == 0, done.stdout + done.stderr
+    count, failures = map(int, re.search(r"(\d+) tests, (\d+) failures", done.stdout).groups())
+    assert count > 25
+    assert failures == 0
+
+
+@needs_avr
+def test_flash_and_ram_are_printed_and_fit(build):
+    _, said = build
+    flash, flash_limit = map(int, re.search(r"flash (\d+) of (\d+) bytes", said).groups())
+    ram, ram_limit = map(int, re.search(r"RAM +(\d+) of (\d+) bytes", said).groups())
+    assert (flash_limit, ram_limit) == (32256, 2048)
+    assert 1000 < flash < flash_limit
+    assert 100 < ram < ram_limit // 2  # the other half is for the stack
+
+
+@needs_avr
+@pytest.mark.parametrize("limit", ["FLASH_LIMIT=1000", "RAM_LIMIT=100"])
+def test_build_fails_above_a_limit(build, limit):
+    folder, _ = build
+    assert make(f"BUILD={folder}", "sizes", limit).returncode != 0
+
+
+@needs_avr
+def test_elf_and_hex_are_the_same_program(build):
+    folder, _ = build
+    raw = folder / "flash.bin"
+    subprocess.run(["avr-objcopy", "-O", "binary", "-R", ".eeprom", folder / "hapkit.elf", raw], check=True)
+    assert image(folder / "hapkit.hex") == raw.read_bytes()
+
+
+def test_prebuilt_firmware_is_of_these_sources():
+    sources = sorted(
+        [*SKETCH.glob("*.cpp"), *SKETCH.glob("*.h"), *SKETCH.glob("*.ino")], key=lambda p: p.name
+    )
+    fingerprint = hashlib.sha256(b"".join(p.read_bytes() for p in sources)).hexdigest()[:8]
+    assert fingerprint.encode() in image(resources.path("firmware", "hapkit.hex"))
+
+
+def test_sketch_is_setup_and_loop():
+    text = (SKETCH / "hapkit.ino").read_text()
+    assert re.findall(r"(\w+)\(\) \{", text) == ["setup", "loop"]
+    assert len(text.splitlines()) < 10
+
+
+def test_only_the_hardware_file_knows_the_chip():
+    chip = {p.name for p in SKETCH.iterdir() if re.search(r"#include <(avr|util)/|Arduino\.h", p.read_text())}
+    assert chip == {"board_avr.cpp", "lock.h"}

@@ -1,0 +1,199 @@
+"""The compiled codec against the plain one: same frames, same counts, whatever arrives."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hapkit_studio.protocol import codec
+from hapkit_studio.protocol.framing import Decoder, crc16, encode, frame
+from hapkit_studio.protocol.messages import BoardFlag, Force, Hello, Release, Sample, Stop
+from tests.devices.fake_board import HELLO_FIELDS
+from tests.protocol.strategies import any_message, bodies, samples
+
+
+class Reader:
+    """The compiled reader with its arrays."""
+
+    def __init__(self):
+        self.state, self.buffer = codec.new_reader()
+
+    def __call__(self, data, cut=None):
+        chunks = [data[at : at + cut] for at in range(0, len(data), cut)] if cut else [data]
+        return np.vstack([self._rows(chunk) for chunk in chunks] or [np.empty((0, codec.SAMPLE_WIDTH))])
+
+    def _rows(self, chunk):
+        out = np.full((codec.rows_for(len(chunk)), codec.SAMPLE_WIDTH), np.nan)
+        data = np.frombuffer(chunk + b"\x55" * 5, np.uint8).copy()  # n says where the chunk ends
+        return out[: codec.feed(self.state, self.buffer, data, len(chunk), out)]
+
+
+def sample(seq, time_us=0, count=0):
+    return Sample(seq & 0xFFFF, time_us & 0xFFFFFFFF, count, 0, 0, 0, 0, 0)
+
+
+def stream(*messages):
+    return b"".join(map(encode, messages))
+
+
+def test_sample_becomes_a_row_in_si_units():
+    flags = BoardFlag.CLAMPED | BoardFlag.OVERRUN
+    [row] = Reader()(encode(Sample(513, 2_500_000, -70000, 511, 1234, int(flags), -255, 3)))
+    assert row[codec.SEQ] == 513
+    assert row[codec.BOARD_TIME] == pytest.approx(2.5, abs=1e-12)
+    assert row[codec.COUNT] == -70000
+    assert row[codec.ANSWERED] == 511
+    assert row[codec.DELAY] == pytest.approx(1.234e-3, abs=1e-12)
+    assert int(row[codec.FLAGS]) == codec.FLAG_CLAMPED | codec.FLAG_OVERRUN
+    assert row[codec.PWM] == -255
+    assert row[codec.LOST] == 0
+    assert row[codec.RX_ERRORS] == 3
+
+
+@given(st.lists(samples, max_size=10), st.integers(1, 60))
+def test_agrees_with_the_plain_codec_on_samples(messages, cut):
+    rows = Reader()(stream(*messages), cut)
+    assert len(rows) == len(messages)
+    for row, message in zip(rows, messages, strict=True):
+        assert row[codec.SEQ] == message.seq
+        assert row[codec.COUNT] == message.count
+        assert row[codec.ANSWERED] == message.answered
+        assert row[codec.DELAY] == pytest.approx(message.delay_us * 1e-6)
+        assert row[codec.FLAGS] == message.flags
+        assert row[codec.PWM] == message.pwm
+        assert row[codec.RX_ERRORS] == message.rx_errors
+        assert round(row[codec.BOARD_TIME] * 1e6) % 2**32 == message.time_us
+
+
+pieces = st.one_of(
+    any_message.map(encode),
+    samples.map(encode),
+    bodies.map(frame),
+    st.binary(max_size=30),
+    samples.map(lambda s: encode(s)[4:]),
+    st.just(b"\x00"),
+    st.just(b"\x41" * 300),
+)
+
+
+@given(st.lists(pieces, max_size=12), st.integers(1, 100))
+def test_agrees_with_the_plain_codec_on_anything(parts, cut):
+    data = b"".join(parts) + b"\x00"
+    plain = Decoder()
+    found = plain.bodies(data)
+    expected = [b for b in found if b[0] == Sample.ID and len(b) == 1 + Sample.size()]
+    reader = Reader()
+    rows = reader(data, cut)
+    assert [int(r[codec.COUNT]) for r in rows] == [Sample.unpack(b).count for b in expected]
+    assert reader.state[codec.FRAMES] == len(expected)
+    assert reader.state[codec.BAD_FRAMES] == plain.bad_frames
+    assert reader.state[codec.OTHER_FRAMES] == len(found) - len(expected)
+
+
+def test_damage_gives_no_false_sample(rng):
+    """A CRC-16 lets damage pass once in 65536 by chance: 0.3 expected here."""
+    wrong = 0
+    reader = Reader()
+    for _ in range(20000):
+        good = bytearray(
+            encode(sample(int(rng.integers(65536)), int(rng.integers(2**32)), int(rng.integers(2**31))))
+        )
+        for at in rng.integers(0, len(good) - 1, size=rng.integers(1, 6)):
+            good[at] ^= int(rng.integers(1, 256))
+        if bytes(good) != encode(Stop()):
+            wrong += len(reader(bytes(good)))
+    assert wrong <= 4
+    assert reader.state[codec.BAD_FRAMES] > 19000
+
+
+@given(st.binary(max_size=80), samples)
+def test_in_step_again_within_one_frame(garbage, message):
+    rows = Reader()(garbage + encode(message) + encode(message))
+    assert len(rows) >= 1
+    assert rows[-1][codec.COUNT] == message.count
+
+
+def test_lost_frames_are_counted_across_the_overflow():
+    reader = Reader()
+    rows = reader(stream(sample(65533), sample(65534), sample(1), sample(2), sample(12)))
+    assert rows[:, codec.LOST].tolist() == [0, 0, 2, 0, 9]
+    assert reader.state[codec.LOST_FRAMES] == 11
+
+
+def test_time_goes_on_where_the_microseconds_overflow():
+    start = 2**32 - 1500
+    times = [start + 1000 * k for k in range(4)]
+    rows = Reader()(stream(*(sample(k, t) for k, t in enumerate(times))))
+    np.testing.assert_allclose(rows[:, codec.BOARD_TIME], np.array(times) * 1e-6, rtol=0, atol=1e-9)
+
+
+def test_rows_beyond_the_room_are_skipped_and_counted():
+    state, buffer = codec.new_reader()
+    data = np.frombuffer(stream(*(sample(k) for k in range(5))), np.uint8)
+    out = np.full((2, codec.SAMPLE_WIDTH), np.nan)
+    assert codec.feed(state, buffer, data, len(data), out) == 2
+    assert state[codec.SKIPPED] == 3
+    assert out[:, codec.SEQ].tolist() == [0, 1]
+
+
+def test_other_messages_pass_by():
+    reader = Reader()
+    rows = reader(stream(Hello(**HELLO_FIELDS), sample(7), Stop(), Force(1, 1.0)))
+    assert rows[:, codec.SEQ].tolist() == [7]
+    assert reader.state[codec.OTHER_FRAMES] == 3
+    assert reader.state[codec.BAD_FRAMES] == 0
+
+
+@given(st.integers(0, 65535), st.floats(width=32))
+def test_force_is_coded_as_the_plain_codec_does(seq, force):
+    out = np.full(codec.FRAME_SIZE, 0x99, np.uint8)
+    size = codec.encode_force(out, seq, force)
+    if force == force:
+        assert bytes(out[:size]) == encode(Force(seq, force))
+    else:
+        [decoded] = Decoder().feed(bytes(out[:size]))
+        assert decoded.seq == seq
+        assert decoded.force != decoded.force
+
+
+@pytest.mark.parametrize(("number", "message"), [(codec.STOP, Stop()), (codec.RELEASE, Release())])
+def test_simple_messages(number, message):
+    out = np.full(codec.FRAME_SIZE, 0x99, np.uint8)
+    assert bytes(out[: codec.encode_simple(out, number)]) == encode(message)
+
+
+@given(st.binary(max_size=50))
+def test_crc_is_the_plain_one(data):
+    crc = 0xFFFF
+    for byte in data:
+        crc = codec.crc_update(crc, byte)
+    assert crc == crc16(data)
+
+
+def test_same_results_without_compilation():
+    program = """
+import numpy as np
+from hapkit_studio.protocol import codec, framing, messages
+state, buffer = codec.new_reader()
+data = np.frombuffer(framing.encode(messages.Sample(5, 7, -9, 4, 300, 1, -2, 0)), np.uint8)
+out = np.zeros((1, codec.SAMPLE_WIDTH))
+command = np.zeros(codec.FRAME_SIZE, np.uint8)
+size = codec.encode_force(command, 260, -1.5)
+print(codec.feed(state, buffer, data, len(data), out), out[0].tolist(), bytes(command[:size]).hex())
+"""
+    said = {
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env=os.environ | {"NUMBA_DISABLE_JIT": flag},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for flag in "01"
+    }
+    assert len(said) == 1
+    assert said.pop().startswith("1 [5.0, 7e-06, -9.0, 4.0, 0.0003, 1.0, -2.0, 0.0, 0.0]")
