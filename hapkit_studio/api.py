@@ -63,7 +63,7 @@ class Run:
         return {**named, **{name: self.state[:, i] for i, name in enumerate(self.state_names)}}
 
     def save(self, path: str | Path) -> None:
-        """Write a CSV file: a comment line of settings (JSON), a line of names with units, a line a sample."""
+        """Write a CSV file: a comment line of settings (JSON), then names with units, then the samples."""
         columns = self.columns()
         with open(path, "w", encoding="utf-8") as file:
             file.write("# " + json.dumps(self.settings, ensure_ascii=False) + "\n")

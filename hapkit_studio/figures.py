@@ -1,16 +1,16 @@
 """Static pictures of runs, for the command line and notebooks."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from hapkit_studio.api import Run
+from typing import Any
 
 POSITION, VELOCITY, ASKED, APPLIED = "#0A62AE", "#00735C", "#7B3794", "#C2410C"
 
 
-def run_figure(run: "Run", path: str | Path) -> None:
-    """Write position, velocity and force over time and force over position; the ending picks the format."""
+def run_figure(run: Any, path: str | Path) -> None:
+    """Write a Run's position, velocity and force over time and its force over position.
+
+    The path's ending picks the format.
+    """
     import matplotlib
 
     matplotlib.use("Agg")

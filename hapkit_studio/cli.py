@@ -1,0 +1,102 @@
+"""The command line: the window, headless runs, lists, and a test of the loop."""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Sequence
+
+from hapkit_studio import commands
+from hapkit_studio.errors import StudioError
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message: str):
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command; return the exit code: 2 for bad input, with one line that says what is wrong."""
+    given = list(sys.argv[1:] if argv is None else argv)
+    if not given or (given[0].startswith("-") and given[0] not in ("-h", "--help", "--version")):
+        return _window(given)
+    options = parser().parse_args(given)
+    try:
+        result = options.command(options)
+    except StudioError as error:
+        print(f"hapkit-studio: {error}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"hapkit-studio: {error.filename or ''}: {error.strerror}", file=sys.stderr)
+        return 2
+    print(json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text)
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of every command."""
+    from hapkit_studio import __version__
+
+    top = _Parser(
+        prog="hapkit-studio",
+        description="Virtual environments on a Hapkit, real or simulated. Without a command: the window.",
+    )
+    top.add_argument("--version", action="version", version=__version__)
+    made = top.add_subparsers(required=True, metavar="COMMAND")
+    _scene_options(_command(made, "run", commands.run, "render an environment headless"))
+    _command(made, "environments", commands.environments, "list the environments and their parameters")
+    _command(made, "devices", commands.devices, "list the devices that can be chosen now")
+    test = _command(made, "loop-test", commands.loop_test, "run the real-time loop and measure it")
+    test.add_argument("device", nargs="?", default="simulated", help="a device's key or a port")
+    test.add_argument("--rate", type=float, default=1000.0, metavar="HZ")
+    test.add_argument("--seconds", type=float, default=5.0, metavar="S")
+    return top
+
+
+def _command(made, name: str, function, words: str) -> argparse.ArgumentParser:
+    command = made.add_parser(name, help=words, description=words.capitalize() + ".")
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+    command.set_defaults(command=function)
+    return command
+
+
+def _scene_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument("environment")
+    command.add_argument("-p", "--parameter", action="append", default=[], metavar="KEY=VALUE")
+    command.add_argument(
+        "--hand", metavar="SCRIPT", help="press, tap, stroke, …; without it the handle is free"
+    )
+    command.add_argument("--seconds", type=float, default=2.0, metavar="S")
+    command.add_argument("--rate", type=float, default=1000.0, metavar="HZ")
+    command.add_argument("--delay", type=float, default=0.0, metavar="S")
+    command.add_argument("--estimator", default="difference", help="difference, or iir, or iir:cutoff=20")
+    command.add_argument("--seed", type=int, default=0)
+    command.add_argument("--csv", metavar="PATH", help="write every sample")
+    command.add_argument("--plot", metavar="PATH", help="write a picture")
+
+
+def _window(given: Sequence[str]) -> int:
+    if not _has_display():
+        return _demo()
+    from hapkit_studio.gui import app
+
+    return app.run(given)
+
+
+def _has_display() -> bool:
+    if sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _demo() -> int:
+    """Say that there is no display, render a hand pressing into the wall, write the picture."""
+    print("No display here, so the window cannot open. Running the demo headless instead.")
+    try:
+        print(commands.demo("hapkit-studio-demo.png").text)
+    except (StudioError, OSError) as error:
+        print(f"hapkit-studio: {error}", file=sys.stderr)
+        return 2
+    return 0
