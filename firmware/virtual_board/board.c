@@ -151,7 +151,7 @@ void board_run(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
 {
 	uart_poll(&b->uart);
 	while (b->avr->cycle < until && !(stop_at_frame && b->link.asked)) {
-		step(b, until);
+		step(b, b->log_cycles && b->next_row < until ? b->next_row : until);
 		if (b->log_cycles && b->avr->cycle >= b->next_row) {
 			log_row(b);
 			b->next_row += b->log_cycles;
@@ -212,6 +212,7 @@ static void set_up(struct board *b, const struct options *o)
 		.counts_per_turn = o->counts, .lowest = o->lowest, .magnet = o->magnet,
 		.metres_per_count = (o->sensor_sign < 0 ? -M_PI : M_PI) / (o->counts * lever),
 	};
+	b->link.fd = -1;
 	b->link.awaited = (int)o->awaited;
 	b->link.alias = o->link;
 	b->log_cycles = (avr_cycle_count_t)llround(o->log_period * FREQUENCY);
@@ -223,5 +224,4 @@ void board_start(struct board *b, const struct options *o)
 	b->avr = load_firmware(o->firmware, FREQUENCY, MILLIVOLTS);
 	connect(b);
 	truth_open(&b->truth, o->log);
-	link_plug(&b->link);
 }

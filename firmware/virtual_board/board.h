@@ -42,7 +42,7 @@ struct board {
 	bool quit, frozen;
 };
 
-// Load the firmware and connect everything. Exits with a message if the file is no firmware.
+// Load the firmware and connect everything but the cable. Exits with a message if the file is no firmware.
 void board_start(struct board *b, const struct options *o);
 
 // Run the chip up to a cycle, or until a frame that wants an answer has gone out, if so asked.

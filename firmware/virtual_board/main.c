@@ -47,6 +47,7 @@ static void print_summary(const struct run *r)
 	       (unsigned long long)u->received, (unsigned long long)u->transmitted,
 	       (unsigned long long)u->overruns, (unsigned long long)u->deaf,
 	       (unsigned long long)u->overwritten);
+	printf("\"last_byte\": %.9f, ", (double)u->last_received / FREQUENCY);
 	printf("\"frames\": %llu, \"dropped\": %llu, \"interrupts_off_cycles\": %llu, "
 	       "\"interrupts_off_at\": %u, \"silent_offs\": %u, \"rows\": %llu}\n",
 	       (unsigned long long)b->link.frames, (unsigned long long)b->link.dropped,
@@ -64,6 +65,9 @@ int main(int argc, char **argv)
 	catch_signals();
 	script_open(&run.script, options.script);
 	board_start(&board, &options);
+	script_run(&run.script, &board);  // what is due at 0 holds before anybody hears of the port
+	if (board.link.fd < 0)
+		link_plug(&board.link);
 	run_all(&run);
 	link_unplug(&board.link);
 	truth_close(&board.truth);

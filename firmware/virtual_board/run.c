@@ -59,11 +59,12 @@ static void run_board(struct run *r, avr_cycle_count_t end, bool stop_at_frame)
 	struct board *b = r->board;
 	if (r->options->seconds * FREQUENCY < (double)end)
 		end = cycles(r->options->seconds);
-	while (b->avr->cycle < end && !b->quit && !(stop_at_frame && b->link.asked)) {
+	for (;;) {
 		script_run(&r->script, b);
+		if (b->avr->cycle >= end || b->quit || b->frozen || (stop_at_frame && b->link.asked))
+			break;
 		board_run(b, r->script.due < end ? r->script.due : end, stop_at_frame);
 	}
-	script_run(&r->script, b);
 	link_flush(&b->link);
 }
 
@@ -87,23 +88,24 @@ static void run_paced(struct run *r)
 	avr_cycle_count_t end = r->board->avr->cycle;
 	while (!over(r)) {
 		sleep_until(r, deadline);
-		double now = clock_now();
-		if (now - deadline > slice) {
+		double now = clock_now(), late = now - deadline;
+		if (late > slice) {
 			r->slips++;
-			r->slipped += now - deadline;
+			r->slipped += late;
 			deadline = now;
 		}
-		if (r->board->link.open || now > look) {
-			link_fetch(&r->board->link);
-			link_admit(&r->board->link);
+		if (late > 0.5 * slice || now > look) {
+			link_fetch(&r->board->link);  // waiting has fetched what came otherwise
 			look = now + LOOK;
 		}
+		link_admit(&r->board->link);
 		end += cycles(slice);
 		run_board(r, end, false);
 		deadline += slice;
 		if (r->board->frozen) {
 			stay_frozen(r);
 			deadline = clock_now();
+			end = r->board->avr->cycle;
 		}
 	}
 }
@@ -148,10 +150,10 @@ static void run_lockstep(struct run *r)
 static void run_fast(struct run *r)
 {
 	while (!over(r)) {
+		stay_frozen(r);
 		link_fetch(&r->board->link);
 		link_admit(&r->board->link);
 		input_run(&r->input, r->board);
-		stay_frozen(r);
 		run_board(r, r->board->avr->cycle + cycles(1e-3), false);
 	}
 }

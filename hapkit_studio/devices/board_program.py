@@ -21,6 +21,7 @@ class BoardProgram:
     def __init__(self, words: Sequence[str]):
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115
         self._rest = b""
+        self._summary = ""
         self._lines: list[str] = []
         try:
             self._child = subprocess.Popen(
@@ -68,17 +69,18 @@ class BoardProgram:
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
     def end(self) -> str:
-        """End the program, reap it, close its pipes; return its summary, one JSON object, or nothing."""
+        """End the program and reap it; return its summary, a JSON object, or nothing. May be called twice."""
+        if self._errors.closed:
+            return self._summary
         self.send("quit")
         try:
             self._child.wait(END_TIME)
         except subprocess.TimeoutExpired:
             self._child.kill()
             self._child.wait()
-        summary = ""
         with contextlib.suppress(DeviceError):
-            summary = "{" + self.reply("{", END_TIME)
+            self._summary = "{" + self.reply("{", END_TIME)
         for stream in (self._child.stdin, self._child.stdout, self._errors):
             if stream:
                 stream.close()
-        return summary
+        return self._summary

@@ -1,0 +1,7 @@
+// Sends as fast as the port takes it.
+#include "chip.h"
+
+int main(void) {
+  begin_serial();
+  for (uint8_t i = 1;; i++) put(i);
+}

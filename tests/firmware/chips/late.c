@@ -1,0 +1,19 @@
+// Says R when ready, leaves what it receives lying for 3 ms, then sends back what is still there and whether any was lost.
+#include "chip.h"
+#include <util/delay.h>
+
+int main(void) {
+  begin_serial();
+  put('R');
+  for (;;) {
+    while (!(UCSR0A & _BV(RXC0))) {
+    }
+    _delay_ms(3);
+    uint8_t lost = 0;
+    while (UCSR0A & _BV(RXC0)) {
+      lost |= UCSR0A & _BV(DOR0);
+      put(UDR0);
+    }
+    put(lost ? '!' : '.');
+  }
+}

@@ -1,0 +1,21 @@
+// Drives the motor with one duty after the other, 2 ms each: right, left, then by the bare pin.
+#include "chip.h"
+#include <util/delay.h>
+
+int main(void) {
+  static const uint8_t duty[] = {0, 1, 64, 128, 255};
+  begin_pwm();
+  for (uint8_t side = 0; side < 2; side++) {
+    PORTB = side ? 0 : _BV(PB0);
+    for (uint8_t i = 0; i < sizeof duty; i++) {
+      OCR0B = duty[i];
+      _delay_ms(2);
+    }
+  }
+  TCCR0A = _BV(WGM00);  // output unplugged from the timer: the pin's own level counts
+  _delay_ms(2);
+  PORTD = _BV(PD5);
+  _delay_ms(2);
+  DDRD = 0;
+  rest();
+}
