@@ -27,8 +27,8 @@ bool read(uint8_t* byte);
 // How many bytes can be queued for sending now.
 uint8_t room();
 
-// Queue a byte for sending, after asking for room. Only for the sample interrupt.
-void send(uint8_t byte);
+// Queue bytes for sending, for which room was found. Only for the sample interrupt.
+void send(const uint8_t* bytes, uint8_t size);
 
 // Set the signed duty of the motor, -profile::kPwmTop..profile::kPwmTop, positive to the right.
 void set_motor(int16_t pwm);

@@ -124,8 +124,8 @@ bool board::read(uint8_t* byte) { return received.pop(byte); }
 
 uint8_t board::room() { return to_send.room(); }
 
-void board::send(uint8_t byte) {
-  to_send.push(byte);
+void board::send(const uint8_t* bytes, uint8_t size) {
+  to_send.push(bytes, size);
   UCSR0B |= _BV(UDRIE0);
 }
 

@@ -14,7 +14,7 @@ bool is(const uint8_t* body, uint8_t size) {
 }
 
 struct ToComputer {
-  void operator()(uint8_t byte) const { board::send(byte); }
+  void operator()(const uint8_t* bytes, uint8_t size) const { board::send(bytes, size); }
 };
 
 // Queue the frame of a message; false, and nothing queued, if it does not fit.

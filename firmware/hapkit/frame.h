@@ -12,8 +12,8 @@ constexpr uint8_t kLargestBody = 1 + protocol::kLargestFromBoard;
 constexpr uint8_t kOverhead = 4;  // CRC, one COBS code (a body stays below 252 bytes), delimiter
 static_assert(kLargestBody + kOverhead < 256, "a frame needs more than one COBS block");
 
-// Writes one frame to a sink, any callable that takes a byte. A block goes out as soon as it is known, so
-// the first bytes are on their way while the rest is still being coded.
+// Writes one frame to a sink, any callable that takes bytes and their number. A block goes out as soon as it
+// is known, so the first bytes are on their way while the rest is still being coded.
 template <class Sink>
 class Writer {
  public:
@@ -33,30 +33,27 @@ class Writer {
     const uint16_t crc = crc_;
     stuff(static_cast<uint8_t>(crc >> 8));
     stuff(static_cast<uint8_t>(crc));
-    flush();
-    sink_(0);
+    block_[0] = size_;
+    block_[size_++] = 0;
+    sink_(block_, size_);
   }
 
  private:
   // COBS: a zero becomes the distance to the next one, written before the bytes between them.
   void stuff(uint8_t byte) {
-    if (byte == 0) {
-      flush();
-    } else {
+    if (byte != 0) {
       block_[size_++] = byte;
+      return;
     }
-  }
-
-  void flush() {
-    sink_(size_ + 1);
-    for (uint8_t i = 0; i < size_; ++i) sink_(block_[i]);
-    size_ = 0;
+    block_[0] = size_;
+    sink_(block_, size_);
+    size_ = 1;
   }
 
   Sink sink_;
   uint16_t crc_ = crc::kStart;
-  uint8_t size_ = 0;
-  uint8_t block_[kLargestBody + 2];
+  uint8_t size_ = 1;  // of the block, its code included
+  uint8_t block_[kLargestBody + kOverhead];
 };
 
 // Takes received bytes one by one and tells when a whole valid frame is there.

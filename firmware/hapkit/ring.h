@@ -18,6 +18,13 @@ class Ring {
     return true;
   }
 
+  // Put several bytes for which there is room; the reader sees them all at once.
+  void push(const uint8_t* bytes, uint8_t size) {
+    uint8_t next = head_;
+    for (; size; --size, next = (next + 1) & kMask) bytes_[next] = *bytes++;
+    head_ = next;
+  }
+
   bool pop(uint8_t* byte) {
     if (head_ == tail_) return false;
     *byte = bytes_[tail_];

@@ -85,7 +85,7 @@ std::vector<Body> take_bodies() {
 void board::begin() {}
 bool board::read(uint8_t*) { return false; }
 uint8_t board::room() { return fake::room; }
-void board::send(uint8_t byte) { fake::sent.push_back(byte); }
+void board::send(const uint8_t* bytes, uint8_t size) { fake::sent.insert(fake::sent.end(), bytes, bytes + size); }
 void board::set_motor(int16_t pwm) { fake::pwm = pwm; }
 uint32_t board::now_us() { return fake::now_us; }
 uint8_t board::lost_bytes() { return fake::lost; }

@@ -257,6 +257,10 @@ TEST(ring_keeps_order_and_refuses_when_full) {
     while (ring.room() > 0) CHECK(ring.push(next_in++));
     CHECK(!ring.push(99));
     uint8_t byte;
+    CHECK(ring.pop(&byte) && byte == next_out++);
+    CHECK(ring.pop(&byte) && byte == next_out++);
+    const uint8_t two[] = {next_in++, next_in++};
+    ring.push(two, sizeof(two));
     for (int i = 0; i < 1 + turn % 7; ++i) CHECK(ring.pop(&byte) && byte == next_out++);
   }
   uint8_t byte;

@@ -14,7 +14,7 @@ using Bytes = std::vector<uint8_t>;
 
 struct Collect {
   Bytes* bytes;
-  void operator()(uint8_t byte) { bytes->push_back(byte); }
+  void operator()(const uint8_t* next, uint8_t size) { bytes->insert(bytes->end(), next, next + size); }
 };
 
 Bytes written(const Bytes& body) {
