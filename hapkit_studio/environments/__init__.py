@@ -17,7 +17,7 @@ ENTRY_POINTS = "hapkit_studio.environments"
 @cache
 def discover() -> dict[str, Environment]:
     """Return every environment by its key: this folder's, then those of installed packages."""
-    found: list[Environment] = []
+    found: list[object] = []
     for info in pkgutil.iter_modules(__path__, __name__ + "."):
         found.append(getattr(importlib.import_module(info.name), "ENVIRONMENT", None))
     found += [point.load() for point in entry_points(group=ENTRY_POINTS)]

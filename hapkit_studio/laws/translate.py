@@ -86,7 +86,7 @@ class _Body(ast.NodeTransformer):
         if isinstance(node.target, ast.Name):
             self._read(node.target)
         value = self.visit(node.value)
-        return ast.AugAssign(self._target(node.target), node.op, value)
+        return ast.AugAssign(self._target(node.target), node.op, value)  # type: ignore[arg-type]
 
     def visit_If(self, node: ast.If) -> ast.stmt:
         test = self.visit(node.test)
@@ -211,10 +211,11 @@ class _Body(ast.NodeTransformer):
     def _state(self, node: ast.expr) -> ast.expr | None:
         """Return the index expression of ``s.name`` or ``s.name[i]``, checked at run time if it varies."""
         inner = node.value if isinstance(node, ast.Subscript) else node
-        owned = isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)
-        if not (owned and inner.value.id == "s" and self.is_law):  # type: ignore[union-attr]
+        if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
             return None
-        start, size = self.names.state(inner)  # type: ignore[arg-type]
+        if inner.value.id != "s" or not self.is_law:
+            return None
+        start, size = self.names.state(inner)
         if not isinstance(node, ast.Subscript):
             if size:
                 raise fail(node, "this state has several values: use it with an index")
@@ -273,7 +274,9 @@ class Names:
     """What the words of one law stand for: parameters, state values, globals of its file."""
 
     def __init__(self, parameters: Sequence[AnyParameter], state: Mapping[str, object], scope: dict):
-        self.parameters = {p.key: (i, p) for i, p in enumerate(parameters)}
+        self.parameters: dict[str, tuple[int, AnyParameter | None]] = {
+            p.key: (i, p) for i, p in enumerate(parameters)
+        }
         self.globals = scope
         self.places: dict[str, tuple[int, int]] = {}
         start = 0
@@ -288,10 +291,11 @@ class Names:
         return self.parameters[node.attr][0]
 
     def choice(self, node: ast.expr) -> Choice | None:
-        owned = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "p"
-        if not owned:
+        if not (
+            isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "p"
+        ):
             return None
-        found = self.parameters.get(node.attr, (0, None))[1]  # type: ignore[attr-defined]
+        _, found = self.parameters.get(node.attr, (0, None))
         return found if isinstance(found, Choice) else None
 
     def state(self, node: ast.Attribute) -> tuple[int, int]:
