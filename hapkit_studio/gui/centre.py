@@ -20,6 +20,7 @@ from hapkit_studio.gui.segmented import Segmented
 GAP = 12
 PHASE_WIDTH = 348
 NARROW = 720
+_EDGE = 1  # the card's line
 _VIEWS = ("Time", "Force–position")
 
 
@@ -33,7 +34,7 @@ def card() -> QFrame:
 def _filled(widget: QWidget) -> QFrame:
     frame = card()
     column = QVBoxLayout(frame)
-    column.setContentsMargins(1, 1, 1, 1)
+    column.setContentsMargins(0, 0, 0, 0)
     column.addWidget(widget)
     return frame
 
@@ -94,7 +95,8 @@ class Centre(QWidget):
             self._narrow = narrow
             self._move_phase()
         free = height - 3 * GAP
-        self.scene_card.setFixedHeight(236 if free >= 680 else 180 if free >= 480 else 150)
+        scene = 236 if free >= 680 else 180 if free >= 480 else 150
+        self.scene_card.setFixedHeight(scene + 2 * _EDGE)
 
     def refresh(self) -> None:
         """Draw the newest data into the plots that are seen."""

@@ -13,6 +13,11 @@ WIDE, RAIL = 228, 64
 _ROW, _RAIL_ROW = 51, 45
 
 
+def icon_name(scene: str) -> str:
+    """Return the icon of a scene; environments from elsewhere may have none."""
+    return scene if scene in icons.names() else "circle"
+
+
 class GalleryRow(QAbstractButton):
     """One environment; checked while it is in force."""
 
@@ -58,8 +63,7 @@ class GalleryRow(QAbstractButton):
             painter.drawRect(self.rect().adjusted(2, 2, -2, -2))
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
-        scene = self.environment.scene
-        name = scene if scene in icons.names() else "circle"
+        name = icon_name(self.environment.scene)
         picture = icons.pixmap(name, 24, color, self.devicePixelRatioF())
         painter.drawPixmap(12 if self._rail else 13, (self.height() - 24) // 2, picture)
 

@@ -1,11 +1,12 @@
 """The right-hand panel: environment's words and parameters, the loop, how far from instability."""
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.choice_row import ChoiceRow
+from hapkit_studio.gui.gallery import icon_name
 from hapkit_studio.gui.loop_panel import LoopPanel
 from hapkit_studio.gui.parameter_row import ParameterRow
 from hapkit_studio.gui.studio import Studio
@@ -83,11 +84,7 @@ class PanelTitle(QWidget):
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__(parent)
         self._studio = studio
-        self.picture = QToolButton()
-        self.picture.setIconSize(QSize(24, 24))
-        self.picture.setFixedSize(26, 26)
-        self.picture.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.picture.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.picture = QLabel()
         self.title = QLabel()
         self.formula = QLabel()
         self.formula.setWordWrap(True)
@@ -109,7 +106,8 @@ class PanelTitle(QWidget):
     def show_state(self) -> None:
         """Show the environment in force."""
         environment = self._studio.environment
-        icons.bind(self.picture, _icon_name(environment.scene), "ink", 24)
+        name = icon_name(environment.scene)
+        self.picture.setPixmap(icons.pixmap(name, 24, "ink", self.devicePixelRatioF()))
         self.title.setFont(theme.font("title"))
         self.title.setText(environment.title)
         self.formula.setFont(theme.font("formula"))
@@ -128,10 +126,6 @@ class PanelTitle(QWidget):
         column.addLayout(head)
         column.addWidget(self.formula)
         column.addWidget(self.explanation)
-
-
-def _icon_name(scene: str) -> str:
-    return scene if scene in icons.names() else "circle"
 
 
 def rule() -> QFrame:

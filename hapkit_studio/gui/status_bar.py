@@ -11,6 +11,7 @@ from hapkit_studio.gui.theme import number, theme
 
 HEIGHT = 30
 HOLD_S = 0.5
+_MARGIN, _SPACING = 14, 12
 
 
 class Field(QWidget):
@@ -80,8 +81,8 @@ class StatusBar(QWidget):
         self.priority.link.clicked.connect(self.how_to_fix)
         self._clamped_until = 0.0
         row = QHBoxLayout(self)
-        row.setContentsMargins(14, 0, 8, 0)
-        row.setSpacing(12)
+        row.setContentsMargins(_MARGIN, 0, _MARGIN, 0)
+        row.setSpacing(_SPACING)
         for field in (self.rate, self.late, self.missed, self.priority, self.clamp, self.margin):
             row.addWidget(field)
         row.addStretch(1)
@@ -145,10 +146,8 @@ class StatusBar(QWidget):
     def _give_way(self) -> None:
         """Hide fields, least important first, until the rest fits whole."""
         order = (self.kept, self.missed, self.late, self.margin, self.rate)
+        fields = self.findChildren(Field)
+        needed = 2 * _MARGIN + sum(field.sizeHint().width() + _SPACING for field in fields)
         for field in order:
-            field.show()
-        for field in order:
-            if self.layout().sizeHint().width() <= self.width():
-                return
-            field.hide()
-            self.layout().invalidate()
+            field.setVisible(needed <= self.width())
+            needed -= 0 if needed <= self.width() else field.sizeHint().width() + _SPACING

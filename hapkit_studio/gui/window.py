@@ -12,7 +12,6 @@ from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.help_dialog import keys_sheet, words_sheet
-from hapkit_studio.gui.key_guard import KeyGuard
 from hapkit_studio.gui.live import Live
 from hapkit_studio.gui.loop_panel import LoopPanel
 from hapkit_studio.gui.notices import Notices
@@ -25,7 +24,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 
 _ROOM_FOR_GALLERY = 880
-_SMALLEST = (800, 520)
+_SMALLEST = (800, 560)
 _DRAWER_BELOW = (1280, 640)
 _SHEET = """
 #header, #status, #gallery, #galleryBody, #panel, #panelBody { background: @side; }
@@ -190,8 +189,6 @@ class MainWindow(QMainWindow):
         application = QApplication.instance()
         assert application is not None
         self.stop_filter = StopFilter(self.studio.stop, self)
-        self.key_guard = KeyGuard(self, self)
-        application.installEventFilter(self.key_guard)
         application.installEventFilter(self.stop_filter)
 
     def _connect(self) -> None:

@@ -34,7 +34,6 @@ def make_window(qtbot, qapp):
     for window in windows:
         window.close()
         qapp.removeEventFilter(window.stop_filter)
-        qapp.removeEventFilter(window.key_guard)
         window.deleteLater()
 
 

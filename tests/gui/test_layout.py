@@ -1,0 +1,186 @@
+"""Room: nothing is cut off, nothing overlaps, and what gives way does so in the order the design gives."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from PySide6.QtCore import QPoint, QRect
+from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QToolButton, QWidget
+
+from hapkit_studio.gui.banners import Notice
+from hapkit_studio.gui.gallery import GalleryRow
+
+SIZES = [(1280, 720), (1366, 768), (1440, 900), (1920, 1080), (2560, 1440), (960, 600), (800, 560)]
+WORST = "Hapkit on ttyUSB0 is gone."
+LINE = "Force is zero. Nothing is lost. Looking again every second."
+
+
+def place(widget: QWidget, window: QWidget) -> QRect:
+    return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
+
+
+def cut_off(window: QWidget) -> list[str]:
+    """Return what is shown in less room than its words need."""
+    found = []
+    for widget in window.findChildren(QWidget):
+        if not widget.isVisibleTo(window) or widget.window() is not window:
+            continue
+        if isinstance(widget, QLabel) and widget.text():
+            needed = widget.sizeHint()
+            if widget.wordWrap():
+                tall = widget.heightForWidth(widget.width()) > widget.height()
+                if tall or widget.minimumSizeHint().width() > widget.width():
+                    found.append(f"label {widget.text()!r}: {widget.size()}")
+            elif needed.width() > widget.width() or needed.height() > widget.height():
+                found.append(f"label {widget.text()!r}: {needed} in {widget.size()}")
+        elif isinstance(widget, QPushButton | QToolButton | GalleryRow):
+            needed = widget.sizeHint()
+            if needed.width() > widget.width() or needed.height() > widget.height():
+                found.append(
+                    f"button {widget.accessibleName() or widget.text()!r}: {needed} in {widget.size()}"
+                )
+    return found
+
+
+def overlapping(window) -> list[str]:
+    """Return parts of the window that lie over one another or over its edge."""
+    centre = window.centre
+    parts = {
+        "header": window.header, "gallery": window.gallery, "scene": centre.scene_card,
+        "time": centre.time_card, "phase": centre.phase_card, "panel": window.panel, "status": window.status,
+    }  # fmt: skip
+    parts |= {f"banner {i}": banner for i, banner in enumerate(window.banners.banners)}
+    shown = {name: place(w, window) for name, w in parts.items() if w.isVisible()}
+    inside = centre.stack.isAncestorOf(centre.phase_card)
+    found = [f"{name} leaves the window" for name, box in shown.items() if not window.rect().contains(box)]
+    for name, box in shown.items():
+        for other, second in shown.items():
+            if (
+                name < other
+                and box.intersects(second)
+                and not (inside and {name, other} == {"phase", "time"})
+            ):
+                found.append(f"{name} over {other}")
+    return found
+
+
+def settle(qapp, window, size):
+    window.resize(*size)
+    for _ in range(3):
+        qapp.processEvents()
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
+def test_nothing_is_cut_off_or_overlaps(window, qapp, size):
+    for key in window.studio.environments:
+        window.studio.choose(key)
+        window.stability.ask()
+        settle(qapp, window, size)
+        assert cut_off(window) == [], key
+        assert overlapping(window) == [], key
+        assert window.centre.scene.height() >= 150
+        assert window.header.stop.width() >= 120
+        assert window.header.stop.height() == 40
+        assert window.header.devices.isVisible()
+        assert window.status.clamp.isVisible()
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
+def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
+    settle(qapp, window, size)
+    before = place(window.centre, window).top()
+    buttons = (("Use simulated Hapkit", window.studio.open_simulated),)
+    window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
+    settle(qapp, window, size)
+    assert place(window.centre, window).top() == before + 54
+    window.studio.stop()
+    settle(qapp, window, size)
+    assert place(window.centre, window).top() == before + 108
+    assert cut_off(window) == []
+    assert overlapping(window) == []
+    assert window.centre.scene.height() >= 150
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (960, 600)])
+def test_refused_values_and_refused_priority_fit_as_well(window, qapp, size):
+    from hapkit_studio.gui.parameter_row import ParameterRow
+
+    settle(qapp, window, size)
+    window.toggle_panel() if not window.panel_open else None
+    for row in window.panel.parameters.rows.values():
+        if isinstance(row, ParameterRow):
+            row.show_error(row.quantity.limits())
+    window.live.look()
+    assert not window.studio.engine.health().priority.realtime
+    settle(qapp, window, size)
+    assert cut_off(window) == []
+    assert overlapping(window) == []
+
+
+def test_what_gives_way_follows_the_design(window, qapp):
+    def seen(width, height):
+        settle(qapp, window, (width, height))
+        return window.gallery.width(), window.panel.width() if window.panel_open else 0
+
+    assert seen(1440, 900) == (228, 300)
+    assert window.centre.scene.height() == 236
+    assert window.loop.folded is False
+    assert seen(1280, 720) == (64, 272)
+    assert window.centre.scene.height() == 180
+    assert window.loop.folded is True
+    assert not window.header.pause.cap.isVisible()
+    assert seen(1000, 620) == (64, 0)
+    assert window.header.panel.isVisible()
+    window.actions_by_key.run("view.panel")
+    assert seen(1000, 620) == (64, 272)
+    assert window.centre.toolbar.views.isVisible()
+    assert window.header.stop.cap.isVisible()
+
+
+def test_every_control_has_a_name_and_a_place_to_hit(window, qapp):
+    settle(qapp, window, (1280, 720))
+    for button in window.findChildren(QAbstractButton):
+        if button.isVisible() and button.focusPolicy():
+            name = button.accessibleName() or button.text()
+            assert name, button
+            assert min(button.width(), button.height()) >= 24, name
+
+
+SCALED = """
+import sys
+from PySide6.QtWidgets import QApplication
+app = QApplication([])
+from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.window import MainWindow
+from tests.gui.test_layout import cut_off, overlapping, settle
+from tests.gui.window_support import SIMULATED, build_engine
+theme.apply(app)
+window = MainWindow(Studio(lambda: [SIMULATED], build_engine))
+window.show()
+found = []
+for size in ((1280, 720), (960, 540)):
+    for key in window.studio.environments:
+        window.studio.choose(key)
+        settle(app, window, size)
+        found += cut_off(window) + overlapping(window)
+print(window.devicePixelRatioF(), found)
+window.close()
+sys.exit(bool(found))
+"""
+
+
+@pytest.mark.parametrize("scale", ["1.25", "1.5", "2"])
+def test_nothing_is_cut_off_on_a_scaled_screen(scale):
+    environment = os.environ | {"QT_SCALE_FACTOR": scale, "QT_QPA_PLATFORM": "offscreen"}
+    done = subprocess.run(
+        [sys.executable, "-c", SCALED],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.startswith(str(float(scale)))
