@@ -7,7 +7,7 @@ import numpy as np
 
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import block, line, plant, rig, serial_loop, simulated_loop
 from hapkit_studio.haptics.fences import store_release
@@ -31,7 +31,7 @@ class Driver(Protocol):
     def delay(self, r: Rig) -> float:
         """Return the measured delay in s from a sample to its force."""
 
-    def move_hand(self, target: float | None, grip: Grip | None) -> None:
+    def move_hand(self, target: float | None, grip: str) -> None:
         """Move the hand on the handle, where the device has one."""
 
     def close(self) -> None:
@@ -53,7 +53,7 @@ class SimulatedDriver:
     def delay(self, r: Rig) -> float:
         return float(r.values[block.DELAY])
 
-    def move_hand(self, target: float | None, grip: Grip | None) -> None:
+    def move_hand(self, target: float | None, grip: str) -> None:
         pass
 
     def close(self) -> None:
@@ -80,9 +80,10 @@ class SerialDriver:
     def delay(self, r: Rig) -> float:
         return float(self.conn.numbers[line.DELAY_SUM])
 
-    def move_hand(self, target: float | None, grip: Grip | None) -> None:
-        if hasattr(self.device, "move_hand"):
-            self.device.move_hand(None if grip is None else target)
+    def move_hand(self, target: float | None, grip: str) -> None:
+        if isinstance(self.device, VirtualBoard):
+            self.device.set_grip(grip)
+            self.device.move_hand(target)
 
     def close(self) -> None:
         self.device.close()

@@ -157,7 +157,7 @@ class Engine:
     def _hand_moved(self) -> None:
         self._changed()
         if self._driver is not None:
-            self._driver.move_hand(self._target, grip_named(self._grip_name))
+            self._driver.move_hand(self._target, self._grip_name)
 
     def zero_here(self) -> None:
         """Make the present position the zero of a real board; the force fades in again."""
