@@ -37,7 +37,8 @@ class Banner(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(HEIGHT)
         tone = notice.tone
-        dress(self, f"#banner {{ background: @{tone}soft; border-left: 5px solid @{tone}; }}")
+        lines = f"border-left: 5px solid @{tone}; border-bottom: 1px solid @line;"
+        dress(self, f"#banner {{ background: @{tone}soft; {lines} }}")
         self.sign = QLabel()
         self.sign.setPixmap(icons.pixmap(notice.icon, 24, tone, self.devicePixelRatioF()))
         self.title = QLabel(notice.title)

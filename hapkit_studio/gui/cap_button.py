@@ -15,6 +15,8 @@ _CAP = (
 class CapButton(QPushButton):
     """A push button laid out from parts, so that its size follows all of them."""
 
+    word_style = "font-weight: 600;"
+
     def __init__(self, icon: str, text: str, key: str, height: int = 34, parent: QWidget | None = None):
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -44,7 +46,7 @@ class CapButton(QPushButton):
     def show_look(self) -> None:
         """Paint the parts in the theme in force."""
         self.picture.setPixmap(icons.pixmap(self._icon, 18, self._color, self.devicePixelRatioF()))
-        dress(self.word, f"QLabel {{ color: @{self._color}; font-weight: 600; }}")
+        dress(self.word, f"QLabel {{ color: @{self._color}; {self.word_style} }}")
         dress(self.cap, _CAP.replace("TOKEN", self._cap_color))
 
     def sizeHint(self) -> QSize:

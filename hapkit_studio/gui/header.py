@@ -16,12 +16,14 @@ _ROOM_FOR_CAPS = 1300
 class StopButton(CapButton):
     """Stops on the press, not on the release of the button; pressed again it does nothing."""
 
+    word_style = "font-size: 15px; font-weight: 700;"
+
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("octagon", "E-STOP", "Esc", 40, parent)
         self._studio = studio
         self.setProperty("stop", True)
         self.setAccessibleName("E-stop")
-        self.setMinimumWidth(120)
+        self.setFixedWidth(max(120, self.sizeHint().width()))
         self.pressed.connect(studio.stop)
         self.clicked.connect(studio.stop)
         studio.stop_changed.connect(self.show_state)

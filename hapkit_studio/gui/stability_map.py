@@ -2,7 +2,7 @@
 
 import math
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt
 from PySide6.QtGui import QBrush, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
@@ -62,7 +62,10 @@ class StabilityMap(QWidget):
 
     def _regions(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
         assert self._answer is not None
-        curve = [_at(frame, b / right, min(k, top) / top) for b, k in self._answer.boundary]
+        beyond = 10.0 * top
+        curve = [_at(frame, b / right, min(k, beyond) / top) for b, k in self._answer.boundary]
+        painter.save()
+        painter.setClipRect(frame)
         painter.fillRect(frame, theme.color("unstable"))
         painter.fillRect(frame, QBrush(theme.color("danger", 0.25), Qt.BrushStyle.BDiagPattern))
         painter.setPen(Qt.PenStyle.NoPen)
@@ -71,18 +74,14 @@ class StabilityMap(QWidget):
         painter.setPen(QPen(theme.color("ink"), 2))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawPolyline(QPolygonF(curve))
+        painter.restore()
+        dot = self._place(frame, right, top)
         painter.setFont(theme.font("label"))
-        room = max(point.y() for point in curve)
-        self._name(
-            painter, frame, "grows", "danger", frame.top() + 4, min(p.y() for p in curve) - frame.top() > 26
-        )
-        self._name(painter, frame, "stable", "ok", frame.bottom() - 22, frame.bottom() - room > 6)
-
-    def _name(self, painter: QPainter, frame: QRectF, word: str, token: str, y: float, right: bool) -> None:
-        box = QRectF(frame.left() + 8, y, frame.width() - 16, 18)
-        painter.setPen(theme.color(token))
-        side = Qt.AlignmentFlag.AlignRight if word == "stable" else Qt.AlignmentFlag.AlignLeft
-        painter.drawText(box, side | Qt.AlignmentFlag.AlignVCenter, word)
+        for word, token, above in (("grows", "danger", True), ("stable", "ok", False)):
+            box = _room_for_name(frame, curve, dot, above)
+            if box is not None:
+                painter.setPen(theme.color(token))
+                painter.drawText(box, Qt.AlignmentFlag.AlignCenter, word)
 
     def _axes(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
         painter.setFont(theme.font("tick"))
@@ -101,10 +100,14 @@ class StabilityMap(QWidget):
         below = QRectF(frame.left(), frame.bottom() + 16, frame.width(), 18)
         painter.drawText(below, Qt.AlignmentFlag.AlignHCenter, "damping, N·s/m")
 
-    def _dot(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
+    def _place(self, frame: QRectF, right: float, top: float) -> QPointF:
         assert self._answer is not None
         question = self._answer.question
-        dot = _at(frame, min(1.0, question.damping / right), min(1.0, question.stiffness / top))
+        return _at(frame, min(1.0, question.damping / right), min(1.0, question.stiffness / top))
+
+    def _dot(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
+        assert self._answer is not None
+        question, dot = self._answer.question, self._place(frame, right, top)
         edge = _at(frame, min(1.0, question.damping / right), min(top, self._answer.limit) / top)
         token = "accent" if self._answer.stable else "danger"
         painter.setPen(QPen(theme.color(token), 1.6, Qt.PenStyle.DotLine))
@@ -116,6 +119,20 @@ class StabilityMap(QWidget):
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.setPen(QPen(theme.color("danger"), 2))
             painter.drawEllipse(dot, 9, 9)
+
+
+def _room_for_name(frame: QRectF, curve: list[QPointF], dot: QPointF, above: bool) -> QRectF | None:
+    """Return where a region's name fits, clear of boundary and dot; None where the region is too small."""
+    size = QSizeF(50, 18)
+    y = frame.top() + 4 if above else frame.bottom() - size.height() - 4
+    shares = (0.05, 0.3, 0.55, 0.95) if above else (0.95, 0.6, 0.3, 0.05)
+    for share in shares:
+        box = QRectF(QPointF(frame.left() + share * (frame.width() - size.width()), y), size)
+        near = [p.y() for p in curve if box.left() - 12 <= p.x() <= box.right() + 12]
+        clear = min(near) > box.bottom() if above else max(near) < box.top()
+        if clear and not box.adjusted(-12, -12, 12, 12).contains(dot):
+            return box
+    return None
 
 
 def _at(frame: QRectF, across: float, up: float) -> QPointF:
