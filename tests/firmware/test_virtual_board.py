@@ -139,6 +139,7 @@ def board_time(board):
 
 def test_a_stall_is_never_made_up_for_and_counted(start):
     board, _ = start("asleep")
+    wait_until(lambda: board_time(board) > 0.0)
     began, before = time.monotonic(), board_time(board)
     os.kill(board.pid, signal.SIGSTOP)
     time.sleep(0.4)
@@ -153,6 +154,7 @@ def test_a_stall_is_never_made_up_for_and_counted(start):
 
 def test_paced_time_is_not_ahead_of_the_clock(start):
     board, _ = start("asleep")
+    wait_until(lambda: board_time(board) > 0.0)
     before, early = time.monotonic(), board_time(board)
     time.sleep(0.3)
     late, after = board_time(board), time.monotonic()
