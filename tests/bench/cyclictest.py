@@ -5,10 +5,13 @@ import subprocess
 
 
 def block(seconds: float, level: int) -> float | None:
-    """Return its p99.9 in µs at a real-time level (0: normal priority); None where it cannot run."""
+    """Return its p99.9 in µs at a real-time level (0: normal priority); None where it cannot run.
+
+    At normal priority it may not keep the processors awake either, as nobody without rights may.
+    """
     if shutil.which("cyclictest") is None:
         return None
-    policy = ["--policy=fifo", f"--priority={level}"] if level else ["--policy=other"]
+    policy = ["--policy=fifo", f"--priority={level}"] if level else ["--policy=other", "--laptop"]
     command = ["cyclictest", "--quiet", "--threads=1", "--interval=1000", "--histogram=100000", *policy]
     done = subprocess.run(
         [*command, f"--duration={seconds:.0f}"], capture_output=True, text=True, check=False

@@ -82,6 +82,24 @@ def test_timer_slack_is_one_nanosecond_while_obtained():
 
 
 @linux_only
+def test_processors_are_kept_awake_only_while_obtained(tmp_path, monkeypatch):
+    device = tmp_path / "latency"
+    monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", device)
+
+    def run():
+        priority.obtain()
+        held = realtime_linux._held.file
+        open_meanwhile = not held.closed
+        priority.release()
+        return open_meanwhile, held.closed
+
+    assert in_thread(run) == (True, True)
+    assert device.read_bytes() == bytes(4)
+    monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", tmp_path / "no" / "such")
+    assert in_thread(realtime_linux.keep_processors_awake) is False
+
+
+@linux_only
 @pytest.mark.skipif(shutil.which("setpriv") is None, reason="needs setpriv of util-linux")
 def test_without_rights_the_words_say_so_and_how_to_get_more(tmp_path):
     code = (
