@@ -223,6 +223,11 @@ class Engine:
         return self._rig
 
     @property
+    def driver(self) -> Driver | None:
+        """Return what moves the loop now, for tests and benchmarks."""
+        return self._driver
+
+    @property
     def lateness_bins(self) -> np.ndarray:
         """Return the lateness histogram since the start, int64 bins."""
         return self._late

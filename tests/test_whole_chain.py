@@ -1,0 +1,130 @@
+"""Encoder to motor to plot: the window, the loop, and the real firmware in the virtual board."""
+
+import time
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.devices.virtual_board import VirtualBoard, truth
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.window import MainWindow
+from hapkit_studio.haptics import rig, rows
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.protocol.framing import Decoder
+from hapkit_studio.protocol.messages import Force
+from tests.firmware.vb import FULL_FORCE, QUANTUM, needs_board, wait_until
+from tests.gui.window_support import PATIENCE_MS, build_engine
+
+pytestmark = needs_board
+
+STIFFNESS = 220.0
+SURFACE = 0.005
+PUSH = ("0.9 hand 0.016 400 8 0.1 0.4", "2.2 hand -0.002 400 8 0.1 0.3")
+SAMPLES = 2600
+
+
+@pytest.fixture
+def session(tmp_path, qtbot, qapp):
+    """Return (telemetry rows, truth at the same samples, history) of a push into the wall and off."""
+    log, script = tmp_path / "truth.f64", tmp_path / "push.txt"
+    script.write_text("\n".join(PUSH) + "\n")
+    board = VirtualBoard("lockstep", log=log, script=script)
+    entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)
+    window = MainWindow(Studio(lambda: [entry], build_engine))
+    qtbot.addWidget(window)
+    window.show()
+    window.studio.choose("wall")
+    window.studio.set_value("stiffness", STIFFNESS)
+    readers, seen = [], []
+    window.studio.engine_changed.connect(lambda: readers.append(window.studio.engine.reader()))
+    window.live.start()
+    window.studio.open(entry)
+
+    def enough() -> bool:
+        if readers:
+            seen.append(readers[0].read())
+        return sum(map(len, seen)) >= SAMPLES
+
+    qtbot.waitUntil(enough, timeout=PATIENCE_MS)
+    window.live.stop()
+    window.live.tick()
+    seen.append(readers[0].read())
+    assert readers[0].lost == window.live.lost == 0
+    history = window.live.history.copy()
+    window.close()
+    qapp.removeEventFilter(window.stop_filter)
+    return np.concatenate(seen), truth(log), history
+
+
+def last_command(engine: Engine) -> float:
+    """Return the force of the frame that was written last."""
+    (body,) = Decoder().bodies(engine.driver.conn.frame.tobytes())
+    return Force.unpack(body).force
+
+
+def aligned(table: np.ndarray, log: np.recarray) -> np.recarray:
+    """Return the truth's rows at the samples of the telemetry, by board time."""
+    index = np.searchsorted(log.time, table[:, rows.BOARD_TIME] - 5e-4)
+    found = log[index]
+    assert np.abs(found.time - table[:, rows.BOARD_TIME]).max() < 2e-4
+    return found
+
+
+def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(session):
+    table, log, history = session
+    real = aligned(table, log)
+    moved = real.position - real.position[0]
+    seen = table[:, rows.POSITION]
+    assert np.abs(seen - moved).max() <= QUANTUM * (1.0 + 1e-6)
+    # the answer to sample k is in force at sample k + 1
+    depth = np.maximum(moved[:-1] - SURFACE, 0.0)
+    force = real.motor_force[1:]
+    step = FULL_FORCE * (np.abs(real.duty[1:]) + 1.0) / 255.0**2
+    steady = table[:-1, rows.FLAGS] == 0
+    steady &= table[:-1, rows.BOARD_TIME] > table[0, rows.BOARD_TIME] + 0.6  # zero force, then the fade
+    assert np.count_nonzero(steady & (depth > 0.001)) > 500
+    assert np.abs(force + STIFFNESS * depth)[steady].max() > 0.0
+    assert np.all(np.abs(force + STIFFNESS * depth)[steady] <= (step + STIFFNESS * QUANTUM)[steady])
+    applied = table[:-1, rows.APPLIED]
+    assert np.all(np.abs(force - applied)[steady] <= step[steady])
+    assert np.abs(applied).max() > 1.0
+
+    shown = history.between(-np.inf, np.inf)
+    for name, column in (("position", rows.POSITION), ("applied", rows.APPLIED), ("asked", rows.ASKED)):
+        plotted = shown.y[name][np.isfinite(shown.x)]
+        assert len(plotted) >= SAMPLES
+        assert np.array_equal(plotted[-SAMPLES:], table[-SAMPLES:, column])
+
+
+def test_after_connecting_the_force_stays_zero_for_half_a_second(session):
+    table, log, _ = session
+    real = aligned(table, log)
+    first = table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME] < 0.499
+    assert np.count_nonzero(first) > 490
+    assert np.all(real.duty[first] == 0)
+    assert np.all(table[first, rows.APPLIED] == 0.0)
+
+
+def test_unplugged_under_real_time_priority_the_loop_ends_with_a_zero_command(tmp_path):
+    log = tmp_path / "truth.f64"
+    board = VirtualBoard("paced", log=log)
+    engine = Engine(board, "spring")
+    reader = engine.reader()
+    engine.start()
+    try:
+        engine.set_environment("spring", {"center": 0.01, "stiffness": 200.0})
+        pushing = []
+        wait_until(lambda: pushing.append(reader.read()) or np.any(pushing[-1][:, rows.APPLIED] > 0.5), 30.0)
+        board.unplug()
+        wait_until(lambda: engine.fault is not None, 10.0)
+        assert engine.fault.code == rig.DEVICE_GONE
+        assert not engine.health().connected
+        wait_until(lambda: engine.arrays.control[rig.DONE] == 1, 10.0)
+        before, begin = time.process_time(), time.perf_counter()
+        wait_until(lambda: time.perf_counter() - begin > 0.5)
+        assert time.process_time() - before < 0.1
+        assert last_command(engine) == 0.0
+        wait_until(lambda: board.status()["duty"] == 0, 10.0)
+    finally:
+        engine.close()
