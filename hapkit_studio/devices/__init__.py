@@ -1,44 +1,35 @@
-"""The devices one can choose: the simulated Hapkit, the virtual board, each serial port."""
+"""The devices one can choose: one kind a file, found by the name ``DEVICE``."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import importlib
+import pkgutil
+from functools import cache
 
-from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.base import DeviceEntry, DeviceKind
 from hapkit_studio.errors import ParameterError
 
+__all__ = ["DeviceEntry", "DeviceKind", "available", "kinds", "named"]
 
-@dataclass(frozen=True)
-class DeviceEntry:
-    """One line of the device list; ``make`` returns the device, not yet opened."""
 
-    key: str
-    title: str
-    make: Callable[[], object]
+@cache
+def kinds() -> tuple[DeviceKind, ...]:
+    """Return every kind of device in the order of the list."""
+    modules = [importlib.import_module(info.name) for info in pkgutil.iter_modules(__path__, __name__ + ".")]
+    found = [m.DEVICE for m in modules if isinstance(getattr(m, "DEVICE", None), DeviceKind)]
+    return tuple(sorted(found, key=lambda kind: kind.order))
 
 
 def available() -> list[DeviceEntry]:
     """Return what can be chosen now, the embedded device first."""
-    from hapkit_studio.devices import hapkit, virtual_board
-
-    found = [DeviceEntry("simulated", SimulatedHapkit.title, SimulatedHapkit)]
-    if virtual_board.built():
-        found.append(DeviceEntry("virtual-board", "Virtual board", virtual_board.VirtualBoard))
-    for port in hapkit.serial_ports():
-        found.append(DeviceEntry(port.path, port.title, _maker(port.path, port.title)))
-    return found
-
-
-def _maker(port: str, title: str) -> Callable[[], object]:
-    from hapkit_studio.devices import hapkit
-
-    return lambda: hapkit.HapkitBoard(port, title)
+    return [entry for kind in kinds() for entry in kind.entries()]
 
 
 def named(key: str) -> object:
-    """Return a new device by its key, or for any other port name; raise ParameterError."""
+    """Return a new device by its key or, for a port that is not listed, its path; raise ParameterError."""
     entries = {e.key: e for e in available()}
     if key in entries:
         return entries[key].make()
-    if "/" in key or key.upper().startswith("COM"):
-        return _maker(key, "")()
+    for kind in kinds():
+        device = kind.unlisted(key)
+        if device is not None:
+            return device
     raise ParameterError(f"There is no device {key!r}; there are: {', '.join(entries)}.")

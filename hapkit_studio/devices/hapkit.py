@@ -4,12 +4,14 @@ import contextlib
 import os
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import serial
 from serial.tools import list_ports
 
+from hapkit_studio.devices.base import DeviceEntry, DeviceKind
 from hapkit_studio.devices.port_errors import gone, not_a_hapkit, port_name, unopened, wrong_version
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.protocol.declare import Message
@@ -179,3 +181,15 @@ def _open_port(port: str) -> serial.Serial:
         return serial.Serial(port, BAUD, timeout=READ_TIME, write_timeout=WRITE_TIME, exclusive=True)
     except (serial.SerialException, OSError) as error:
         raise unopened(port, error) from error
+
+
+def _entries() -> list[DeviceEntry]:
+    return [DeviceEntry(p.path, p.title, partial(HapkitBoard, p.path, p.title)) for p in serial_ports()]
+
+
+def _unlisted(key: str) -> HapkitBoard | None:
+    """Take what looks like a port for one, e.g. a pseudo-terminal, which no list holds."""
+    return HapkitBoard(key) if "/" in key or key.upper().startswith("COM") else None
+
+
+DEVICE = DeviceKind(2, _entries, _unlisted)

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numba import njit
 
+from hapkit_studio.devices.base import DeviceEntry, DeviceKind
 from hapkit_studio.dynamics import paddle
 from hapkit_studio.errors import ParameterError
 
@@ -166,3 +167,6 @@ def advance(dev, queue, target0, target1):
     dev[X], dev[V] = x, v
     if held:
         dev[HAND_FORCE] = stiffness * (target1 - x) + grip * (target_rate - v)
+
+
+DEVICE = DeviceKind(0, lambda: [DeviceEntry("simulated", SimulatedHapkit.title, SimulatedHapkit)])

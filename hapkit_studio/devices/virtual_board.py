@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio import resources
+from hapkit_studio.devices.base import DeviceEntry, DeviceKind
 from hapkit_studio.devices.board_program import BoardProgram
 from hapkit_studio.devices.hapkit import HANDSHAKE_TIME, HapkitBoard
 from hapkit_studio.dynamics.hand import Grip, grip_named
@@ -153,7 +154,8 @@ class VirtualBoard(HapkitBoard):
             self.send("release")
             return
         g = self._grip
-        self.send(f"hand {self._target!r} {g.stiffness!r} {g.damping!r} {g.mass!r} {HAND_PERIOD!r}")
+        numbers = (self._target, g.stiffness, g.damping, g.mass, HAND_PERIOD)
+        self.send("hand " + " ".join(str(float(number)) for number in numbers))
 
     def unplug(self) -> None:
         """Pull the cable: whoever has the port open sees a hang-up; the firmware runs on."""
@@ -170,3 +172,8 @@ class VirtualBoard(HapkitBoard):
     def flush(self) -> int:
         """Write the truth log out as far as it goes; return its rows."""
         return int(self.ask("flush"))
+
+
+DEVICE = DeviceKind(
+    1, lambda: [DeviceEntry("virtual-board", "Virtual board", VirtualBoard)] if built() else []
+)
