@@ -174,6 +174,8 @@ class VirtualBoard(HapkitBoard):
         return int(self.ask("flush"))
 
 
-DEVICE = DeviceKind(
-    1, lambda: [DeviceEntry("virtual-board", "Virtual board", VirtualBoard)] if built() else []
-)
+def _entries() -> list[DeviceEntry]:
+    return [DeviceEntry("virtual-board", "Virtual board", VirtualBoard)] if built() else []
+
+
+DEVICE = DeviceKind(1, _entries)
