@@ -4,9 +4,8 @@ namespace frame {
 uint8_t Parser::push(uint8_t byte) {
   if (byte == 0) return finish();
   if (left_ == 0) {
-    if (zero_due_) store(0);
+    if (started_) store(0);
     left_ = byte - 1;
-    zero_due_ = byte != 0xff;
     started_ = true;
   } else {
     --left_;
@@ -35,7 +34,6 @@ uint8_t Parser::finish() {
 void Parser::reset() {
   size_ = 0;
   left_ = 0;
-  zero_due_ = false;
   started_ = false;
   crc_ = crc::kStart;
 }

@@ -56,7 +56,8 @@ class Writer {
   uint8_t block_[kLargestBody + kOverhead];
 };
 
-// Takes received bytes one by one and tells when a whole valid frame is there.
+// Takes received bytes one by one and tells when a whole valid frame is there. What fits is far shorter than
+// a full COBS block, which would have no zero behind it.
 class Parser {
  public:
   // Take one byte; return the size of a body that is complete and whose CRC is right, otherwise 0.
@@ -78,8 +79,7 @@ class Parser {
   uint8_t body_[kCapacity];
   uint8_t size_ = 0;      // decoded bytes, CRC included; kCapacity + 1 when there were too many
   uint8_t left_ = 0;      // bytes left in the present COBS block
-  bool zero_due_ = false;  // the present block ends with a zero, unless the frame ends there
-  bool started_ = false;
+  bool started_ = false;  // a block has been read; before the next one comes a zero
   uint16_t crc_ = crc::kStart;
   uint8_t bad_frames_ = 0;
 };
