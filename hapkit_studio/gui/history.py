@@ -168,7 +168,7 @@ class History:
     def since(self, total: int) -> Window:
         """Return every sample taken after ``self.total`` was total."""
         a, b = min(max(total - self._dropped, self._begin), self._end), self._end
-        return self._broken(self._time[a:b], self._data[:, a:b], self._breaks_in(a - 1, b) - a, False)
+        return self._broken(self._time[a:b], self._data[:, a:b], self._breaks_in(a, b) - a, False)
 
     def at(self, time: float) -> dict[str, float] | None:
         """Return every channel's value at the last sample up to a time in s; None before the first."""
@@ -177,29 +177,38 @@ class History:
             return None
         return {name: float(self._data[row, i]) for row, name in enumerate(CHANNELS)}
 
-    def window(self, t0: float, t1: float, columns: int) -> Window:
-        """Return [t0, t1) reduced to so many columns; each keeps its least and greatest sample."""
-        edges = self._indices(np.linspace(t0, t1, columns + 1))
-        if edges[-1] - edges[0] <= 2 * columns:
-            return self._samples(int(edges[0]), int(edges[-1]))
-        filled = np.flatnonzero(edges[1:] > edges[:-1])
-        first, stop = edges[filled], edges[filled + 1]
+    def window(self, edges: np.ndarray, dense: bool | None = None) -> Window:
+        """Return [edges[0], edges[-1]) with the samples between each two edges (s) reduced to a column.
+
+        Each column keeps its least and greatest sample. Where columns hold two samples or fewer, the samples
+        themselves are given, unless dense says otherwise.
+        """
+        places = self._indices(edges)
+        if dense is None:
+            dense = bool(places[-1] - places[0] > 2 * (len(edges) - 1))
+        return self._columns(edges, places) if dense else self._samples(int(places[0]), int(places[-1]))
+
+    def _columns(self, edges: np.ndarray, places: np.ndarray) -> Window:
+        filled = np.flatnonzero(places[1:] > places[:-1])
+        if not len(filled):
+            return Window(np.empty(0), {name: np.empty(0) for name in CHANNELS}, True)
+        first, stop = places[filled], places[filled + 1]
         y = np.empty((len(CHANNELS), 2 * len(filled)))
         least, greatest = self._extremes(first, stop)
         rising = self._data[:, stop - 1] >= self._data[:, first]
         y[:, 0::2] = np.where(rising, least, greatest)
         y[:, 1::2] = np.where(rising, greatest, least)
-        x = np.repeat(t0 + filled * ((t1 - t0) / columns), 2)
-        x += np.tile([0.25, 0.75], len(filled)) * ((t1 - t0) / columns)
-        cuts = 2 * (np.searchsorted(first, self._breaks_in(int(first[0]), int(stop[-1])), side="right") - 1)
-        return self._broken(x, y, np.unique(cuts), True)
+        left, width = edges[filled], edges[filled + 1] - edges[filled]
+        x = np.stack([left + 0.25 * width, left + 0.75 * width], axis=1).ravel()
+        lost = self._breaks_in(int(first[0]), int(stop[-1]))
+        return self._broken(x, y, np.unique(2 * (np.searchsorted(first, lost, side="right") - 1)), True)
 
     def _indices(self, times: np.ndarray) -> np.ndarray:
         return self._begin + np.searchsorted(self._time[self._begin : self._end], times)
 
     def _breaks_in(self, first: int, stop: int) -> np.ndarray:
         breaks = np.array(self._breaks, dtype=np.int64)
-        return breaks[(breaks > first) & (breaks < stop)]
+        return breaks[(breaks >= first) & (breaks < stop)]
 
     def _samples(self, first: int, stop: int) -> Window:
         """Return single samples, with one more at each side so that lines reach the edge."""
@@ -250,3 +259,33 @@ class History:
             for k, (table, ufunc) in enumerate(((self._least, np.minimum), (self._greatest, np.maximum))):
                 out[k][:, full] = ufunc.reduceat(table[level][:, a:b], cuts, axis=1)[:, 0::2]
         return out[0], out[1]
+
+
+class Reel:
+    """A window that rolls on: columns that are complete are kept, only the newest are reduced again."""
+
+    def __init__(self) -> None:
+        self._kept = Window(np.empty(0), {}, False)
+        self._width, self._count, self._until, self._total = 0.0, 0, 0, 0
+
+    def window(self, history: History, first: int, count: int, width: float) -> Window:
+        """Return history's window of so many columns, each width s wide; column n starts at n * width."""
+        rolls = self._kept.dense and (width, count) == (self._width, self._count)
+        rolls = rolls and history.total >= self._total and first < self._until <= first + count
+        shown = self._roll(history, first, first + count, width) if rolls else None
+        if shown is None:
+            shown = history.window(np.arange(first, first + count + 1) * width)
+        self._kept, self._width, self._count, self._total = shown, width, count, history.total
+        done = int(np.floor(history.now / width)) - 1 if len(history) else first
+        self._until = min(first + count, done)
+        return shown
+
+    def _roll(self, history: History, first: int, stop: int, width: float) -> Window | None:
+        fresh = history.window(np.arange(self._until, max(stop, self._until + 1) + 1) * width, dense=True)
+        x = self._kept.x
+        a, b = np.argmax(x >= first * width), np.argmax(np.append(x, np.inf) >= self._until * width)
+        b -= bool(b) and bool(np.isnan(x[b - 1]))  # the break before the newest columns comes with them
+        if not len(fresh.x) or b <= a:
+            return None
+        y = {name: np.concatenate([old[a:b], fresh.y[name]]) for name, old in self._kept.y.items()}
+        return Window(np.concatenate([x[a:b], fresh.x]), y, True)

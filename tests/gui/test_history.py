@@ -43,15 +43,15 @@ def brute(table, t0, t1, columns):
     return result
 
 
-@pytest.mark.parametrize("columns", [7, 61, 450])
-@pytest.mark.parametrize("span", [0.9, 3.3, 12.0])
+@pytest.mark.parametrize("columns", [7, 61, 300])
+@pytest.mark.parametrize("span", [0.9, 12.0])
 def test_each_column_has_the_extremes_of_its_samples(span, columns):
     history = History(seconds=8.0, rate=RATE)
-    table = telemetry(60_000)
+    table = telemetry(40_000)
     feed(history, table)
     table = table[table[:, rows.HOST_TIME] >= history.now - 8.0]
     t1 = history.now - 0.013
-    shown = history.window(t1 - span, t1, columns)
+    shown = history.window(np.linspace(t1 - span, t1, columns + 1))
     expected = brute(table, t1 - span, t1, columns)
     assert shown.dense
     assert len(shown.x) == 2 * len(expected)
@@ -66,7 +66,7 @@ def test_few_samples_are_given_as_they_are_with_a_neighbour_each_side():
     history = History(seconds=8.0, rate=RATE)
     table = telemetry(5000)
     history.append(table)
-    shown = history.window(0.5, 0.6, 450)
+    shown = history.window(np.linspace(0.5, 0.6, 451))
     assert not shown.dense
     np.testing.assert_array_equal(shown.x, table[1999:2401, rows.HOST_TIME])
     np.testing.assert_array_equal(shown.y["applied"], table[1999:2401, rows.APPLIED])
@@ -83,7 +83,7 @@ def test_lost_frames_are_a_gap_that_is_never_bridged(how, t0, t1, dense):
         table[4000, rows.FLAGS] = rows.GAP | rows.CLAMPED
     history = History(seconds=8.0, rate=RATE)
     feed(history, table)
-    shown = history.window(t0, t1, 100)
+    shown = history.window(np.linspace(t0, t1, 101))
     assert shown.dense is dense
     (gap,) = np.flatnonzero(np.isnan(shown.x))
     assert np.isnan(shown.y["position"][gap])
@@ -97,7 +97,7 @@ def test_a_flag_on_the_very_first_row_breaks_nothing():
     table[0, rows.FLAGS] = rows.GAP
     history = History(seconds=8.0, rate=RATE)
     history.append(table)
-    assert not np.isnan(history.window(0.0, 1.0, 300).x).any()
+    assert not np.isnan(history.window(np.linspace(0.0, 1.0, 301)).x).any()
 
 
 def test_only_the_last_seconds_are_kept_however_long_it_runs():
@@ -121,7 +121,7 @@ def test_a_copy_stays_while_the_original_goes_on():
     kept = history.copy()
     feed(history, telemetry(20_000, seed=5, start=20_000))
     expected = brute(table, kept.now - 2.5, kept.now, 80)
-    shown = kept.window(kept.now - 2.5, kept.now, 80)
+    shown = kept.window(np.linspace(kept.now - 2.5, kept.now, 81))
     pairs = np.sort(shown.y["velocity"].reshape(-1, 2), axis=1)
     np.testing.assert_array_equal(pairs, [expected[c]["velocity"] for c in expected])
 
@@ -145,6 +145,6 @@ def test_the_sample_under_the_pointer_is_the_last_one_up_to_it():
 def test_an_empty_history_draws_nothing():
     history = History(seconds=3.0)
     history.append(np.empty((0, rows.ROW_WIDTH)))
-    assert len(history.window(0.0, 1.0, 100).x) == 0
+    assert len(history.window(np.linspace(0.0, 1.0, 101)).x) == 0
     assert np.isnan(history.now)
     assert np.isnan(history.last("position"))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QLineF, QRectF, Qt, Signal
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QAction, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QMenu
 
@@ -71,6 +71,9 @@ class Canvas(pg.PlotWidget):
         self.setCacheMode(pg.QtWidgets.QGraphicsView.CacheModeFlag.CacheNone)
         self.setFrameShape(pg.QtWidgets.QFrame.Shape.NoFrame)
         self.setMinimumSize(60, 24)
+        self._known: tuple | None = None
+        self._map = (0.0, 1.0, 0.0, 1.0)
+        self._grid: list[QLineF] = []
         self.viewport().setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -91,16 +94,31 @@ class Canvas(pg.PlotWidget):
         """Return the plot's rectangle in pixels."""
         return self.view.sceneBoundingRect()
 
-    def measure(self) -> None:
-        """Take the mapping anew; valid until axes or size change."""
-        box, ((x0, x1), (y0, y1)) = self.frame(), self.view.viewRange()
+    def measure(self) -> QRectF:
+        """Take mapping and grid anew if axes or size changed; return the plot's rectangle."""
+        box, ranges = self.frame(), self.view.viewRange()
+        known = (box.getRect(), *map(tuple, ranges))
+        if known == self._known:
+            return box
+        self._known, ((x0, x1), (y0, y1)) = known, ranges
         across, up = box.width() / (x1 - x0), box.height() / (y1 - y0)
         self._map = box.left() - x0 * across, across, box.bottom() + y0 * up, -up
+        columns = np.array(ticks(x0, x1, self.bottom.most(box.width())))
+        levels = np.array(ticks(y0, y1, self.left.most(box.height())))
+        columns, levels = self.to_pixels(columns, levels)
+        self._grid = [QLineF(x, box.top(), x, box.bottom()) for x in np.round(columns)]
+        self._grid += [QLineF(box.left(), y, box.right(), y) for y in np.round(levels)]
+        return box
 
     def to_pixels(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Map data to pixels, as last measured; painting measures first."""
         left, across, bottom, up = self._map
         return left + x * across, bottom + y * up
+
+    def pixel(self, x: float, y: float) -> QPointF:
+        """Map one point to pixels, as last measured."""
+        left, across, bottom, up = self._map
+        return QPointF(left + x * across, bottom + y * up)
 
     def to_x(self, pixel: float) -> float:
         """Map a pixel column to the x axis."""
@@ -120,8 +138,7 @@ class Canvas(pg.PlotWidget):
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
         """Paint ground, grid and frame."""
-        self.measure()
-        box = self.frame()
+        box = self.measure()
         painter.fillRect(rect, theme.color("surface"))
         painter.fillRect(box, theme.color("plot"))
         painter.save()
@@ -129,13 +146,7 @@ class Canvas(pg.PlotWidget):
         self.paint_under(painter, box)
         painter.restore()
         painter.setPen(QPen(theme.color("grid"), 1))
-        (x0, x1), (y0, y1) = self.view.viewRange()
-        across, down = self.to_pixels(
-            np.array(ticks(x0, x1, self.bottom.most(box.width()))),
-            np.array(ticks(y0, y1, self.left.most(box.height()))),
-        )
-        lines = [QLineF(x, box.top(), x, box.bottom()) for x in np.round(across)]
-        painter.drawLines([*lines, *(QLineF(box.left(), y, box.right(), y) for y in np.round(down))])
+        painter.drawLines(self._grid)
         painter.setPen(QPen(theme.color("line"), 1))
         painter.drawRect(box)
 

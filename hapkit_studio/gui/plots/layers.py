@@ -43,8 +43,8 @@ class Layers:
         painter.end()
 
     def _blank(self) -> QImage:
-        size = [max(math.ceil(length * self.ratio), 1) for length in (self.box.width(), self.box.height())]
-        image = QImage(*size, QImage.Format.Format_ARGB32_Premultiplied)
+        width, height = (max(math.ceil(n * self.ratio), 1) for n in (self.box.width(), self.box.height()))
+        image = QImage(width, height, QImage.Format.Format_ARGB32_Premultiplied)
         image.setDevicePixelRatio(self.ratio)
         image.fill(Qt.GlobalColor.transparent)
         return image

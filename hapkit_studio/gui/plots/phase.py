@@ -26,6 +26,7 @@ class ForcePosition(QWidget):
         self._environment = None
         self._values: dict[str, float] = {}
         self._max_force = math.inf
+        self._odd = False
         self.canvas = PhaseCanvas(self.plots[0])
         self.canvas.fit_wanted.connect(self.fit)
         self.switch = Segmented("Force over", tuple(plot.title for plot in self.plots))
@@ -80,18 +81,21 @@ class ForcePosition(QWidget):
     def fit(self) -> None:
         """Narrow the axes to what is shown."""
         self.canvas.fit()
+        self.canvas.refresh()
 
     def set_paused(self, paused: bool) -> None:
         """Freeze the view; the history goes on filling."""
-        self.canvas.paused = paused
+        self.canvas.set_paused(paused)
 
     def point(self, time: float | None) -> None:
         """Mark the place at a time in s, for the time plots' pointer; None for none."""
         self.canvas.point(time)
 
     def refresh(self) -> None:
-        """Draw the newest data; call once per frame."""
-        self.canvas.refresh()
+        """Draw the newest data; call once per frame, every other one counts."""
+        self._odd = not self._odd
+        if self._odd:
+            self.canvas.refresh()
 
     def _telling(self) -> int:
         """Return the first plot in which this environment's law is a line."""

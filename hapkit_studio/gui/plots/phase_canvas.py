@@ -25,8 +25,7 @@ class PhaseCanvas(Canvas):
     def __init__(self, plot: PhasePlot):
         super().__init__(True)
         self.max_force = math.inf
-        self.paused = False
-        self._history = History(seconds=1.0, rate=1.0)
+        self._live = self._history = History(seconds=1.0, rate=1.0)
         self._layers: Layers | None = None
         self._key: tuple | None = None
         self._drawn = 0
@@ -52,8 +51,12 @@ class PhaseCanvas(Canvas):
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
-        self._history = history
+        self._live = self._history = history
         self._key = None
+
+    def set_paused(self, paused: bool) -> None:
+        """Freeze what is shown; the live history goes on."""
+        self._history = self._live.copy() if paused else self._live
 
     # axes ---------------------------------------------------------------------------------------
 
@@ -113,7 +116,7 @@ class PhaseCanvas(Canvas):
 
     def refresh(self) -> None:
         """Add the samples that came since the last frame."""
-        if not self.paused and not math.isnan(self._history.now):
+        if not math.isnan(self._history.now):
             self._add_new()
         self.viewport().update()
 
@@ -170,7 +173,7 @@ class PhaseCanvas(Canvas):
 
     def _limits(self, painter: QPainter, box: QRectF) -> None:
         for sign in (1, -1):
-            y = float(self.to_pixels(0.0, sign * self.max_force)[1])
+            y = self.pixel(0.0, sign * self.max_force).y()
             if box.top() < y < box.bottom():
                 painter.setPen(strokes.pen(theme.color("danger"), 1.6, [1.2, 2.6]))
                 painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
@@ -185,5 +188,5 @@ class PhaseCanvas(Canvas):
             self._dot(painter, self._pointed, 3.5)
 
     def _dot(self, painter: QPainter, at: dict[str, float], radius: float) -> None:
-        x, y = self.to_pixels(at[self.plot_of.channel] * self.plot_of.scale, at["applied"])
-        strokes.mark_now(painter, float(x), float(y), theme.color("applied"), theme.color("surface"), radius)
+        place = self.pixel(at[self.plot_of.channel] * self.plot_of.scale, at["applied"])
+        strokes.mark(painter, place, "applied", radius)

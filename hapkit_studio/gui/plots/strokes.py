@@ -2,8 +2,10 @@
 
 import numpy as np
 from pyqtgraph.Qt import internals
-from PySide6.QtCore import QLineF, Qt
+from PySide6.QtCore import QLineF, QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
+
+from hapkit_studio.gui.theme import theme
 
 ON, PERIOD = 5.0, 8.5  # px
 _NOISE = 12.0  # a line this many times longer than wide is noise
@@ -59,11 +61,9 @@ def _dashes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.column_stack([np.interp(s, length, c) for s in (start, stop) for c in (x, y)])
 
 
-def mark_now(
-    painter: QPainter, x: float, y: float, color: QColor, ground: QColor, radius: float = 4.0
-) -> None:
-    """Draw the dot that marks now, with a rim of the ground's colour."""
-    painter.setPen(QPen(ground, 1.5))
-    painter.setBrush(color)
-    painter.drawEllipse(int(x) - radius, int(y) - radius, 2 * radius, 2 * radius)
+def mark(painter: QPainter, at: QPointF, token: str, radius: float = 4.0) -> None:
+    """Draw a dot in a token's colour with a rim of the card's."""
+    painter.setPen(QPen(theme.color("surface"), 1.5))
+    painter.setBrush(theme.color(token))
+    painter.drawEllipse(at, radius, radius)
     painter.setBrush(Qt.BrushStyle.NoBrush)

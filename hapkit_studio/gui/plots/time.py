@@ -8,7 +8,7 @@ from PySide6.QtCore import QElapsedTimer, Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.history import History, Window
+from hapkit_studio.gui.history import History, Reel, Window
 from hapkit_studio.gui.plots.declared import time_plots
 from hapkit_studio.gui.plots.header import HEIGHT, Header
 from hapkit_studio.gui.plots.trace_canvas import Shown, TraceCanvas
@@ -32,10 +32,10 @@ class TimePlots(QWidget):
         self.span, self.paused = 10.0, False
         self.shown = Shown()
         self._history = self._seen = History(seconds=1.0, rate=1.0)
-        self._shades = False
+        self._reel, self._shades = Reel(), False
         self._watch = QElapsedTimer()
         self._watch.start()
-        column = QVBoxLayout(self)
+        column = self._column = QVBoxLayout(self)
         column.setContentsMargins(14, 2, 0, 6)
         column.setSpacing(0)
         self.headers = [Header(plot) for plot in self.plots]
@@ -120,9 +120,11 @@ class TimePlots(QWidget):
         if math.isnan(now):
             shown.window, shown.contact, shown.now = Window(np.empty(0), {}, False), [], None
             return
-        # whole columns, so that a column's samples stay the same and peaks do not dance while scrolling
-        shown.zero = now if self.paused else math.ceil(now / width) * width
-        shown.window = self._seen.window(shown.zero + left, shown.zero + right + width, columns + 1)
+        # columns at whole multiples of their width: their samples stay the same, so peaks do not dance
+        last = math.ceil(now / width)
+        shown.zero = last * width
+        first = last + math.floor(left / width + 1e-6)
+        shown.window = self._reel.window(self._seen, first, columns + 1, width)
         shown.now = None if self.paused else self._seen.latest()
         shown.contact = self._contact() if self._shades else []
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
@@ -157,7 +159,7 @@ class TimePlots(QWidget):
     def resizeEvent(self, event) -> None:
         """Share out the height; fold what may be folded when there is little."""
         super().resizeEvent(event)
-        margins = self.layout().contentsMargins()
+        margins = self._column.contentsMargins()
         room = self.height() - margins.top() - margins.bottom()
         folded = [plot.folds and room < _FOLD_BELOW for plot in self.plots]
         free = room - HEIGHT * len(self.plots) - _AXIS
@@ -165,4 +167,4 @@ class TimePlots(QWidget):
         for plot, canvas, away in zip(self.plots, self.canvases, folded, strict=True):
             canvas.setVisible(not away)
             axis = _AXIS if canvas is self.canvases[-1] else 0
-            canvas.setFixedHeight(max(int(free * plot.share / whole) + axis, 24))
+            self._column.setStretchFactor(canvas, max(int(free * plot.share / whole), 1) + axis)

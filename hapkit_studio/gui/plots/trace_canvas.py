@@ -75,7 +75,7 @@ class TraceCanvas(Canvas):
         """Shade where there was contact."""
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.color("contact"))
-        edges = self.to_pixels(np.array(self.shown.contact).reshape(-1, 2), 0.0)[0]
+        edges, _ = self.to_pixels(np.array(self.shown.contact).reshape(-1, 2), np.zeros(1))
         painter.drawRects([QRectF(a, box.top(), b - a, box.height()) for a, b in edges.tolist()])
         painter.setBrush(Qt.BrushStyle.NoBrush)
 
@@ -101,7 +101,7 @@ class TraceCanvas(Canvas):
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
         for level, token, dash in levels:
             painter.setPen(strokes.pen(theme.color(token), 1.6, dash))
-            y = float(self.to_pixels(0.0, level)[1])
+            y = self.pixel(0.0, level).y()
             painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
 
     def _traces(self, painter: QPainter) -> None:
@@ -121,25 +121,18 @@ class TraceCanvas(Canvas):
             return
         trace = self.plot_of.traces[-1]
         value = self.shown.now[trace.channel] * self.plot_of.scale
-        x, y = self.to_pixels(0.0, value)
-        strokes.mark_now(painter, float(x), float(y), theme.color(trace.color), theme.color("surface"))
+        strokes.mark(painter, self.pixel(0.0, value), trace.color)
 
     def _pointer(self, painter: QPainter, box: QRectF) -> None:
         if self.shown.pointer is None or self.shown.pointed is None:
             return
-        x = float(self.to_pixels(self.shown.pointer, 0.0)[0])
-        painter.setPen(QPen(theme.color("ink3"), 1, Qt.PenStyle.SolidLine))
-        painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
         trace = self.plot_of.traces[-1]
         value = self.shown.pointed[trace.channel] * self.plot_of.scale
-        strokes.mark_now(
-            painter,
-            x,
-            float(self.to_pixels(0.0, value)[1]),
-            theme.color(trace.color),
-            theme.color("surface"),
-            3.0,
-        )
+        place = self.pixel(self.shown.pointer, value)
+        x = place.x()
+        painter.setPen(QPen(theme.color("ink3"), 1))
+        painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
+        strokes.mark(painter, place, trace.color, 3.0)
         text = f"{number(value, self.plot_of.decimals, sign=True)} {self.plot_of.unit}"
         if self.first:
             text = f"{number(self.shown.pointer, 3)} s   {text}"

@@ -42,18 +42,20 @@ class Stage:
         self.band = self.rail - self.top
         self.p: QPainter = None  # type: ignore[assignment]
         self.taken: list[QRectF] = []
+        self.texts: list[QRectF] = []
         self._kept: list[QRectF] = []
+        self._kept_texts: list[QRectF] = []
         self._hatched: dict[str, QBrush] = {}
 
     def begin(self, painter: QPainter) -> None:
-        """Paint with this painter from now on; taken is what stays put."""
+        """Paint with this painter from now on; taken by then is what stays put."""
         self.p = painter
-        self.taken = list(self._kept)
+        self.taken, self.texts = list(self._kept), list(self._kept_texts)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
     def keep_taken(self) -> None:
         """Keep what is taken so far for every frame to come."""
-        self._kept = list(self.taken)
+        self._kept, self._kept_texts = list(self.taken), list(self.texts)
 
     def x(self, mm: float) -> float:
         """Return the pixel column of a position in mm."""
@@ -147,6 +149,7 @@ class Stage:
             return False
         (_, y, _), box = chosen[0]
         self.taken.append(box)
+        self.texts.append(box)
         words(self.p, box.left(), y, text, font, (token, "scene"), 4.0 * self.u, self.ratio)
         return True
 

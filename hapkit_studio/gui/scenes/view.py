@@ -119,12 +119,19 @@ class SceneView(QWidget):
 
     def set_preparing(self, preparing: bool, fraction: float | None = None) -> None:
         """Show words and a bar in the scene's place; fraction 0..1, None if unknown."""
+        changed = preparing != self._preparing
         self._preparing, self._fraction = preparing, fraction
+        if changed:
+            self._forget()
         self.update()
 
     def target_at(self, x: float) -> float:
         """Return the hand's target in m for a pixel column."""
         return float(np.clip(self._layout().mm(x) / 1e3, -REACH, REACH))
+
+    def text_boxes(self) -> list[QRectF]:
+        """Return where words stand in the picture last painted."""
+        return list(self._layout().texts)
 
     # painting -----------------------------------------------------------------------------------
 

@@ -1,0 +1,150 @@
+"""The look: contrast recomputed from the tokens, colours that follow the theme, icons, numbers."""
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QPushButton
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.tokens import MODES, TOKENS, luminance, table
+
+
+def contrast(first: str, second: str) -> float:
+    """Return WCAG 2.1's ratio of two colours."""
+    light, dark = sorted((luminance(first), luminance(second)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def test_luminance_of_known_colours():
+    assert contrast("#FFFFFF", "#000000") == pytest.approx(21.0)
+    assert contrast("#FFFFFF", "#777777") == pytest.approx(4.48, abs=0.01)
+
+
+# pair: (light, dark, contrast) as the design states them, and what is needed
+STATED = {
+    ("ink", "surface"): ((16.5, 14.6, 21), 4.5),
+    ("ink2", "surface"): ((8.3, 9.4, 21), 4.5),
+    ("ink3", "side"): ((5.4, 6.8, 17), 4.5),
+    ("accent", "accentsoft"): ((5.6, 5.6, 8.2), 4.5),
+    ("danger", "dangersoft"): ((5.5, 6.2, 7.4), 4.5),
+    ("danger", "unstable"): ((5.4, 6.5, 7.2), 4.5),
+    ("warn", "warnsoft"): ((5.9, 7.5, 9.3), 4.5),
+    ("ok", "stable"): ((5.7, 7.0, 8.4), 4.5),
+    ("onstop", "stop"): ((5.8, 5.3, 7.4), 4.5),
+    ("edge", "surface"): ((3.9, 4.1, 21), 3.0),
+    ("stop", "side"): ((5.5, 3.3, 7.4), 3.0),
+    ("position", "plot"): ((6.2, 7.6, 9.5), 4.5),
+    ("velocity", "plot"): ((5.8, 8.5, 9.0), 4.5),
+    ("asked", "plot"): ((7.5, 8.0, 11.3), 4.5),
+    ("applied", "plot"): ((5.2, 7.3, 7.1), 4.5),
+    ("applied", "theory"): ((3.7, 4.3, 5.0), 3.0),
+    ("edge", "plot"): ((3.9, 4.1, 21), 3.0),
+}
+
+
+@pytest.mark.parametrize("pair", STATED, ids="-".join)
+def test_contrast_is_what_the_design_states(pair):
+    stated, need = STATED[pair]
+    computed = [contrast(TOKENS[pair[0]][mode], TOKENS[pair[1]][mode]) for mode in range(3)]
+    assert computed == pytest.approx(stated, rel=0.03)
+    assert min(computed) >= need
+
+
+# Machado, Oliveira, Fernandes 2009, severity 1, on linear RGB
+VISION = {
+    "protan": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deutan": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "tritan": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+}
+# the design states 40; models of dichromacy differ by a unit or two (this one: 39.5 at the least)
+APART = 39.0
+
+
+def lab(color: str, vision: str) -> np.ndarray:
+    """Return CIE L*a*b* (D65) of a colour as a dichromat sees it."""
+    channels = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+    seen = np.clip(np.array(VISION[vision]) @ linear, 0.0, 1.0)
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    ratio = to_xyz @ seen / np.array([0.9505, 1.0, 1.089])
+    f = np.where(ratio > 216 / 24389, np.cbrt(ratio), (24389 / 27 * ratio + 16) / 116)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("vision", VISION)
+@pytest.mark.parametrize("mode", MODES)
+def test_applied_and_asked_stay_apart_for_every_eye(vision, mode):
+    colors = table(mode)
+    distance = np.linalg.norm(lab(colors["applied"], vision) - lab(colors["asked"], vision))
+    assert distance >= APART
+
+
+def test_every_token_has_three_colours():
+    for name, colors in TOKENS.items():
+        assert len(colors) == len(MODES), name
+        assert all(QColor(color).isValid() and len(color) == 7 for color in colors), name
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_the_style_sheet_has_no_gaps(qapp, mode):
+    theme.set_mode(mode)
+    sheet = theme.stylesheet()
+    assert "@" not in sheet
+    assert "%" not in sheet
+    assert theme.c.accent in sheet
+
+
+def test_an_unknown_mode_is_refused():
+    with pytest.raises(ValueError, match="sepia"):
+        theme.set_mode("sepia")
+
+
+def test_icons_follow_the_theme(qapp):
+    button = QPushButton()
+    icons.bind(button, "record", "danger", 24)
+
+    def middle() -> str:
+        return button.icon().pixmap(24, 24).toImage().pixelColor(12, 12).name()
+
+    theme.set_mode("light")
+    assert middle() == TOKENS["danger"][0].lower()
+    theme.set_mode("dark")
+    assert middle() == TOKENS["danger"][1].lower()
+    icons.bind(button, "record", "accent", 24)
+    assert middle() == TOKENS["accent"][1].lower()
+
+
+@pytest.mark.parametrize("name", icons.names())
+def test_every_icon_draws_something_in_the_colour_asked_for(qapp, name):
+    theme.set_mode("light")
+    picture = icons.pixmap(name, 24, "ink", 2.0)
+    assert (picture.width(), picture.devicePixelRatio()) == (48, 2.0)
+    image = picture.toImage()
+    solid = [
+        image.pixelColor(x, y).name()
+        for x in range(48)
+        for y in range(48)
+        if image.pixelColor(x, y).alpha() == 255
+    ]
+    assert len(solid) > 20
+    assert set(solid) == {TOKENS["ink"][0].lower()}
+
+
+def test_numbers_have_a_true_minus_and_no_sign_on_zero():
+    assert number(-1.234, 2) == "−1.23"
+    assert number(-0.001, 2, sign=True) == "0.00"
+    assert number(7.25, 2, sign=True) == "+7.25"
+    assert number(1000.0, 0) == "1000"
