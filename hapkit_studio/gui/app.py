@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from PySide6.QtCore import QProcess, QSettings, QTimer
+from PySide6.QtCore import QProcess, QSettings, QSize, QTimer
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio import devices
@@ -40,11 +40,20 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--environment", default="wall", help="environment to begin with")
     parser.add_argument("--device", default="simulated", help="device to begin with")
     parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
-    parser.add_argument("--size", default="1440x900", help="window size in pixels")
+    parser.add_argument("--size", type=_size, default="1440x900", help="window size in pixels")
     parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then leave")
-    parser.add_argument("--seconds", type=float, default=5.0, help="how long to wait before the picture")
+    parser.add_argument(
+        "--seconds", type=float, default=5.0, help="how long the loop runs before the picture"
+    )
     parser.add_argument("--push", type=float, metavar="MM", help="for the picture: push the handle to MM")
     return parser
+
+
+def _size(text: str) -> QSize:
+    width, _, height = text.partition("x")
+    if not (width.isdecimal() and height.isdecimal()):
+        raise argparse.ArgumentTypeError(f"a size is written 1280x720, not {text!r}")
+    return QSize(int(width), int(height))
 
 
 def build(options: argparse.Namespace) -> MainWindow:
@@ -55,8 +64,7 @@ def build(options: argparse.Namespace) -> MainWindow:
         raise ParameterError(f"There is no environment {options.environment!r}; there are: {known}.")
     studio.choose(options.environment)
     window = MainWindow(studio)
-    width, _, height = options.size.partition("x")
-    window.resize(int(width), int(height))
+    window.resize(options.size)
     return window
 
 
@@ -64,26 +72,36 @@ def begin(window: MainWindow, options: argparse.Namespace) -> None:
     """Prepare the loop if it never was, then open the device; the window is up and usable meanwhile."""
     window.live.start()
     if options.screenshot:
-        QTimer.singleShot(int(options.seconds * 1000), lambda: _picture(window, options.screenshot))
-        window.studio.engine_changed.connect(lambda: _push(window, options.push))
+        window.studio.engine_changed.connect(lambda: _pose(window, options))
     if prepare.prepared() or getattr(sys, "frozen", False):
         _open(window, options.device)
         return
     process = QProcess(window)
     process.finished.connect(lambda *_: _open(window, options.device))
-    process.errorOccurred.connect(lambda *_: _open(window, options.device))
+    window.closed.connect(lambda: _give_up(process))
     process.start(sys.executable, ["-m", "hapkit_studio.gui.prepare"])
+    if not process.waitForStarted():
+        _open(window, options.device)
+
+
+def _give_up(process: QProcess) -> None:
+    process.finished.disconnect()
+    process.kill()
+    process.waitForFinished()
 
 
 def _open(window: MainWindow, key: str) -> None:
     if window.studio.link.state == "preparing":
         entries = {entry.key: entry for entry in window.studio.entries()}
-        window.studio.open(entries.get(key, entries["simulated"]))
+        other = devices.DeviceEntry(key, key, lambda: devices.named(key))
+        window.studio.open(entries.get(key, other))
 
 
-def _push(window: MainWindow, millimetres: float | None) -> None:
-    if millimetres is not None and window.studio.engine is not None:
-        window.studio.move_hand(millimetres * 1e-3)
+def _pose(window: MainWindow, options: argparse.Namespace) -> None:
+    if window.studio.engine is not None:
+        if options.push is not None:
+            window.studio.move_hand(options.push * 1e-3)
+        QTimer.singleShot(int(options.seconds * 1000), lambda: _picture(window, options.screenshot))
 
 
 def _picture(window: MainWindow, path: str) -> None:

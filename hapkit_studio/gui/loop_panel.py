@@ -117,8 +117,9 @@ class LoopPanel(QWidget):
         reason = "The board samples by its own clock. Its rate is fixed."
         self.rate.setEnabled(not own_clock)
         self.rate.setToolTip(reason if own_clock else "")
-        self.grip.setEnabled(not own_clock)
-        self.grip.setToolTip("The hand is yours." if own_clock else f"<p>{GRIP.help}</p>")
+        own_hand = engine is not None and not self._studio.hand_is_ours
+        self.grip.setEnabled(not own_hand)
+        self.grip.setToolTip("The hand on this device is your own." if own_hand else f"<p>{GRIP.help}</p>")
 
     def _arrange(self) -> None:
         head = QHBoxLayout()

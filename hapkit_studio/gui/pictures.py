@@ -42,6 +42,7 @@ class Pictures(QObject):
         studio.environment_changed.connect(self.show_environment)
         studio.values_changed.connect(self.show_values)
         studio.engine_changed.connect(self.show_environment)
+        studio.engine_changed.connect(self.show_link)
         studio.link_changed.connect(self.show_link)
         centre.toolbar.show_span(centre.time.span)
         self.show_environment()
@@ -97,7 +98,7 @@ class Pictures(QObject):
         """Show whether there is a device."""
         state = self._studio.link.state
         self._centre.scene.set_preparing(state == "preparing")
-        self._centre.scene.set_hand_enabled(self._studio.simulated)
+        self._centre.scene.set_hand_enabled(self._studio.hand_is_ours)
         self._centre.time.set_stale(state == "gone")
         if state != "running":
             self._status.show_nothing(_WORDS.get(state, ""))

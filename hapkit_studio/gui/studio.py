@@ -162,8 +162,13 @@ class Studio(QObject):
 
     @property
     def simulated(self) -> bool:
-        """Say whether the hand is the mouse's."""
+        """Say whether the device is embedded: its rate is ours, and there is nothing to calibrate."""
         return self.engine is not None and bool(self.engine.device.simulated)
+
+    @property
+    def hand_is_ours(self) -> bool:
+        """Say whether mouse and keys are the hand; on a real board a person's is."""
+        return self.simulated or (self.engine is not None and getattr(self.engine.device, "hand", False))
 
     def open(self, entry: "DeviceEntry") -> None:
         """Leave the device in use and open another in the worker; force is zero meanwhile."""
@@ -194,7 +199,8 @@ class Studio(QObject):
     def note_health(self, health: "Health") -> None:
         """Notice that the device went away."""
         if self.link.state == "running" and not health.connected and self.entry is not None:
-            text = health.message or f"{self.entry.title} is gone. Force is zero."
+            gone = f"{self.entry.title} is gone. Force is zero. Looking again every second."
+            text = health.message or gone
             self._set_link(Link("gone", self.entry.title, text))
             self._again.start()
 

@@ -1,6 +1,6 @@
 """The main window: parts put together, room shared out, signals joined. Each part knows its own work."""
 
-from PySide6.QtCore import QEvent, QSettings, Qt
+from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
 
@@ -41,7 +41,9 @@ QPushButton[resume="true"] { background: @accentsoft; border-color: @accent; }
 
 
 class MainWindow(QMainWindow):
-    """The studio's one window; ``studio`` is what it works on."""
+    """The studio's one window; ``studio`` is what it works on. ``closed``: it is about to go."""
+
+    closed = Signal()
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -162,6 +164,7 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the loop with its zero command before the window goes."""
+        self.closed.emit()
         self.live.stop()
         self.stability.close_worker()
         self.studio.close()

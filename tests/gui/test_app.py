@@ -1,0 +1,50 @@
+"""The program: it starts, prepares, plots and leaves; bad options are one line."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from PySide6.QtGui import QImage
+
+from hapkit_studio.gui import app, prepare
+
+
+def test_it_starts_prepares_once_and_saves_a_picture(tmp_path):
+    picture = tmp_path / "window.png"
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
+    program = "import sys; from hapkit_studio.gui import app; sys.exit(app.run(sys.argv[1:]))"
+    options = ["--theme", "dark", "--size", "1280x720", "--screenshot", str(picture), "--seconds", "1"]
+    command = [sys.executable, "-c", program, *options]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=180, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    image = QImage(str(picture))
+    assert (image.width(), image.height()) == (1280, 720)
+    assert image.pixelColor(640, 60).lightness() < 60
+
+
+def test_an_unknown_environment_is_one_line(qapp, capsys):
+    assert app.run(["--environment", "swamp"]) == 2
+    said = capsys.readouterr().err
+    assert "swamp" in said
+    assert said.count("\n") == 1
+
+
+def test_the_stamp_follows_sources_and_cache(monkeypatch, tmp_path):
+    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
+    before = prepare.stamp()
+    assert not prepare.prepared()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "other"))
+    assert prepare.stamp() != before
+
+
+@pytest.mark.parametrize("mode", ["light", "dark", "contrast"])
+def test_every_theme_paints_the_whole_window(make_window, mode):
+    from hapkit_studio.gui.theme import theme
+
+    window = make_window(size=(1280, 720))
+    theme.set_mode(mode)
+    image = window.grab().toImage()
+    assert image.pixelColor(660, 100).name() in (theme.color("scene").name(), theme.color("surface").name())
+    assert image.pixelColor(70, 400).name() == theme.color("canvas").name()
