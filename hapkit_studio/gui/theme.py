@@ -67,6 +67,7 @@ class Theme(QObject):
             self._app = app
             app.setStyle("Fusion")
             app.styleHints().colorSchemeChanged.connect(self._follow)
+            self.name = ""  # nothing is dressed yet
         self.set_mode(self.mode)
 
     def set_mode(self, mode: str) -> None:
@@ -86,6 +87,8 @@ class Theme(QObject):
             self._switch(self._system())
 
     def _switch(self, name: str) -> None:
+        if name == self.name:
+            return
         self.name = name
         self.c = SimpleNamespace(**table(name))
         self._colors = {token: QColor(value) for token, value in vars(self.c).items()}

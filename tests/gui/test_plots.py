@@ -39,8 +39,6 @@ def history():
 
 @pytest.fixture
 def plots(qtbot, qapp, history):
-    theme.apply(qapp)
-    theme.set_mode("light")
     plots = TimePlots()
     qtbot.addWidget(plots)
     plots.resize(560, 500)
@@ -53,8 +51,6 @@ def plots(qtbot, qapp, history):
 
 @pytest.fixture
 def phase(qtbot, qapp, history):
-    theme.apply(qapp)
-    theme.set_mode("light")
     phase = ForcePosition()
     qtbot.addWidget(phase)
     phase.resize(348, 420)

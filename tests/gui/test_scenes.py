@@ -18,8 +18,7 @@ LIBRARY = discover()
 
 
 @pytest.fixture
-def view(qtbot, qapp):
-    theme.set_mode("light")
+def view(qtbot):
     view = SceneView()
     qtbot.addWidget(view)
     view.resize(880, 236)
