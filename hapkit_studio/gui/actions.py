@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 
+from hapkit_studio.environments.base import Environment
+
 if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
 
@@ -55,9 +57,9 @@ def _has_board(window: "MainWindow") -> bool:
     return _has_engine(window) and not window.studio.simulated
 
 
-def table(environments: Iterable) -> tuple[Action, ...]:
+def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     """Return all actions, one per environment among them."""
-    return (*_SESSION, *_view(), *_DEVICE, *_environments(environments), *_HELP)
+    return (*_SESSION, *_VIEW, *_DEVICE, *_environments(environments), *_HELP)
 
 
 _SESSION = (
@@ -78,34 +80,30 @@ _SESSION = (
 )  # fmt: skip
 
 
-def _view() -> tuple[Action, ...]:
-    themes = (
-        Action(
-            f"view.theme.{mode}", words, "View/Theme", lambda w, mode=mode: w.set_theme(mode),
-            checked=lambda w, mode=mode: w.theme_mode == mode,
-        )
-        for mode, words in THEMES.items()
+def _theme(mode: str, words: str) -> Action:
+    return Action(
+        f"view.theme.{mode}", words, "View/Theme", lambda w: w.set_theme(mode),
+        checked=lambda w: w.theme_mode == mode,
     )  # fmt: skip
-    spans = (
-        Action(
-            f"view.span.{seconds:g}", f"{seconds:g} s", "View/Time window",
-            lambda w, seconds=seconds: w.set_span(seconds),
-            checked=lambda w, seconds=seconds: w.span == seconds,
-        )
-        for seconds in SPANS
+
+
+def _span(seconds: float) -> Action:
+    return Action(
+        f"view.span.{seconds:g}", f"{seconds:g} s", "View/Time window", lambda w: w.set_span(seconds),
+        checked=lambda w: w.span == seconds,
     )  # fmt: skip
-    return (
-        *themes,
-        *spans,
-        Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
-        Action(
-            "view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open
-        ),
-        Action(
-            "view.single_keys", "Single-letter keys", "View", lambda w: w.toggle_single_keys(),
-            checked=lambda w: w.single_keys,
-        ),
-    )  # fmt: skip
+
+
+_VIEW = (
+    *(_theme(mode, words) for mode, words in THEMES.items()),
+    *(_span(seconds) for seconds in SPANS),
+    Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
+    Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
+    Action(
+        "view.single_keys", "Single-letter keys", "View", lambda w: w.toggle_single_keys(),
+        checked=lambda w: w.single_keys,
+    ),
+)  # fmt: skip
 
 
 _DEVICE = (
@@ -120,19 +118,20 @@ _DEVICE = (
 )  # fmt: skip
 
 
-def _environments(environments: Iterable) -> tuple[Action, ...]:
-    each = (
-        Action(
-            f"environment.{e.key}", e.title, "Environment", lambda w, key=e.key: w.studio.choose(key),
-            e.shortcut, checked=lambda w, key=e.key: w.studio.environment.key == key,
-        )
-        for e in environments
+def _environment(environment: Environment) -> Action:
+    key = environment.key
+    return Action(
+        f"environment.{key}", environment.title, "Environment", lambda w: w.studio.choose(key),
+        environment.shortcut, checked=lambda w: w.studio.environment.key == key,
     )  # fmt: skip
+
+
+def _environments(environments: Iterable[Environment]) -> tuple[Action, ...]:
     reset = Action(
         "environment.reset", "Default values", "Environment", lambda w: w.studio.reset_values(),
         enabled=lambda w: bool(w.studio.environment.parameters),
     )  # fmt: skip
-    return (*each, reset)
+    return (*map(_environment, environments), reset)
 
 
 _HELP = (

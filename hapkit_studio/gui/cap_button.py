@@ -22,7 +22,7 @@ class CapButton(QPushButton):
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setFixedHeight(height)
         self.picture, self.word, self.cap = QLabel(), QLabel(text), QLabel(key)
-        row = QHBoxLayout(self)
+        self._row = row = QHBoxLayout(self)
         row.setContentsMargins(14, 0, 12, 0)
         row.setSpacing(8)
         for part in (self.picture, self.word, self.cap):
@@ -50,7 +50,7 @@ class CapButton(QPushButton):
         dress(self.cap, _CAP.replace("TOKEN", self._cap_color))
 
     def sizeHint(self) -> QSize:
-        return QSize(self.layout().sizeHint().width() + 4, self.height())
+        return QSize(self._row.sizeHint().width() + 4, self.height())
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()

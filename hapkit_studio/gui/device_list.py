@@ -44,7 +44,7 @@ class DeviceList(QPushButton):
         self.setFixedHeight(34)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.dot, self.word, self._arrow = StateDot(), QLabel(), QLabel()
-        row = QHBoxLayout(self)
+        self._row = row = QHBoxLayout(self)
         row.setContentsMargins(10, 0, 10, 0)
         row.setSpacing(8)
         row.addWidget(self.dot)
@@ -71,7 +71,7 @@ class DeviceList(QPushButton):
         self.updateGeometry()
 
     def sizeHint(self) -> QSize:
-        return QSize(max(180, self.layout().sizeHint().width() + 4), 34)
+        return QSize(max(180, self._row.sizeHint().width() + 4), 34)
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()

@@ -11,7 +11,9 @@ from hapkit_studio.gui.connector import Build, Connector, build_engine
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
-    from hapkit_studio.haptics.engine import Engine, Fault, Health
+    from hapkit_studio.haptics.engine import Engine
+    from hapkit_studio.haptics.faults import Fault
+    from hapkit_studio.haptics.health import Health
 
 LOOK_AGAIN_MS = 1000
 
@@ -112,7 +114,7 @@ class Studio(QObject):
         """Change rate, delay, estimator or options; raise ParameterError if the engine refuses."""
         wish = replace(self.loop, **changes)
         if self.engine is not None:
-            changed = {k: getattr(wish, k) for k in ("rate", "delay") if k in changes}
+            changed: dict[str, Any] = {k: getattr(wish, k) for k in ("rate", "delay") if k in changes}
             if "estimator" in changes or "options" in changes:
                 changed["estimator"] = wish.spec
             self.engine.set_loop(**changed)

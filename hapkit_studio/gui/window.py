@@ -44,6 +44,9 @@ class MainWindow(QMainWindow):
     """The studio's one window; ``studio`` is what it works on. ``closed``: it is about to go."""
 
     closed = Signal()
+    studio: Studio
+    live: Live
+    single_keys: bool
 
     def __init__(self, studio: Studio):
         super().__init__()

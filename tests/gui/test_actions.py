@@ -43,10 +43,11 @@ def test_every_action_stands_in_a_menu(idle_window):
     assert {id(action) for action in idle_window.actions_by_key.qt.values()} <= shown
 
 
-@pytest.mark.parametrize("action", [a for a in TABLE if a.key != "session.quit"], ids=lambda a: a.key)
-def test_every_action_runs_without_a_device(idle_window, action):
-    idle_window.actions_by_key.run(action.key)
-    assert idle_window.isVisible()
+def test_every_action_runs_without_a_device(idle_window):
+    for action in TABLE:
+        if action.key != "session.quit":
+            idle_window.actions_by_key.run(action.key)
+            assert idle_window.isVisible(), action.key
 
 
 def test_every_action_runs_with_a_device(window):
@@ -137,12 +138,12 @@ def test_the_sheet_of_keys_names_every_key(idle_window):
         assert all(action.text in words and native(key) in words for key in action.keys)
 
 
-@pytest.mark.parametrize("seconds", SPANS)
-def test_the_time_window_is_set_from_menu_and_list_alike(idle_window, seconds):
-    idle_window.actions_by_key.run(f"view.span.{seconds:g}")
-    assert idle_window.centre.time.span == seconds
-    assert idle_window.centre.toolbar.span.currentText() == f"{seconds:g} s"
-    assert idle_window.actions_by_key.qt[f"view.span.{seconds:g}"].isChecked()
+def test_the_time_window_is_set_from_menu_and_list_alike(idle_window):
+    for seconds in SPANS:
+        idle_window.actions_by_key.run(f"view.span.{seconds:g}")
+        assert idle_window.centre.time.span == seconds
+        assert idle_window.centre.toolbar.span.currentText() == f"{seconds:g} s"
+        assert idle_window.actions_by_key.qt[f"view.span.{seconds:g}"].isChecked()
 
 
 def test_themes_recolour_at_once(idle_window):
