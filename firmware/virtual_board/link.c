@@ -113,6 +113,8 @@ bool link_admit_frames(struct link *l, bool all)
 		if (!all)
 			break;
 	}
+	if (l->in_end == LINK_IN && l->in_at == 0)
+		l->admitted = l->in_end;  // no frame is that long: whatever it is, the firmware shall see it
 	return l->admitted > l->in_at;
 }
 
