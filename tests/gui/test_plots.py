@@ -402,10 +402,8 @@ def test_segments_are_painted(qapp):
     image = QImage(40, 20, QImage.Format.Format_RGB32)
     image.fill(QColor("white"))
     painter = QPainter(image)
-    painter.setPen(strokes.pen(QColor("black"), 2.0))
-    strokes.trace(
-        painter, np.array([5.0, 20.0, np.nan, 25.0, 35.0]), np.array([10.0, 10.0, np.nan, 10.0, 10.0])
-    )
+    x = np.array([5.0, 20.0, np.nan, 25.0, 35.0])
+    strokes.trace(painter, x, x * 0.0 + 10.0, QColor("black"))
     painter.end()
     dark = [x for x in range(40) if image.pixelColor(x, 10).lightness() < 128]
     assert dark == [*range(4, 21), *range(24, 36)]

@@ -11,7 +11,6 @@ from hapkit_studio.gui.plots import strokes
 
 SECONDS = 10
 _AGES = (1.0, 1.0, 0.55, 0.55, 0.40, 0.40, 0.30, 0.30, 0.25, 0.25, 0.25)  # opacity by whole seconds
-_LEAST_STEP = 0.7  # px
 
 
 class Layers:
@@ -38,8 +37,7 @@ class Layers:
         painter = QPainter(self._layers[-1][1])
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.translate(-self.box.topLeft())
-        painter.setPen(strokes.pen(self.color, 2.0))
-        strokes.segments(painter, strokes.joined(*thinned(line)))
+        strokes.trace(painter, *line, self.color)
         painter.end()
 
     def _blank(self) -> QImage:
@@ -62,12 +60,3 @@ class Layers:
         """Paint the layer that is still growing."""
         if self._layers:
             painter.drawImage(self.box.topLeft(), self._layers[-1][1])
-
-
-def thinned(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a line (2, n) without the points that lie closer than a step behind the last one kept."""
-    steps = np.nan_to_num(np.hypot(*np.diff(line, axis=1)), nan=10.0 * _LEAST_STEP)
-    whole = np.floor(np.concatenate([[0.0], np.cumsum(steps)]) / _LEAST_STEP)
-    kept = np.concatenate([np.diff(whole) > 0, [True]])
-    kept[0] = True
-    return line[0, kept], line[1, kept]

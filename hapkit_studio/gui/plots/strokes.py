@@ -8,13 +8,14 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from hapkit_studio.gui.theme import theme
 
 ON, PERIOD = 5.0, 8.5  # px
+_LEAST_STEP = 0.8  # px
+_CALM = 3.0
 _NOISE = 12.0  # a line this many times longer than wide is noise
 
 
-def pen(color: QColor, width: float, dash: list[float] | None = None, flat: bool = False) -> QPen:
-    """Return a pen that Qt strokes fast; square ends close the joints between segments, dashes are flat."""
-    cap = Qt.PenCapStyle.FlatCap if dash or flat else Qt.PenCapStyle.SquareCap
-    result = QPen(color, width, Qt.PenStyle.SolidLine, cap)
+def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
+    """Return a pen with flat ends, dashed in units of its width if given."""
+    result = QPen(color, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
     if dash:
         result.setDashPattern(dash)
     return result
@@ -29,13 +30,24 @@ def segments(painter: QPainter, ends: np.ndarray) -> None:
         painter.drawLines(*store.drawargs())
 
 
-def trace(painter: QPainter, x: np.ndarray, y: np.ndarray) -> None:
-    """Draw a line with the painter's pen, smooth unless it is noise, where that shows nothing."""
-    ends = joined(x, y)
-    noisy = np.abs(ends[:, 3] - ends[:, 1]).sum() > _NOISE * max(np.nanmax(x) - np.nanmin(x), 1.0)
+def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width: float = 2.0) -> None:
+    """Draw a line, round where calm, smooth unless it is noise, where both cost most and show nothing."""
+    unrest = np.nansum(np.abs(np.diff(y))) / max(np.nansum(np.abs(np.diff(x))), 1.0)
+    noisy = unrest > _NOISE
+    cap = Qt.PenCapStyle.RoundCap if unrest < _CALM else Qt.PenCapStyle.SquareCap
+    painter.setPen(QPen(color, width, Qt.PenStyle.SolidLine, cap))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, not noisy)
-    segments(painter, ends)
+    segments(painter, joined(x, y) if noisy else joined(*thinned(x, y)))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+
+
+def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a line without the points that lie less than a step along it behind one that is kept."""
+    steps = np.nan_to_num(np.hypot(np.diff(x), np.diff(y)), nan=10.0 * _LEAST_STEP)
+    whole = np.floor(np.concatenate([[0.0], np.cumsum(steps)]) / _LEAST_STEP)
+    kept = np.concatenate([[True], np.diff(whole) > 0])
+    kept[-1:] = True
+    return x[kept], y[kept]
 
 
 def joined(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -108,13 +108,14 @@ class TraceCanvas(Canvas):
         x = self.shown.window.x - self.shown.zero
         lines = [self.to_pixels(x, self.values(trace.channel)) for trace in self.plot_of.traces]
         for index, (trace, (across, down)) in enumerate(zip(self.plot_of.traces, lines, strict=True)):
-            painter.setPen(strokes.pen(theme.color(trace.color), 2.0, flat=trace.dashed))
+            color = theme.color(trace.color)
             if trace.dashed:
+                painter.setPen(strokes.pen(color, 2.0))
                 above = lines[-1][1] if index + 1 < len(lines) else None
                 down = down if above is None else _apart(down, above)
                 strokes.segments(painter, strokes.dashed(across, down))
             else:
-                strokes.trace(painter, across, down)
+                strokes.trace(painter, across, down, color)
 
     def _now(self, painter: QPainter) -> None:
         if self.shown.now is None:

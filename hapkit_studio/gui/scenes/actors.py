@@ -154,6 +154,6 @@ def preparing(stage: Stage, fraction: float | None) -> None:
     left, top = stage.width / 2 - width / 2, stage.top + stage.band * 0.45
     stage.say("Preparing the loop, once only", [(stage.width / 2, top - 12, 0)], "ink", 13, 500, must=True)
     stage.p.setPen(Qt.PenStyle.NoPen)
-    for token, part in (("line", 1.0), ("accent", fraction or 0.0)):
+    for token, part in (("grid", 1.0), ("accent", fraction or 0.0)):
         stage.p.setBrush(theme.color(token))
         stage.p.drawRoundedRect(QRectF(left, top, width * min(max(part, 0.0), 1.0), height), 3, 3)

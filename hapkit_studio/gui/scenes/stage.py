@@ -22,6 +22,7 @@ from hapkit_studio.gui.painting import words
 from hapkit_studio.gui.theme import number, theme
 
 HALF_TRAVEL = 50.0  # mm
+_BESIDE = 4.0  # px between words
 _HATCH = 9.0
 _CORNER = 7.0  # px: the inside of a card's corner
 
@@ -143,7 +144,7 @@ class Stage:
         font = self.font(size, weight)
         boxes = [(place, self.text_box(place[0], place[1], text, place[2], font)) for place in places]
         inside = [(place, box) for place, box in boxes if box.left() >= 2 and box.right() <= self.width - 2]
-        free = [(place, box) for place, box in inside if not any(box.intersects(t) for t in self.taken)]
+        free = [(place, box) for place, box in inside if not self._is_taken(box)]
         chosen = free or (inside or boxes if must else [])
         if not chosen:
             return False
@@ -152,6 +153,10 @@ class Stage:
         self.texts.append(box)
         words(self.p, box.left(), y, text, font, (token, "scene"), 4.0 * self.u, self.ratio)
         return True
+
+    def _is_taken(self, box: QRectF) -> bool:
+        wide = box.adjusted(-_BESIDE, 0, _BESIDE, 0)
+        return any(wide.intersects(other) for other in self.taken)
 
     # shared parts -------------------------------------------------------------------------------
 
