@@ -1,7 +1,9 @@
 """The gallery: every environment with icon, title, one line and key; a narrow rail where room is short."""
 
+from functools import lru_cache
+
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from hapkit_studio.environments.base import Environment
@@ -16,6 +18,11 @@ _ROW, _RAIL_ROW = 51, 45
 def icon_name(scene: str) -> str:
     """Return the icon of a scene; environments from elsewhere may have none."""
     return scene if scene in icons.names() else "circle"
+
+
+@lru_cache(maxsize=64)
+def _picture(scene: str, _shade: str, color: str, ratio: float) -> QPixmap:
+    return icons.pixmap(icon_name(scene), 24, color, ratio)
 
 
 class GalleryRow(QAbstractButton):
@@ -63,8 +70,7 @@ class GalleryRow(QAbstractButton):
             painter.drawRect(self.rect().adjusted(2, 2, -2, -2))
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
-        name = icon_name(self.environment.scene)
-        picture = icons.pixmap(name, 24, color, self.devicePixelRatioF())
+        picture = _picture(self.environment.scene, theme.color(color).name(), color, self.devicePixelRatioF())
         painter.drawPixmap(12 if self._rail else 13, (self.height() - 24) // 2, picture)
 
     def _paint_words(self, painter: QPainter, color: str) -> None:
@@ -96,8 +102,6 @@ class GalleryRow(QAbstractButton):
 
     @staticmethod
     def _metrics(role: str, text: str) -> int:
-        from PySide6.QtGui import QFontMetrics
-
         return QFontMetrics(theme.font(role)).horizontalAdvance(text) + 2
 
 
