@@ -39,6 +39,15 @@ def test_counts_follow_the_handle_over_its_whole_travel_and_back(tmp_path):
     assert np.ptp(moved) <= 1.0 + 1e-6
 
 
+def test_the_sensor_is_a_saw_tooth_of_921_counts(tmp_path):
+    _, log, _ = session(tmp_path, 1.05, quiet, SWEEP)
+    tooth = 51 + np.floor(np.mod(log.position / QUANTUM + 300, 921))  # the magnet's place at the start: 300
+    sure = np.abs(np.mod(log.position / QUANTUM, 1.0) - 0.5) < 0.499999
+    np.testing.assert_array_equal(log.converter[sure], tooth[sure])
+    assert 51 <= log.converter.min() < 60
+    assert 960 < log.converter.max() <= 972
+
+
 def test_a_magnet_turned_round_counts_backwards(tmp_path):
     options = ("--sensor-sign", "-1", "--magnet", "900")
     samples, log, _ = session(tmp_path, 0.6, quiet, SWEEP, options=options)
