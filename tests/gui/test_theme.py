@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QColor
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QStyleHints
 from PySide6.QtWidgets import QPushButton
 
 from hapkit_studio.gui import icons
@@ -148,3 +149,17 @@ def test_numbers_have_a_true_minus_and_no_sign_on_zero():
     assert number(-0.001, 2, sign=True) == "0.00"
     assert number(7.25, 2, sign=True) == "+7.25"
     assert number(1000.0, 0) == "1000"
+
+
+def test_the_theme_follows_the_system_until_it_is_set(qapp, monkeypatch):
+    scheme = {"now": Qt.ColorScheme.Light}
+    monkeypatch.setattr(QStyleHints, "colorScheme", lambda self: scheme["now"])
+    theme.apply(qapp)
+    theme.set_mode("system")
+    assert theme.name == "light"
+    scheme["now"] = Qt.ColorScheme.Dark
+    qapp.styleHints().colorSchemeChanged.emit(scheme["now"])
+    assert theme.name == "dark"
+    theme.set_mode("light")
+    qapp.styleHints().colorSchemeChanged.emit(scheme["now"])
+    assert theme.name == "light"

@@ -37,7 +37,7 @@ class Layers:
         painter = QPainter(self._layers[-1][1])
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.translate(-self.box.topLeft())
-        strokes.trace(painter, *line, self.color)
+        strokes.trace(painter, line[0], line[1], self.color)
         painter.end()
 
     def _blank(self) -> QImage:

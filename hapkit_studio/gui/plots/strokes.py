@@ -59,18 +59,21 @@ def joined(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def dashed(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the dashes (n, 4) along a line, 5 on and 3.5 off; each run after a NaN starts with a dash."""
     good = np.isfinite(x) & np.isfinite(y)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], good.view(np.int8), [0]])))
-    runs = [_dashes(x[a:b], y[a:b]) for a, b in edges.reshape(-1, 2) if b - a > 1]
-    return np.concatenate(runs) if runs else np.empty((0, 4))
-
-
-def _dashes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    if length[-1] > _NOISE * max(np.ptp(x), 1.0):  # dashes along noise would be a haze
-        return joined(x, y)
-    start = np.arange(0.0, length[-1], PERIOD)
-    stop = np.minimum(start + ON, length[-1])
-    return np.column_stack([np.interp(s, length, c) for s in (start, stop) for c in (x, y)])
+    edges = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
+    edges = edges[edges[:, 1] - edges[:, 0] > 1]
+    along = np.concatenate([[0.0], np.nancumsum(np.hypot(np.diff(x), np.diff(y)))])
+    if not len(edges) or along[-1] > _NOISE * max(np.nanmax(x) - np.nanmin(x), 1.0):
+        return joined(x, y)  # dashes along noise would be a haze
+    lengths = along[edges[:, 1] - 1] - along[edges[:, 0]]
+    ends = np.cumsum(np.ceil(lengths / PERIOD) * PERIOD)  # runs put one behind the other, by whole periods
+    begins = np.concatenate([[0.0], ends[:-1]])
+    start = np.arange(0.0, ends[-1] - 0.5 * PERIOD, PERIOD)
+    run = np.searchsorted(ends, start, side="right")
+    stop = np.minimum(start + ON, begins[run] + lengths[run])
+    which = np.repeat(np.arange(len(edges)), edges[:, 1] - edges[:, 0])
+    points = np.concatenate([np.arange(a, b) for a, b in edges])
+    place = along[points] - along[edges[which, 0]] + begins[which]
+    return np.column_stack([np.interp(s, place, c[points]) for s in (start, stop) for c in (x, y)])
 
 
 def mark(painter: QPainter, at: QPointF, token: str, radius: float = 4.0) -> None:

@@ -46,7 +46,7 @@ class Stage:
         self.texts: list[QRectF] = []
         self._kept: list[QRectF] = []
         self._kept_texts: list[QRectF] = []
-        self._hatched: dict[str, QBrush] = {}
+        self._hatched: dict[str, QPixmap] = {}
 
     def begin(self, painter: QPainter) -> None:
         """Paint with this painter from now on; taken by then is what stays put."""
@@ -94,12 +94,23 @@ class Stage:
 
     def hatched(self, token: str = "mat") -> QBrush:
         """Return a brush of hatching on a token's colour, fixed to the world."""
-        key = f"{token} {theme.name}"
-        if key not in self._hatched:
-            self._hatched[key] = self._hatch(token)
-        return self._hatched[key]
+        brush = QBrush(self._hatch(token))
+        if self.ratio != 1.0:  # even an identity transform takes the slow path
+            brush.setTransform(QTransform.fromScale(1.0 / self.ratio, 1.0 / self.ratio))
+        return brush
 
-    def _hatch(self, token: str) -> QBrush:
+    def hatch_rect(self, rect: QRectF, token: str = "mat") -> None:
+        """Hatch a rectangle, rounded to whole pixels of the screen: the fast way for large ones."""
+        left, top = round(rect.left() * self.ratio), round(rect.top() * self.ratio)
+        right, low = round(rect.right() * self.ratio), round(rect.bottom() * self.ratio)
+        source = QRectF(left, top, right - left, low - top)
+        target = QRectF(source.topLeft() / self.ratio, source.size() / self.ratio)
+        self.p.drawPixmap(target, self._hatch(token), source)
+
+    def _hatch(self, token: str) -> QPixmap:
+        """Return the whole scene hatched, painted once."""
+        if token in self._hatched:
+            return self._hatched[token]
         size = QSize(math.ceil(self.width * self.ratio), math.ceil(self.height * self.ratio))
         picture = QPixmap(size)
         picture.fill(theme.color(token))
@@ -112,10 +123,7 @@ class Stage:
             painter.drawLine(QPointF(x, -2.0), QPointF(x - self.height - 4.0, self.height + 2.0))
             x += step
         painter.end()
-        brush = QBrush(picture)
-        if self.ratio != 1.0:  # even an identity transform takes the slow path
-            brush.setTransform(QTransform.fromScale(1.0 / self.ratio, 1.0 / self.ratio))
-        return brush
+        return self._hatched.setdefault(token, picture)
 
     # words --------------------------------------------------------------------------------------
 

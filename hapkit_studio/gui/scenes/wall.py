@@ -1,6 +1,6 @@
 """Wall: a hatched block whose face gives way under the handle, its surface dashed, the depth in words."""
 
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainterPath, QPolygonF
 
 from hapkit_studio.gui.scenes.actors import Motion
@@ -34,18 +34,25 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
     surface, inside = stage.x(1e3 * values.get("position", 0.0)), depth(values, motion.position) > 0
     face = stage.x(motion.position) + side * 2.2 * u if inside else surface
     end, top, corner = stage.x(50.0 * side), stage.top + 2 * u, 7 * u * side
-    edge = QPainterPath(QPointF(end, top))
-    edge.lineTo(face + corner, top)
-    edge.quadTo(face, top, face, top + abs(corner))
-    edge.lineTo(face, stage.rail - 1.25 * u)
-    block = QPainterPath(edge)
-    block.lineTo(end, stage.rail - 1.25 * u)
-    block.closeSubpath()
     if side * (end - face) > abs(corner):
-        stage.fill(block, stage.hatched())
-        stage.stroke(edge, stage.pen("matline", 2.6))
+        _block(stage, face, end, top, corner)
     if inside:
         stage.line(surface, top, surface, stage.rail, stage.pen("matline", 1.6, (4, 4)))
+
+
+def _block(stage: Stage, face: float, end: float, top: float, corner: float) -> None:
+    """Draw the block between its face and the rail's end, the corner at the face rounded."""
+    low, inner = stage.rail - 1.25 * stage.u, face + corner
+    stage.hatch_rect(QRectF(QPointF(min(inner, end), top), QPointF(max(inner, end), low)))
+    edge = QPainterPath(QPointF(inner, top))
+    edge.quadTo(face, top, face, top + abs(corner))
+    edge.lineTo(face, low)
+    strip = QPainterPath(edge)
+    strip.lineTo(inner, low)
+    stage.fill(strip, stage.hatched())
+    edge.moveTo(end, top)
+    edge.lineTo(inner, top)
+    stage.stroke(edge, stage.pen("matline", 2.6))
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
