@@ -112,6 +112,17 @@ class HapkitBoard:
             raise DeviceError(f"{self.title} is not open.")
         return self._serial.fileno()
 
+    def read(self, seconds: float) -> bytes:
+        """Return what has arrived, waiting up to seconds for the first byte; raise OSError."""
+        if self._serial.timeout != seconds:
+            self._serial.timeout = seconds
+        first = self._serial.read(1)
+        return first + self._serial.read(self._serial.in_waiting) if first else b""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes as they are; raise OSError."""
+        self._serial.write(data)
+
     def start_stream(self) -> None:
         """Switch the samples on; raise PortGoneError."""
         self._send_or_gone(Stream(1))

@@ -40,31 +40,32 @@ def new_block() -> tuple[np.ndarray, np.ndarray]:
 
 
 @compiled
+def copy(values, words, to_values, to_words):
+    """Copy a block's content, all but its sequence."""
+    for i in range(VALUES):
+        to_values[i] = values[i]
+    for i in range(LAW, WORDS):
+        to_words[i] = words[i]
+
+
+@compiled
 def publish(values, words, new_values, new_words):
     """Replace the block's content."""
     sequence = words[SEQUENCE]
     store_release(words, SEQUENCE, sequence + 1)
     fence()
-    for i in range(VALUES):
-        values[i] = new_values[i]
-    for i in range(LAW, WORDS):
-        words[i] = new_words[i]
+    copy(new_values, new_words, values, words)
     fence()
     store_release(words, SEQUENCE, sequence + 2)
 
 
 @compiled
 def take(values, words, copy_values, copy_words):
-    """Copy the block if it is whole and newer than the copy; return whether it was."""
+    """Copy the block; return whether it was whole. What a torn copy holds may not be used."""
     sequence = load_acquire(words, SEQUENCE)
-    if sequence == copy_words[SEQUENCE] or sequence & 1:
+    if sequence & 1:
         return False
-    for i in range(VALUES):
-        copy_values[i] = values[i]
-    for i in range(LAW, WORDS):
-        copy_words[i] = words[i]
-    fence()
-    if load_acquire(words, SEQUENCE) != sequence:
-        return False
+    copy(values, words, copy_values, copy_words)
     copy_words[SEQUENCE] = sequence
-    return True
+    fence()
+    return load_acquire(words, SEQUENCE) == sequence

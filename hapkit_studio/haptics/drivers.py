@@ -11,7 +11,7 @@ from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import block, line, plant, rig, serial_loop, simulated_loop
 from hapkit_studio.haptics.fences import store_release
-from hapkit_studio.haptics.portable_loop import PortableLoop
+from hapkit_studio.haptics.portable_loop import PortableLoop, warm_up
 from hapkit_studio.haptics.rig import Rig
 from hapkit_studio.haptics.ring import Ring, new_ring
 
@@ -23,7 +23,10 @@ class Driver(Protocol):
     """Owns one connection; ``run`` keeps its thread until the rig is told to quit."""
 
     hold_seconds: float
-    rate: float | None
+
+    @property
+    def rate(self) -> float | None:
+        """Return the rate in Hz that the device itself sets, None where the loop does."""
 
     def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
         """Render until told to quit; whatever ends it, the last act is a zero command."""
@@ -94,6 +97,7 @@ class PortableDriver(SerialDriver):
 
     def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
         if r.control[rig.QUIT]:
+            warm_up()
             return
         self.device.start_stream()
         PortableLoop(self.conn, self.device.read, self.device.write).run(r, out, late)

@@ -1,5 +1,6 @@
 """The engine: the one object the window talks to. It sends parameters, never forces, and never waits."""
 
+import math
 import threading
 from collections.abc import Mapping
 
@@ -9,7 +10,7 @@ from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.errors import StudioError
+from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import block, faults, histogram, priority, rig
 from hapkit_studio.haptics.drivers import Driver, compile_ahead, driver_for
 from hapkit_studio.haptics.fences import load_acquire, store_release
@@ -30,14 +31,15 @@ class Engine:
         self._rig = rig.new_rig(*self._block)
         self._ring = new_ring(self._rig.control)
         self._late = histogram.new_histogram()
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._watch = Watch()
         self._thread: threading.Thread | None = None
         self._driver: Driver | None = None
         self._priority = STARTING
         self._realtime = realtime
         self._message = ""
-        self._kept: list[tuple[int, object]] = []
+        # a law by its address, with the last generation of settings that wanted it
+        self._kept: dict[int, tuple[int, object]] = {}
         self._grip_name = "medium"
         self._target: float | None = None
         self.device = device
@@ -47,6 +49,7 @@ class Engine:
     # --- life
     def start(self) -> None:
         """Open the device and start the loop; raise DeviceError. Compiles on the very first start."""
+        self.close()
         driver = driver_for(self.device)
         try:
             self._begin(driver)
@@ -72,6 +75,8 @@ class Engine:
         try:
             driver.run(self._rig, self._ring, self._late)
         except StudioError as error:
+            if self.fault is None:
+                store_release(self._rig.control, rig.FAULT, rig.DEVICE_GONE)
             self._message = str(error)
         finally:
             priority.release()
@@ -99,15 +104,16 @@ class Engine:
             grip = grip_named(self._grip_name)
             wanted.grip, wanted.target = grip, self._target
             values, words = wanted.encode()
-            self._kept.append((wanted.generation, wanted.environment.force.compiled()))
+            law = wanted.environment.force.compiled()
+            self._kept[law.address] = (wanted.generation, law)
             block.publish(*self._block, values, words)
             self._wanted = wanted
             accepted = int(load_acquire(self._rig.control, rig.ACCEPTED))
-            self._kept = [k for k in self._kept if k[0] >= accepted]
+            self._kept = {address: kept for address, kept in self._kept.items() if kept[0] >= accepted}
 
     def _changed(self, **changes) -> None:
-        fields = {**vars(self._wanted), **changes}
-        self._publish(Wanted(**fields))
+        with self._lock:
+            self._publish(Wanted(**{**vars(self._wanted), **changes}))
 
     @property
     def environment(self) -> Environment:
@@ -139,6 +145,9 @@ class Engine:
         self, rate: float | None = None, delay: float | None = None, estimator: Spec | None = None
     ) -> None:
         """Change rate in Hz, added delay in s, velocity estimator; raise ParameterError."""
+        own_rate = self._driver.rate if self._driver is not None else None
+        if rate is not None and own_rate not in (None, rate):
+            raise ParameterError(f"{self.device.title} sets the rate: {own_rate:g} Hz, not {rate:g} Hz.")
         self._changed(loop=self.loop.changed(rate, delay, estimator))
         if rate is not None:
             self._watch.forget()
@@ -150,7 +159,9 @@ class Engine:
         self._hand_moved()
 
     def move_hand(self, target: float | None) -> None:
-        """Move the hand's target to a position in m; None lets go."""
+        """Move the hand's target to a position in m, None lets go; raise ParameterError."""
+        if target is not None and not math.isfinite(target):
+            raise ParameterError(f"The hand's target must be a finite number of m, not {target:g}.")
         self._target = target
         self._hand_moved()
 

@@ -9,13 +9,14 @@ from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics import block, rig, ring, rows
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.jit import compiled
-from hapkit_studio.haptics.tick import tick
+from hapkit_studio.haptics.tick import STALE_AFTER, mark_stale, tick
 from hapkit_studio.protocol import codec
 
 CHUNK = 4096
 HISTORY = 2048
 # The two clocks drift, and a virtual board that was held up stays behind: only the last frames compare.
 WINDOW_SECONDS = 0.5
+_MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
 
 # --- numbers
 QUANTUM = 0
@@ -27,7 +28,7 @@ WINDOW_START = 5
 DELAY_SUM = 6
 DELAY_COUNT = 7
 EFFECT = 8
-LAST_SEEN = 9
+LAST_ANSWER = 9
 BEGIN = 10
 NUMBERS = 16
 
@@ -47,7 +48,7 @@ class Line(NamedTuple):
     data: np.ndarray
     frame: np.ndarray
     samples: np.ndarray
-    forces: np.ndarray  # what was sent in answer to each of the last samples
+    forces: np.ndarray  # the answer to each of the last samples, as the board counts direction
     numbers: np.ndarray
     words: np.ndarray
 
@@ -104,13 +105,30 @@ def obey(r, line, count):
 
 
 @compiled
-def effect(line, answered, delay, period):
+def effect(line, sample, period):
     """Return the mean force in N over the last period: the old one until the answer came, then that."""
     old = line.numbers[EFFECT]
-    new = line.forces[int(answered) % HISTORY]
+    new = line.forces[int(sample[codec.ANSWERED]) % HISTORY]
+    if int(sample[codec.FLAGS]) & _MOTOR_OFF:
+        new = 0.0
     line.numbers[EFFECT] = new
-    share = min(max(delay / period, 0.0), 1.0)
+    behind = (int(sample[codec.SEQ]) - 1 - int(sample[codec.ANSWERED])) & 0xFFFF
+    share = min(max(sample[codec.DELAY] / period - behind, 0.0), 1.0)
     return new + (old - new) * share
+
+
+@compiled
+def keep(line, seq, lost, force):
+    """Keep the answer to sample seq; lost samples before it count as answered by the same."""
+    for back in range(min(int(lost), HISTORY - 1) + 1):
+        line.forces[(seq - back) % HISTORY] = force
+
+
+@compiled
+def overslept(r, line, now):
+    """Come back from a gap in the answers, when the board had its motor off, as from a stale sensor."""
+    if line.words[STARTED] and now - line.numbers[LAST_ANSWER] >= STALE_AFTER:
+        mark_stale(r, now)
 
 
 @compiled
@@ -136,13 +154,13 @@ def lateness(line, now, board_time):
 
 @compiled
 def render(r, line, out, k, now):
-    """Render the k-th decoded sample into the ring's next row; return the force in N that answers it."""
+    """Render the k-th decoded sample into the ring's next row; keep its answer."""
     sample = line.samples[k]
     nominal = r.values[block.PERIOD]
     period = nominal * (1.0 + sample[codec.LOST])
     obey(r, line, sample[codec.COUNT])
     note_delay(line, sample[codec.DELAY])
-    in_effect = line.numbers[SIGN] * effect(line, sample[codec.ANSWERED], sample[codec.DELAY], period)
+    in_effect = line.numbers[SIGN] * effect(line, sample, period)
     row = out.rows[ring.next_index(out)]
     force = tick(r, position_of(line, sample[codec.COUNT]), period, in_effect, row)
     late = lateness(line, now, sample[codec.BOARD_TIME])
@@ -155,23 +173,20 @@ def render(r, line, out, k, now):
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.GAP
     if int(sample[codec.FLAGS]) & codec.FLAG_CLAMPED:
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.CLAMPED
-    line.numbers[LAST_SEEN] = now
     store_release(r.control, rig.LOST_FRAMES, line.reader[codec.LOST_FRAMES])
     store_release(r.control, rig.CRC_ERRORS, line.reader[codec.BAD_FRAMES])
-    return line.numbers[SIGN] * force
+    if r.word[rig.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
+        line.forces[:] = 0.0
+    keep(line, int(sample[codec.SEQ]), sample[codec.LOST], line.numbers[SIGN] * force)
 
 
 @compiled
-def answer(r, line, k, force):
+def answer(r, line, k, now):
     """Encode the frame that answers sample k, an added delay of whole periods ago; return its length."""
-    seq = int(line.samples[k, codec.SEQ])
-    line.forces[seq % HISTORY] = force
+    line.numbers[LAST_ANSWER] = now
     behind = int(r.values[block.DELAY] / r.values[block.PERIOD] + 0.5)
-    from_seq = seq - min(behind, HISTORY - 1)
-    sent = line.forces[from_seq % HISTORY]
-    if force == 0.0 and r.word[rig.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
-        sent = 0.0
-    return codec.encode_force(line.frame, from_seq & 0xFFFF, sent)
+    seq = int(line.samples[k, codec.SEQ]) - min(behind, HISTORY - 1)
+    return codec.encode_force(line.frame, seq & 0xFFFF, line.forces[seq % HISTORY])
 
 
 @compiled

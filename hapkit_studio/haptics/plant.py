@@ -11,7 +11,7 @@ from hapkit_studio.haptics import block, rows
 from hapkit_studio.haptics.jit import compiled
 
 MASS, VISCOUS, COULOMB, QUANTUM = range(4)
-HAND, TARGET = 4, 9
+HAND, PERIOD, TARGET = 4, 7, 9
 _CONSTANTS = 12
 # The pointer moves in steps of a frame; a hand does not.
 POINTER_SECONDS = 0.012
@@ -38,10 +38,10 @@ def configure(plant, hand_mass, hand_damping, hand_stiffness, period, delay):
     """Bring hand, period and delay into force where any of them changed."""
     now = plant.constants
     same = now[HAND] == hand_mass and now[HAND + 1] == hand_damping and now[HAND + 2] == hand_stiffness
-    if same and now[HAND + 3] == period and now[HAND + 4] == delay:
+    if same and now[PERIOD] == period and now[PERIOD + 1] == delay:
         return
     now[HAND], now[HAND + 1], now[HAND + 2] = hand_mass, hand_damping, hand_stiffness
-    now[HAND + 3], now[HAND + 4] = period, delay
+    now[PERIOD], now[PERIOD + 1] = period, delay
     simulated.configure(
         plant.dev,
         plant.queue,
@@ -81,6 +81,12 @@ def next_target(plant, goal, period):
     """Return the hand's target in m one period on, following the pointer's goal smoothly."""
     target = plant.constants[TARGET]
     return target + (goal - target) * -math.expm1(-period / POINTER_SECONDS)
+
+
+@compiled
+def cut(plant):
+    """Switch the motor off at once: forces still on their way are dropped, whatever the delay."""
+    plant.queue[:] = 0.0
 
 
 @compiled

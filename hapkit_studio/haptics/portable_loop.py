@@ -7,13 +7,26 @@ import contextlib
 
 import numpy as np
 
-from hapkit_studio.haptics import histogram, line, rig, ring, rows, settings, sleep
+from hapkit_studio.haptics import block, histogram, line, rig, ring, rows, settings, sleep
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.line import Line
-from hapkit_studio.haptics.rig import Rig
-from hapkit_studio.haptics.ring import Ring
+from hapkit_studio.haptics.line import Line, new_line
+from hapkit_studio.haptics.rig import Rig, new_rig
+from hapkit_studio.haptics.ring import Ring, new_ring
 from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale
 from hapkit_studio.protocol import codec
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import Sample
+
+
+def warm_up() -> None:
+    """Compile or load all that a sample needs, by rendering one under a latched fault, that calls no law."""
+    r, conn = new_rig(*block.new_block()), new_line(1.0)
+    r.control[rig.FAULT] = rig.RUNAWAY
+    frame = np.frombuffer(encode(Sample(0, 0, 0, 0, 0, 0, 0, 0)), dtype=np.uint8)
+    loop = PortableLoop(conn, None, lambda data: None)
+    loop._take(r, new_ring(r.control, 2), histogram.new_histogram(), frame)
+    loop._last_act()
+    mark_stale(r, 0.0)
 
 
 class PortableLoop:
@@ -25,7 +38,7 @@ class PortableLoop:
     def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
         """Render until told to quit or the port fails; the last act is a zero command."""
         settings.adopt(r, 0.0)
-        self.conn.numbers[line.BEGIN] = self.conn.numbers[line.LAST_SEEN] = sleep.now()
+        self.conn.numbers[line.BEGIN] = self.conn.numbers[line.LAST_ANSWER] = sleep.now()
         try:
             while not load_acquire(r.control, rig.QUIT):
                 data = np.frombuffer(self.read(STALE_AFTER), dtype=np.uint8)
@@ -44,9 +57,12 @@ class PortableLoop:
         count = codec.feed(conn.reader, conn.buffer, conn.data, len(data), conn.samples)
         now = sleep.now()
         for k in range(count):
-            force = line.render(r, conn, out, k, now)
-            if k == count - 1:
-                self._answer(r, k, force)
+            newest = k == count - 1
+            if newest:
+                line.overslept(r, conn, now)
+            line.render(r, conn, out, k, now)
+            if newest:
+                self._answer(r, k, now)
             row = out.rows[ring.next_index(out)]
             row[rows.COMPUTE] = sleep.now() - now
             histogram.add(late, row[rows.LATENESS])
@@ -54,23 +70,23 @@ class PortableLoop:
         if count > 1:
             store_release(r.control, rig.MISSED, int(r.control[rig.MISSED]) + count - 1)
 
-    def _answer(self, r: Rig, k: int, force: float) -> None:
+    def _answer(self, r: Rig, k: int, now: float) -> None:
         word = line.stop_word(r, self.conn)
         if word:
             self._send(codec.encode_simple(self.conn.frame, word))
-        self._send(line.answer(r, self.conn, k, force))
+        self._send(line.answer(r, self.conn, k, now))
 
     def _send(self, size: int) -> None:
         self.write(self.conn.frame[:size].tobytes())
 
     def _silent(self, r: Rig) -> None:
         now = sleep.now()
-        if now - self.conn.numbers[line.LAST_SEEN] < STALE_AFTER:
+        if now - self.conn.numbers[line.LAST_ANSWER] < STALE_AFTER:
             return
         if self.conn.words[line.STARTED]:
             mark_stale(r, now)
         self._send(codec.encode_force(self.conn.frame, 0, 0.0))
-        self.conn.numbers[line.LAST_SEEN] = now
+        self.conn.numbers[line.LAST_ANSWER] = now
 
     def _last_act(self) -> None:
         # where the line is gone, the board's own watchdog cuts the motor

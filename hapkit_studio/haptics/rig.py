@@ -65,8 +65,10 @@ class Rig(NamedTuple):
     laws: np.ndarray  # (2,): addresses
     memory: np.ndarray  # the velocity estimator's
     fault: np.ndarray  # (2,): code and line, set by laws
-    values: np.ndarray  # the block last taken
+    values: np.ndarray  # the block in force
     words: np.ndarray
+    draft_values: np.ndarray  # the block being read, perhaps torn
+    draft_words: np.ndarray
     block_values: np.ndarray  # the block as the window writes it
     block_words: np.ndarray
     control: np.ndarray
@@ -75,6 +77,7 @@ class Rig(NamedTuple):
 def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
     """Return a rig at rest that reads its settings from the given block."""
     values, words = block.new_block()
+    draft_values, draft_words = block.new_block()
     return Rig(
         real=np.zeros(REAL),
         word=np.zeros(WORD, dtype=np.int64),
@@ -87,6 +90,8 @@ def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
         fault=np.zeros(2, dtype=np.int64),
         values=values,
         words=words,
+        draft_values=draft_values,
+        draft_words=draft_words,
         block_values=block_values,
         block_words=block_words,
         control=np.zeros(CONTROL, dtype=np.int64),
@@ -96,9 +101,14 @@ def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
 def restart(r: Rig, hold_seconds: float) -> None:
     """Bring the tick back to its start before a loop runs: settings afresh, the force fades in from zero.
 
-    hold_seconds of zero force come first. A latched E-stop stays; counts go on.
+    hold_seconds of zero force come first. E-stop and latched faults stay, but for the device's own going
+    away; counts go on.
     """
+    if r.control[FAULT] == DEVICE_GONE:
+        r.control[FAULT] = NO_FAULT
+    reason = r.real[FAULT_VALUE : FAULT_POSITION + 1].copy()
     r.real[:] = 0.0
+    r.real[FAULT_VALUE : FAULT_POSITION + 1] = reason
     r.real[BLEND] = r.real[RAMP] = 1.0
     r.real[HOLD] = hold_seconds
     ticks = r.word[TICK]
@@ -106,6 +116,6 @@ def restart(r: Rig, hold_seconds: float) -> None:
     r.word[TICK] = ticks
     r.word[CLEARED] = r.control[CLEAR]
     r.words[:] = 0
-    r.fault[:] = 0
-    for word in (QUIT, DONE, FAULT):
-        r.control[word] = NO_FAULT
+    if r.control[FAULT] == NO_FAULT:
+        r.fault[:] = 0
+    r.control[QUIT] = r.control[DONE] = 0

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hapkit_studio.haptics import rig, rows
-from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.fences import fence, load_acquire, store_release
 from hapkit_studio.haptics.jit import compiled
 
 CAPACITY = 1 << 16
@@ -31,12 +31,14 @@ def next_index(ring):
 
 @compiled
 def publish(ring):
-    """Hand the filled row to the readers."""
+    """Hand the filled row to the readers; what comes after is written after."""
     store_release(ring.control, rig.HEAD, ring.control[rig.HEAD] + 1)
+    fence()
 
 
 @compiled
 def _head(ring):
+    fence()
     return load_acquire(ring.control, rig.HEAD)
 
 

@@ -3,9 +3,11 @@
 What hangs up, errs or ends (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a latched fault.
 """
 
+import errno
+
 import numpy as np
 
-from hapkit_studio.haptics import clib, histogram, line, rig, ring, rows, settings, sleep
+from hapkit_studio.haptics import block, clib, histogram, line, rig, ring, rows, settings, sleep
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.jit import compiled
 from hapkit_studio.haptics.priority import demote
@@ -15,7 +17,7 @@ from hapkit_studio.protocol import codec
 
 _POLLIN = 1
 _POLL_ENDED = 8 | 16 | 32
-_EAGAIN, _EINTR = 11, 4
+_EAGAIN, _EINTR = errno.EAGAIN, errno.EINTR
 _TIMEOUT_MS = int(1e3 * STALE_AFTER)
 # A poll that finds bytes there returns in a few microseconds; one that waited took longer.
 _NO_WAIT = 10e-6
@@ -45,12 +47,15 @@ def answer_all(r, conn, out, late, fd, count):
     """Render every decoded sample, answer the newest; older ones of the same chunk count as missed."""
     now = sleep.now()
     for k in range(count):
-        force = line.render(r, conn, out, k, now)
-        if k == count - 1:
+        newest = k == count - 1
+        if newest:
+            line.overslept(r, conn, now)
+        line.render(r, conn, out, k, now)
+        if newest:
             word = line.stop_word(r, conn)
             if word:
                 send(fd, conn.frame, codec.encode_simple(conn.frame, word))
-            send(fd, conn.frame, line.answer(r, conn, k, force))
+            send(fd, conn.frame, line.answer(r, conn, k, now))
         row = out.rows[ring.next_index(out)]
         row[rows.COMPUTE] = sleep.now() - now
         histogram.add(late, row[rows.LATENESS])
@@ -63,19 +68,19 @@ def answer_all(r, conn, out, late, fd, count):
 def silent(r, conn, fd):
     """No sample within STALE_AFTER: zero force, and say so to the board."""
     now = sleep.now()
-    if now - conn.numbers[line.LAST_SEEN] < STALE_AFTER:
+    if now - conn.numbers[line.LAST_ANSWER] < STALE_AFTER:
         return
     if conn.words[line.STARTED]:
         mark_stale(r, now)
     send(fd, conn.frame, codec.encode_force(conn.frame, 0, 0.0))
-    conn.numbers[line.LAST_SEEN] = now
+    conn.numbers[line.LAST_ANSWER] = now
 
 
 @compiled
 def run(r, conn, out, late, fd, spec):
     """Own the calling thread until told to quit or the line ends; the last act is a zero command."""
     settings.adopt(r, 0.0)
-    conn.numbers[line.BEGIN] = conn.numbers[line.LAST_SEEN] = sleep.now()
+    conn.numbers[line.BEGIN] = conn.numbers[line.LAST_ANSWER] = sleep.now()
     hurried = 0
     while load_acquire(r.control, rig.QUIT) == 0:
         before = sleep.now()
@@ -94,9 +99,9 @@ def run(r, conn, out, late, fd, spec):
             answer_all(r, conn, out, late, fd, count)
         silent(r, conn, fd)
         if hurried > MOST_PASSES_WITHOUT_WAITING:
-            latch(r, rig.RUNAWAY, 0.0, 0.0)
+            latch(r, rig.RUNAWAY, 1.0 / r.values[block.PERIOD], 0.0)
             demote()
-            break
+            sleep.until(before + r.values[block.PERIOD])
     send(fd, conn.frame, codec.encode_force(conn.frame, 0, 0.0))
     store_release(r.control, rig.DONE, 1)
 

@@ -1,9 +1,11 @@
 """How new settings come into force inside the tick: numbers ramp, choices and laws cross-fade."""
 
 from hapkit_studio.dynamics import estimators
-from hapkit_studio.haptics import block, rig
+from hapkit_studio.haptics import block, rig, rows
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.jit import compiled
+
+_ROUNDING = 1e-9
 
 
 @compiled
@@ -29,9 +31,11 @@ def adopt(r, position):
     real, word = r.real, r.word
     if real[rig.BLEND] < 1.0 and word[rig.STARTED]:
         return
-    estimator = r.words[block.ESTIMATOR]
-    if not block.take(r.block_values, r.block_words, r.values, r.words):
+    if not block.take(r.block_values, r.block_words, r.draft_values, r.draft_words):
         return
+    estimator = r.words[block.ESTIMATOR]
+    block.copy(r.draft_values, r.draft_words, r.values, r.words)
+    r.words[block.SEQUENCE] = r.draft_words[block.SEQUENCE]
     if not word[rig.STARTED]:
         begin(r, position)
         return
@@ -86,7 +90,7 @@ def switch(r):
     new = 1 - old
     fresh = r.words[block.LAW] != r.laws[old]
     if not fresh:
-        for i in range(r.words[block.N_STATE]):
+        for i in range(rows.STATES):
             r.states[new, i] = r.states[old, i]
     r.word[rig.SLOT] = new
     enter(r, new, fresh)
@@ -108,8 +112,15 @@ def enter(r, slot, fresh):
 @compiled
 def restore(r, slot):
     """Give a slot its law's first state."""
-    for i in range(r.words[block.N_STATE]):
+    for i in range(rows.STATES):
         r.states[slot, i] = r.values[block.INITIAL_STATE + i]
+
+
+@compiled
+def advanced(share, step):
+    """Return a share moved on towards 1; what rounding leaves to do is done."""
+    share += step
+    return share if share < 1.0 - _ROUNDING else 1.0
 
 
 @compiled
@@ -117,14 +128,14 @@ def move(r, step):
     """Move the ramp of the numbers and the cross-fade by a step, a share of the whole."""
     real = r.real
     if real[rig.RAMP] < 1.0:
-        ramp = min(1.0, real[rig.RAMP] + step)
+        ramp = advanced(real[rig.RAMP], step)
         real[rig.RAMP] = ramp
         slot = r.word[rig.SLOT]
         for i in range(r.words[block.N_PARAMS]):
             goal, start = r.goal[i], r.start[i]
             r.params[slot, i] = goal if ramp >= 1.0 else start + (goal - start) * ramp
     if real[rig.BLEND] < 1.0:
-        real[rig.BLEND] = min(1.0, real[rig.BLEND] + step)
+        real[rig.BLEND] = advanced(real[rig.BLEND], step)
 
 
 @compiled

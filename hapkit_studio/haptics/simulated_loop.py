@@ -13,20 +13,24 @@ MOST_PASSES_WITHOUT_WAITING = 100
 
 @compiled
 def sample(r, body, out, now, begin, lateness):
-    """Render one sample at the clock's now, publish its row, move the paddle on by one period."""
-    plant.follow_settings(body, r)
-    period = r.values[block.PERIOD]
-    target = body.constants[plant.TARGET]
+    """Render one sample at the clock's now, publish its row, move the paddle on to the next one.
+
+    Settings that the tick takes hold from this sample on; up to here the old period has passed.
+    """
     row = out.rows[ring.next_index(out)]
-    plant.write_truth(body, target, row)
-    force = tick(r, plant.measure(body), period, body.dev[simulated.EFFECT], row)
+    plant.write_truth(body, body.constants[plant.TARGET], row)
+    row[rows.BOARD_TIME] = r.real[rig.CLOCK]
+    force = tick(r, plant.measure(body), body.constants[plant.PERIOD], body.dev[simulated.EFFECT], row)
+    plant.follow_settings(body, r)
+    if r.word[rig.FLAGS] & (rows.STOPPED | rows.FAULT):
+        plant.cut(body)
     simulated.command(body.dev, body.queue, force)
+    period, target = body.constants[plant.PERIOD], body.constants[plant.TARGET]
     after = plant.next_target(body, r.values[block.HAND_TARGET], period)
     simulated.advance(body.dev, body.queue, target, after)
     body.constants[plant.TARGET] = after
     r.real[rig.CLOCK] += period
     row[rows.HOST_TIME] = now - begin
-    row[rows.BOARD_TIME] = r.real[rig.CLOCK]
     row[rows.LATENESS] = lateness
     row[rows.COMPUTE] = sleep.now() - now
     ring.publish(out)
@@ -36,6 +40,7 @@ def sample(r, body, out, now, begin, lateness):
 def run(r, body, out, late):
     """Own the calling thread until told to quit; the last act is a zero command."""
     settings.adopt(r, plant.measure(body))
+    plant.follow_settings(body, r)
     start = sleep.now()
     deadline = start
     hurried = 0
@@ -57,5 +62,5 @@ def run(r, body, out, late):
             deadline += missed * period
             store_release(r.control, rig.MISSED, r.control[rig.MISSED] + missed)
         sample(r, body, out, now, start, lateness)
-    simulated.command(body.dev, body.queue, 0.0)
+    plant.cut(body)
     store_release(r.control, rig.DONE, 1)

@@ -42,11 +42,11 @@ def latch(r, code, value, position):
 @compiled
 def mark_stale(r, now):
     """No frame came in time: zero force from here; three times in ten seconds latch."""
+    real = r.real
+    real[rig.GOOD] = 0.0
     if r.word[rig.STALE]:
         return
-    real = r.real
     r.word[rig.STALE] = 1
-    real[rig.GOOD] = 0.0
     real[rig.GAIN] = 0.0
     real[rig.APPLIED] = 0.0
     count = load_acquire(r.control, rig.STALE_COUNT)
@@ -59,9 +59,9 @@ def mark_stale(r, now):
 
 @compiled
 def recover(r, period):
-    """Count good frames after a gap; after RECOVER_AFTER the force fades in again."""
+    """Count good frames after a gap, lost ones not; after RECOVER_AFTER the force fades in again."""
     real = r.real
-    real[rig.GOOD] += period
+    real[rig.GOOD] += min(period, r.values[block.PERIOD])
     if real[rig.GOOD] >= RECOVER_AFTER:
         r.word[rig.STALE] = 0
 
@@ -89,17 +89,17 @@ def guard(r, asked, velocity, position, period):
     if abs(velocity) > r.values[block.MAX_SPEED]:
         latch(r, rig.OVER_SPEED, velocity, position)
     flags = blocked(r, period)
-    held = real[rig.HOLD] > 0.0
-    if held:
+    if real[rig.HOLD] > 0.0:
         real[rig.HOLD] -= period
-    if flags or held:
+        flags |= rows.FADING
+    if flags:
         real[rig.GAIN] = 0.0
         r.word[rig.FLAGS] = flags
         return 0.0
     force = asked
     gain = real[rig.GAIN]
     if gain < 1.0:
-        gain = min(1.0, gain + period / r.values[block.FADE])
+        gain = settings.advanced(gain, min(period, r.values[block.PERIOD]) / r.values[block.FADE])
         real[rig.GAIN] = gain
         force = gain * asked
     if gain < 1.0 or real[rig.BLEND] < 1.0:
@@ -139,6 +139,6 @@ def tick(r, position, period, effect, row):
     row[rows.FLAGS] = word[rig.FLAGS]
     row[rows.PERIOD] = period
     slot = word[rig.SLOT]
-    for i in range(r.words[block.N_STATE]):
+    for i in range(rows.STATES):
         row[rows.STATE + i] = r.states[slot, i]
     return force
