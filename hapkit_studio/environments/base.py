@@ -44,4 +44,4 @@ class Environment:
 
     def curve(self, values: Mapping[str, float], position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
         """Return the law's static force (n,) in N over position (n,) in m, its state at the start."""
-        return np.array([self.force.plain(values, x, velocity) for x in position])
+        return np.array([self.force.plain(values, x, velocity) for x in map(float, position)])

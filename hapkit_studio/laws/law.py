@@ -1,5 +1,6 @@
 """A force law: the student's Python function with its state, checked and compiled on first use."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -31,7 +32,7 @@ class Law:
 
     def __init__(self, function: Callable, state: Mapping[str, StateValue] | None = None):
         self.function = function
-        self.state = dict(state or {})
+        self.state = {key: _start(key, value) for key, value in (state or {}).items()}
         self.parameters: tuple[AnyParameter, ...] = ()
         self._compiled: CompiledLaw | None = None
         if len(self.state_names) > MAX_STATE:
@@ -68,12 +69,42 @@ class Law:
         return self._compiled
 
     def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
-        """Return the force in N by the Python function itself, its state at the start."""
+        """Return the force in N by the Python function itself, its state at the start, nan if none."""
         named = {
             p.key: p.text(values[p.key]) if isinstance(p, Choice) else values[p.key] for p in self.parameters
         }
-        state = {k: list(v) if isinstance(v, tuple) else v for k, v in self.state.items()}
-        return float(self.function(SimpleNamespace(**named), SimpleNamespace(**state), x, v, dt))
+        state = {k: _Values(v) if isinstance(v, tuple) else v for k, v in self.state.items()}
+        try:
+            return float(self.function(SimpleNamespace(**named), SimpleNamespace(**state), x, v, dt))
+        except (ArithmeticError, ValueError, LookupError):
+            return math.nan
+
+
+class _Values(list):
+    """A state of several values, indexed as a law indexes it: by any number from 0 to below its size."""
+
+    def __getitem__(self, i):
+        return super().__getitem__(self._place(i))
+
+    def __setitem__(self, i, value):
+        super().__setitem__(self._place(i), value)
+
+    def _place(self, i) -> int:
+        if not 0 <= i < len(self):
+            raise IndexError(i)
+        return int(i)
+
+
+def _start(key: str, value: object) -> StateValue:
+    """Return a state's checked start: a number, or a tuple of numbers; raise LawError."""
+    several = isinstance(value, tuple | list)
+    try:
+        many = tuple(float(v) for v in (value if several else [value]))  # type: ignore
+    except (TypeError, ValueError):
+        many = ()
+    if not many or not all(map(math.isfinite, many)):
+        raise LawError(f"State {key!r} starts at a number or at several, not at {value!r}.")
+    return many if several else many[0]
 
 
 def law(function: Callable | None = None, *, state: Mapping[str, StateValue] | None = None):

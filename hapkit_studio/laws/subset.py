@@ -9,10 +9,15 @@ import ast
 from hapkit_studio.errors import LawError
 
 ARGUMENTS = ("p", "s", "x", "v", "dt")
-MATH = {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "expm1", "log", "log1p"}
-MATH |= {"floor", "ceil", "fabs", "hypot", "copysign", "sinh", "cosh", "tanh", "pow", "fmod"}
+# how many arguments each function takes, from least to most
+MATH = dict.fromkeys(
+    ("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "expm1", "log", "log1p"), (1, 1)
+)
+MATH |= dict.fromkeys(("floor", "ceil", "fabs", "sinh", "cosh", "tanh"), (1, 1))
+MATH |= dict.fromkeys(("atan2", "hypot", "copysign", "pow", "fmod"), (2, 2))
 MATH_CONSTANTS = frozenset(("pi", "e", "tau"))
-BUILTINS = frozenset(("abs", "min", "max", "int", "float"))
+BUILTINS = {"abs": (1, 1), "min": (2, 8), "max": (2, 8), "int": (1, 1), "float": (1, 1)}
+MOST_TURNS = 2**31
 
 _INSTEAD = {
     ast.While: "`while` is not allowed in a law: use `for i in range(10)`",
@@ -32,6 +37,16 @@ _INSTEAD = {
     ast.JoinedStr: "text is not allowed in a law",
     ast.Delete: "`del` is not allowed in a law",
     ast.Match: "`match` is not allowed in a law: use `if`",
+    ast.NamedExpr: "`:=` is not allowed in a law: write one line for it",
+    ast.AnnAssign: "a type is not allowed in a law: write `name = value`",
+    ast.Starred: "`*` before a name is not allowed in a law",
+    ast.Nonlocal: "`nonlocal` is not allowed in a law: keep memory in the state `s`",
+    ast.ClassDef: "a class is not allowed in a law",
+    ast.SetComp: "a set is not allowed in a law: use numbers and the state `s`",
+    ast.Set: "a set is not allowed in a law: use numbers and the state `s`",
+    ast.DictComp: "a dictionary is not allowed in a law: use numbers and the state `s`",
+    ast.GeneratorExp: "a generator is not allowed in a law: use `for i in range(10)`",
+    ast.Yield: "`yield` is not allowed in a law: end it with `return`",
 }
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)
 _COMPARISONS = (ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE)
@@ -55,6 +70,10 @@ def check_range(node: ast.For) -> None:
     )
     if not bounded:
         raise fail(node, "a loop runs over a constant range: `for i in range(10)`")
+    assert isinstance(call, ast.Call)
+    numbers = [ast.literal_eval(a) for a in call.args]
+    if any(abs(n) > MOST_TURNS for n in numbers) or (len(numbers) == 3 and numbers[2] == 0):
+        raise fail(node, "a loop's range goes up to 2147483648, in steps other than 0")
     if not isinstance(node.target, ast.Name):
         raise fail(node, "a loop counts with one name: `for i in range(10)`")
     if node.orelse:
@@ -65,6 +84,27 @@ def _whole(node: ast.expr) -> bool:
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         node = node.operand
     return isinstance(node, ast.Constant) and type(node.value) is int
+
+
+def check_arguments(tree: ast.FunctionDef, is_law: bool) -> None:
+    """Raise LawError unless a law takes its five arguments and a helper plain ones."""
+    found = tree.args
+    names = [a.arg for a in found.args]
+    more = found.posonlyargs or found.kwonlyargs or found.vararg or found.kwarg
+    if is_law and (more or tuple(names) != ARGUMENTS):
+        raise fail(tree, "a law takes exactly (p, s, x, v, dt)")
+    if more or found.defaults or any(n.startswith("_") for n in names):
+        raise fail(tree, "the arguments of a law's function are plain names, without `*` and default values")
+    if not is_law and tree.decorator_list:
+        raise fail(tree, f"`{tree.name}` is called by a law: it may not have a decorator")
+
+
+def check_count(node: ast.Call, name: str, bounds: tuple[int, int]) -> None:
+    """Raise LawError unless a call has as many arguments as the function takes."""
+    low, high = bounds
+    if not low <= len(node.args) <= high:
+        wanted = f"{low}" if low == high else f"{low} to {high}"
+        raise fail(node, f"`{name}` takes {wanted} argument{'s' * (high != 1)}, not {len(node.args)}")
 
 
 def check_operator(node: ast.BinOp | ast.AugAssign) -> None:

@@ -1,0 +1,46 @@
+"""Laws written to files, as a student has them: a law's source is read from its file."""
+
+import importlib.util
+import itertools
+import sys
+import textwrap
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.parameters import Choice, Parameter
+
+PARAMETERS = (
+    Parameter("stiffness", "Stiffness", "N/m", 200.0, -1e300, 1e300),
+    Parameter("damping", "Damping", "N·s/m", 2.0, -1e300, 1e300),
+    Choice("side", "Side", ("right", "left")),
+)
+HEAD = "import math\n\nfrom hapkit_studio.laws import law\n\n\n"
+_names = itertools.count()
+
+
+def module(folder, text):
+    """Return the module of a file with this text after HEAD."""
+    path = folder / f"student_{next(_names)}.py"
+    path.write_text(HEAD + textwrap.dedent(text), encoding="utf-8")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    made = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = made
+    spec.loader.exec_module(made)
+    return made
+
+
+def environment(folder, text, parameters=PARAMETERS):
+    """Return an environment of the law ``force`` in this text; raise LawError."""
+    return Environment("student", "Student", "", parameters, module(folder, text).force)
+
+
+def law_text(body, state="", beside=""):
+    """Return a file's text: what stands beside the law, then the law with this body."""
+    decorator = f"@law(state={state})" if state else "@law"
+    lines = [textwrap.dedent(beside), decorator, "def force(p, s, x, v, dt):"]
+    return "\n".join(lines) + "\n" + textwrap.indent(textwrap.dedent(body).strip("\n"), "    ") + "\n"
+
+
+def line_of(text, words):
+    """Return the line number in the file on which these words first stand."""
+    whole = HEAD + textwrap.dedent(text)
+    return next(n for n, line in enumerate(whole.splitlines(), 1) if words in line)

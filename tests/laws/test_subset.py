@@ -1,0 +1,225 @@
+"""The law language: what is refused, on which line, in which words."""
+
+import pytest
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.laws import Law, law
+from tests.laws.law_files import HEAD, PARAMETERS, environment, law_text
+
+# the offending line (the law returns 0.0 after it), and words of the message
+REFUSED = [
+    ("while x > 0: v = 1.0", "`while` is not allowed"),
+    ("try: a = 1.0\nexcept: a = 2.0", "`try` is not allowed"),
+    ("with open('f') as f: pass", "`with` is not allowed"),
+    ("import os", "`import` stands at the top"),
+    ("from os import path", "`import` stands at the top"),
+    ("a = [1.0, 2.0]", "a list is not allowed"),
+    ("a = [i for i in range(3)]", "a list is not allowed"),
+    ("a = {i for i in range(3)}", "a set is not allowed"),
+    ("a = {1.0, 2.0}", "a set is not allowed"),
+    ("a = {1.0: 2.0}", "a dictionary is not allowed"),
+    ("a = {i: i for i in range(3)}", "a dictionary is not allowed"),
+    ("a = max(i for i in range(3))", "a generator is not allowed"),
+    ("f = lambda a: a", "`lambda` is not allowed"),
+    ("def inner(): return 1.0", "a function inside a law"),
+    ("class Inner: pass", "a class is not allowed"),
+    ("a = (1.0, 2.0)", "several values at once"),
+    ("a, b = x, v", "several values at once"),
+    ("a = b = 1.0", "one name at a time"),
+    ("*a, b = x", "only names and the state"),
+    ("a = max(*x)", "`*` before a name"),
+    ("a = -p.stifness * x", "'p.stifness' is not a parameter; there is: stiffness, damping, side"),
+    ("a = stifness * x", "'stifness' is not defined"),
+    ("a = s.memory", "'s.memory' is not a state of this law; there is: last, ring"),
+    ("s.memory = 1.0", "'s.memory' is not a state"),
+    ("a = s.last[0]", "one value: use it without an index"),
+    ("a = s.ring", "several values: use it with an index"),
+    ("s.ring = 0.0", "several values: use it with an index"),
+    ("a = s.ring[0:1]", "not allowed"),
+    ("p.stiffness = 2.0", "only names and the state `s` can be assigned"),
+    ("p.stiffness += 2.0", "only names and the state `s` can be assigned"),
+    ("x = 2.0", "`x` cannot be assigned"),
+    ("v += 2.0", "`v` cannot be assigned"),
+    ("p = s", "`s` is used with a name"),
+    ("s = 1.0", "`s` cannot be assigned"),
+    ("_a = 2.0", "`_a` cannot be assigned"),
+    ("for x in range(3): pass", "`x` cannot be assigned"),
+    ("for _fault in range(3): pass", "`_fault` cannot be assigned"),
+    ("for i in range(x): pass", "a constant range"),
+    ("for i in range(p.stiffness): pass", "a constant range"),
+    ("for i in [1, 2]: pass", "a constant range"),
+    ("for i in range(3.0): pass", "a constant range"),
+    ("for i in range(2**40): pass", "a constant range"),
+    ("for i in range(99999999999999999999): pass", "2147483648"),
+    ("for i in range(0, 9, 0): pass", "in steps other than 0"),
+    ("for i, j in range(3): pass", "counts with one name"),
+    ("for i in range(3): pass\nelse: a = 1.0", "`else` after a loop"),
+    ("for i in range(3): a = 1.0\nb = a", "'a' is not defined"),
+    ("for i in range(3): pass\nb = i", "'i' is not defined"),
+    ("if x > 0: a = 1.0\nb = a", "'a' is not defined"),
+    ("a += 1.0", "'a' is not defined"),
+    ("b = GAIN\nGAIN = 2.0", "'GAIN' is not defined"),
+    ("if p.side == 'middle': pass", "Side is one of right, left, not 'middle'"),
+    ("if p.side == 0: pass", "Side is compared with a name: right, left"),
+    ("if p.side < 'right': pass", "Side is compared with a name"),
+    ("a = p.side * 2.0", "Side is compared with a name"),
+    ("if p.stiffness == 'right': pass", "can only be compared with a choice"),
+    ("if x is v: pass", "this comparison is not allowed"),
+    ("if x in range(3): pass", "this comparison is not allowed"),
+    ("a = f'{x}'", "text is not allowed"),
+    ("a = 'soft'", "can only be compared with a choice"),
+    ("a = None", "only numbers are allowed here"),
+    ("a = 2j", "only numbers are allowed here"),
+    ("a = 1" + 400 * "0", "this number is too large"),
+    ("a = x @ v", "this operator is not allowed"),
+    ("a = x << 2", "this operator is not allowed"),
+    ("a = ~x", "`~` is not allowed"),
+    ("if (a := x) > 0: pass", "`:=` is not allowed"),
+    ("a: float = 1.0", "a type is not allowed"),
+    ("x", "this line computes nothing"),
+    ("print(x)", "this line computes nothing"),
+    ("a = print(x)", "'print' is not a function that a law can call"),
+    ("a = eval(x)", "'eval' is not a function that a law can call"),
+    ("a = law(x)", "'law' is not a function that a law can call"),
+    ("a = x(1.0)", "'x' is not a function that a law can call"),
+    ("min = 2.0\na = min(x, v)", "'min' is not a function that a law can call"),
+    ("a = half(x, v)", "`half` takes 1 argument, not 2"),
+    ("a = abs(x, v)", "`abs` takes 1 argument, not 2"),
+    ("a = min(x)", "`min` takes 2 to 8 arguments, not 1"),
+    ("a = math.atan2(x)", "`math.atan2` takes 2 arguments, not 1"),
+    ("a = math.hypot(y=x)", "arguments are given in order"),
+    ("a = float(x=1)", "arguments are given in order"),
+    ("a = math.gamma(x)", "math.gamma is not in the law language"),
+    ("a = math.nan", "`math` are known here"),
+    ("math = 2.0\na = math.sin(x)", "`math` is not the module"),
+    ("a = x.__class__", "only `p.name`, `s.name` and `math` are known here"),
+    ("a = p.stiffness.real", "only `p.name`, `s.name` and `math` are known here"),
+    ("a = p.__class__", "'p.__class__' is not a parameter"),
+    ("a = s.__dict__", "'s.__dict__' is not a state"),
+    ("a = (x).hex()", "this call is not allowed"),
+    ("a = __import__(x)", "'__import__' is not a function that a law can call"),
+    ("a = x[0]", "only `p.name`, `s.name` and `math` are known here"),
+    ("a = p", "`p` is used with a name"),
+    ("del v", "`del` is not allowed"),
+    ("global GAIN", "`global` is not allowed"),
+    ("raise ValueError", "`raise` is not allowed"),
+    ("assert x > 0", "`assert` is not allowed"),
+    ("match x:\n    case 1: pass", "`match` is not allowed"),
+    ("yield x", "this line computes nothing"),
+    ("a = yield x", "`yield` is not allowed"),
+    ("return", "a law returns a force"),
+]
+BESIDE = "GAIN = 2.0\n\ndef half(a):\n    return 0.5 * a\n"
+STATE = "{'last': 0.0, 'ring': (0.0, 0.0)}"
+
+
+@pytest.mark.parametrize(("line", "words"), REFUSED, ids=[line[:24] for line, _ in REFUSED])
+def test_what_no_law_may_hold_is_refused_on_its_line(tmp_path, line, words):
+    text = law_text("a0 = 1.0\n" + line + "\nreturn 0.0", STATE, BESIDE)
+    first = (HEAD + text).splitlines().index("    a0 = 1.0") + 2
+    last = first + line.count("\n")
+    with pytest.raises(LawError) as error:
+        environment(tmp_path, text)
+    message = str(error.value)
+    assert words in message
+    assert first <= error.value.line <= last
+    assert message.startswith(f"Line {error.value.line}: ")
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "line", [line for line, _ in REFUSED if not line.startswith(("try", "match"))], ids=lambda t: t[:24]
+)
+def test_nor_may_a_branch_or_a_loop_hold_it(tmp_path, line):
+    inside = "\n".join("        " + part for part in line.splitlines())
+    text = law_text(f"for k in range(2):\n    if x > 0.0:\n{inside}\nreturn 0.0", STATE, BESIDE)
+    with pytest.raises(LawError):
+        environment(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("signature", "words"),
+    [
+        ("(p, s, x, v)", "exactly (p, s, x, v, dt)"),
+        ("(p, s, v, x, dt)", "exactly (p, s, x, v, dt)"),
+        ("(p, s, x, v, dt, *more)", "exactly (p, s, x, v, dt)"),
+        ("(p, s, x, v, dt, **more)", "exactly (p, s, x, v, dt)"),
+        ("(p, s, x, v, /, dt)", "exactly (p, s, x, v, dt)"),
+        ("(p, s, x, v, dt, *, more=1)", "exactly (p, s, x, v, dt)"),
+        ("(p, s, x, v, dt=1e-3)", "without `*` and default values"),
+    ],
+)
+def test_a_law_takes_its_five_arguments(tmp_path, signature, words):
+    with pytest.raises(LawError, match=r"^Line 7: ") as error:
+        environment(tmp_path, f"@law\ndef force{signature}:\n    return 0.0\n")
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("helper", "words"),
+    [
+        ("def help(a, b=2.0):\n    return a", "`help` takes 2 arguments, not 1"),
+        ("def help(a=2.0):\n    return a", "without `*` and default values"),
+        ("def help(a, *b):\n    return a", "without `*` and default values"),
+        ("def help(_fault):\n    return 1.0", "plain names"),
+        ("def help(a):\n    return help(a)", "`help` calls itself"),
+        ("def other(a):\n    return help(a)\n\ndef help(a):\n    return other(a)", "calls itself"),
+        ("def help(a):\n    a = 1.0", "`help` must return a number on every path"),
+        ("def help(a):\n    return p.stiffness", "only its own arguments"),
+        ("def help(a):\n    return s.last", "only its own arguments"),
+        ("def help(a):\n    return a.real", "only its own arguments"),
+        ("def keep(f):\n    return f\n\n@keep\ndef help(a):\n    return a", "may not have a decorator"),
+        ("from math import sin as help", "'help' is not a function that a law can call"),
+        ("from textwrap import dedent as help", "'help' is not a function that a law can call"),
+        ("help = 2.0", "'help' is not a function that a law can call"),
+        ("class help:\n    pass", "'help' is not a function that a law can call"),
+    ],
+)
+def test_helpers_are_held_to_the_same_language(tmp_path, helper, words):
+    with pytest.raises(LawError) as error:
+        environment(tmp_path, law_text("return help(x)", STATE, helper))
+    assert words in str(error.value)
+    assert error.value.line > 0
+
+
+@pytest.mark.parametrize(
+    "body", ["a = 1.0", "if x > 0.0:\n    return 1.0", "for i in range(3):\n    return 1.0"]
+)
+def test_a_law_returns_on_every_path(tmp_path, body):
+    with pytest.raises(LawError, match=r"on every path: end it with `return 0\.0`"):
+        environment(tmp_path, law_text(body))
+
+
+def test_math_has_to_be_imported(tmp_path):
+    text = law_text("return math.sin(x)", beside="del math\n")
+    with pytest.raises(LawError, match="write `import math` at the top"):
+        environment(tmp_path, text)
+
+
+def test_a_value_of_a_function_around_the_law_is_refused():
+    gain = 2.0
+
+    def force(p, s, x, v, dt):
+        return gain * x
+
+    with pytest.raises(LawError, match="'gain' belongs to the function around the law"):
+        law(force).bind(PARAMETERS)
+
+
+@pytest.mark.parametrize("what", [abs, 5, print, lambda p, s, x, v, dt: 0.0, str.upper])
+def test_what_is_no_function_of_a_file_is_refused(what):
+    with pytest.raises(LawError):
+        Law(what).bind(PARAMETERS)
+
+
+@pytest.mark.parametrize("start", ["soft", None, float("nan"), (), (1.0, "a"), ((1.0,),), {"a": 1}])
+def test_state_starts_at_numbers(start):
+    with pytest.raises(LawError, match="State 'last' starts at"):
+        law(state={"last": start})(lambda p, s, x, v, dt: 0.0)
+
+
+def test_state_and_parameters_have_room():
+    with pytest.raises(LawError, match="up to 16 state values, not 17"):
+        law(state={"ring": (0.0,) * 17})(lambda p, s, x, v, dt: 0.0)
+    with pytest.raises(LawError, match="up to 32 parameters, not 33"):
+        Law(lambda p, s, x, v, dt: 0.0).bind(PARAMETERS * 11)

@@ -1,0 +1,312 @@
+"""Compiled laws: the same numbers as the plain Python function, and nothing that can raise or hang."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hapkit_studio import simulate
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.laws import native
+from tests.laws.law_files import HEAD, environment, law_text, line_of
+
+HELPERS = """
+import numpy
+
+GAIN = 2.5
+WHOLE = 3
+
+def half(a):
+    return 0.5 * a
+
+def deep(a, b):
+    rest = half(a)
+    for i in range(5):
+        if rest > b:
+            break
+        rest = rest + half(half(b)) + i
+    return rest
+
+def law_of(p, s, index):
+    return p * s - index
+"""
+# each body uses another part of the language; laws of polynomials, branches, loops, helpers, state
+BODIES = [
+    "return -p.stiffness * x - p.damping * v",
+    """
+    d = x - 0.005
+    if d <= 0.0:
+        return 0.0
+    elif v > 0:
+        return -p.stiffness * d - v
+    return -p.stiffness * d
+    """,
+    "return 1.0 if p.side == 'right' and x > v or not v > 0.1 else -1.0 if 'left' != p.side else 2",
+    "return min(x, v, dt) + max(x, 3) * abs(v) + float(x > 0) - int(1000 * x) + (x < v < 1)",
+    "return GAIN * x ** 2 + WHOLE ** x + x % 0.013 + v // 0.017 - -x + (+v)",
+    "return (7 * x) % -0.3 + (-7 * v) // 0.3 + (x * 1e3) // 1 % 2",
+    "return math.sin(x) + math.cos(v) * math.tan(x)"
+    " + math.atan2(x, v) + math.hypot(x, v) + math.pi - math.tau * math.e",
+    "return math.exp(x) + math.expm1(v) + math.log(2"
+    " + abs(x)) + math.log1p(abs(v)) + math.sqrt(abs(x)) + math.fabs(v)",
+    "return math.asin(x / 9) + math.acos(v / 9) + math.atan(x) + math.sinh(x) + math.cosh(v) + math.tanh(x)",
+    "return math.floor(100 * x) + math.ceil(100 * v)"
+    " + math.fmod(x, 0.3) + math.copysign(x, v) + math.pow(abs(x), v)",
+    "return deep(x, abs(v)) + half(v) * law_of(x, v, dt)",
+    """
+    a = 0.0
+    for i in range(10):
+        for j in range(10, -4, -3):
+            if (i + j) % 2 == 0:
+                continue
+            if i * j > 40:
+                break
+            a += x * i - v * j / (i + 1) + i ** j * 1e-9
+    return a
+    """,
+    """
+    a = 1
+    a += 2
+    a -= x
+    a *= v
+    a /= 4
+    a **= 2
+    a %= 0.7
+    a //= 0.01
+    return a
+    """,
+    """
+    index = 2.0
+    fault = 0.0
+    for index in range(3):
+        fault = s.ring[index] + index
+        s.ring[int(index)] = fault * x
+        s.ring[2] += v
+    floats = s.ring[0] + s.ring[1] * 2 + s.ring[-0]
+    return floats + fault
+    """,
+    """
+    s.last = s.last + x
+    law = s.last * 2
+    np = True
+    return law + np + s.last
+    """,
+    """
+    'A word at the start.'
+    if x > 0.0:
+        np = 1.0
+    else:
+        np = 2.0
+    pass
+    return np * x
+    """,
+]
+STATE = "{'last': 0.25, 'ring': (1.0, -2.0, 3.0)}"
+numbers = st.floats(-3.0, 3.0, allow_nan=False).filter(lambda a: a == 0.0 or abs(a) > 1e-12)
+
+
+def call(compiled, values, x, v, dt=1e-3):
+    """Return (force, state, fault) of one call by address at the law's first state."""
+    p, s, fault = np.array(values, dtype=float), compiled.initial_state.copy(), np.zeros(2, dtype=np.int64)
+    return native.call(compiled.address, p, np.append(s, 0.0), x, v, dt, fault), fault
+
+
+@pytest.fixture(scope="module")
+def laws(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("laws")
+    return [environment(folder, law_text(body, STATE, HELPERS)).force for body in BODIES]
+
+
+@pytest.mark.parametrize("which", range(len(BODIES)), ids=lambda i: BODIES[i].split()[0] + str(i))
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(x=numbers, v=numbers, k=st.floats(0.0, 5e3), b=numbers, side=st.sampled_from([0.0, 1.0]))
+def test_is_the_plain_function(laws, which, x, v, k, b, side):
+    """Python's own arithmetic, to 1e-15 of the largest term (other libraries' sin and exp differ so much)."""
+    law = laws[which]
+    want = law.plain({"stiffness": k, "damping": b, "side": side}, x, v)
+    got, fault = call(law.compiled(), (k, b, side), x, v)
+    assert fault[0] == 0
+    if math.isfinite(want):
+        assert got == pytest.approx(want, rel=4e-15, abs=4e-15)
+    else:
+        assert not math.isfinite(got)
+
+
+def test_polynomials_are_the_plain_function_bit_for_bit(laws, rng):
+    for x, v in rng.normal(0.0, 1.0, (200, 2)):
+        for law in (laws[0], laws[1], laws[13]):
+            want = law.plain({"stiffness": 200.0, "damping": 2.0, "side": 0.0}, x, v)
+            assert call(law.compiled(), (200.0, 2.0, 0.0), x, v)[0] == pytest.approx(want, rel=2.3e-16, abs=0)
+
+
+RING = "{'ring': (0.0, 0.0, 0.0), 'last': 0.0}"
+WRONG_INDEX = ["3", "-1", "x * 1e9", "-0.5", "1e300", "math.log(0.0)", "int(0.0 / (x - x))", "0.0 / (x - x)"]
+NEVER_ENDS = [
+    "for i in range(1000000000):\n    a = i",
+    "for i in range(-1000000000, 2000000000):\n    pass",
+    "for i in range(19000):\n    for j in range(1000000000):\n        pass",
+    "for i in range(3):\n    for j in range(100000):\n        if j > 30000:\n            break",
+    "for i in range(15000):\n    a = slow(x)",
+    "a = doubled_5(x)",
+    "for i in range(19000):\n    for j in range(19000):\n        for k in range(19000):\n            pass",
+]
+# 4 ** 5 calls, and loops called from loops, each of which alone stays below any limit
+FAN = "def doubled_0(a):\n    for i in range(15000):\n        a = a + 1.0\n    return a\n" + "".join(
+    f"def doubled_{n}(a):\n    return " + " + ".join([f"doubled_{n - 1}(a)"] * 4) + "\n" for n in range(1, 6)
+)
+SLOW = "def slow(a):\n    for i in range(15000):\n        a = a + 1.0\n    return a\n"
+
+
+def held(environment, seconds=0.05):
+    """Return a run at a position of 10 mm."""
+    return simulate(environment, hand=Prescribed(lambda t: 0.010), seconds=seconds)
+
+
+def assert_faulted(run, words):
+    """The first sample latches, in words; no force leaves it, then or later."""
+    assert len(run.faults) == 1
+    assert words in run.faults[0]
+    assert not run.applied_force.any()
+    assert not run.force[1:].any()
+
+
+@pytest.mark.parametrize("index", WRONG_INDEX)
+@pytest.mark.parametrize(
+    "use", ["return 5.0 + s.ring[{}]", "s.ring[{}] = 7.0\nreturn 5.0", "s.ring[{}] += 7.0\nreturn 5.0"]
+)
+def test_an_index_out_of_range_faults_on_its_line(tmp_path, index, use):
+    text = law_text("a = 1.0\n" + use.format(index), RING)
+    run = held(environment(tmp_path, text))
+    assert_faulted(run, f"line {line_of(text, 's.ring')} of the law reads beyond its state")
+
+
+def test_indices_inside_do_not_fault(tmp_path):
+    text = law_text("s.ring[0] = 1.0\ns.ring[2.9] = 3.0\nreturn s.ring[0] + s.ring[int(2.2)]", RING)
+    run = held(environment(tmp_path, text))
+    assert not run.faults
+    assert set(run.force) == {4.0}
+
+
+@pytest.mark.parametrize("loop", NEVER_ENDS)
+def test_a_loop_without_end_faults_on_its_line(tmp_path, loop):
+    text = law_text(loop + "\nreturn 5.0", RING, SLOW + FAN)
+    made = environment(tmp_path, text)
+    made.force.compiled()
+    begin = time.perf_counter()
+    run = held(made)
+    assert time.perf_counter() - begin < 1.0
+    assert_faulted(run, "of the law does not come to an end")
+    line = int(run.faults[0].split("line ")[1].split()[0])
+    assert (HEAD + text).splitlines()[line - 1].strip().startswith(("for ", "def "))
+
+
+def test_a_long_loop_that_ends_is_no_fault(tmp_path):
+    run = held(environment(tmp_path, law_text("a = 0.0\nfor i in range(10000):\n    a += 1e-4\nreturn a")))
+    assert not run.faults
+    assert run.force[-1] == pytest.approx(1.0, rel=1e-9)
+
+
+NOT_FINITE = [
+    ("1.0 / (x - x)", "infinity"),
+    ("0.0 / (x - x)", "NaN"),
+    ("x // 0.0", "NaN|infinity"),
+    ("x % 0.0", "NaN"),
+    ("math.sqrt(-x)", "NaN"),
+    ("math.log(0.0)", "infinity"),
+    ("math.log(-1.0)", "NaN"),
+    ("math.acos(2.0)", "NaN"),
+    ("math.exp(1e9)", "infinity"),
+    ("1e300 * 1e300", "infinity"),
+    ("10.0 ** 1000.0", "infinity"),
+    ("math.pow(10.0, 1000.0)", "infinity"),
+    ("0.0 ** -1", "infinity"),
+    ("(-1.0) ** 0.5", "NaN"),
+    ("int(0.0 / (x - x))", "NaN"),
+    ("int(1.0 / (x - x))", "infinity"),
+    ("math.floor(0.0 / (x - x))", "NaN"),
+    ("math.ceil(1.0 / (x - x))", "infinity"),
+    ("math.fmod(x, 0.0)", "NaN"),
+    ("(x > 0) // (x < 0)", "NaN|infinity"),
+    ("(x < 0) ** -(x > 0)", "infinity"),
+    ("math.sinh(1e9)", "infinity"),
+]
+
+
+@pytest.mark.parametrize(("value", "name"), NOT_FINITE)
+def test_what_is_not_finite_raises_nothing_and_latches(tmp_path, value, name, capfd):
+    made = environment(tmp_path, law_text(f"return {value}"))
+    run = held(made)
+    assert any(n in run.faults[0] for n in name.split("|"))
+    assert "at x = 10." in run.faults[0] or "at x = 9.9" in run.faults[0]
+    assert_faulted(run, "the law returned")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_fault_in_the_middle_ends_the_force_there(tmp_path):
+    text = law_text("return 1.0 / (x < 0.02)")
+    run = simulate(environment(tmp_path, text), hand=Prescribed(lambda t: 0.1 * t), seconds=0.4)
+    first = int(np.flatnonzero(run.position >= 0.02)[0])
+    assert np.all(run.applied_force[:first] == 1.0)
+    assert not run.applied_force[first:].any()
+    assert "infinity at x = 20." in run.faults[0]
+
+
+def test_state_is_kept_from_sample_to_sample_and_starts_afresh(tmp_path):
+    text = law_text(
+        "s.count += 1\ns.ring[int(s.count) % 3] = x\nreturn 0.001 * s.count",
+        "{'count': 0.0, 'ring': (0.0,) * 3}",
+    )
+    made = environment(tmp_path, text)
+    assert made.state_names == ("count", "ring[0]", "ring[1]", "ring[2]")
+    for _ in range(2):
+        run = held(made)
+        assert run.state.shape == (50, 4)
+        assert np.array_equal(run.state[:, 0], np.arange(1.0, 51.0))
+        assert run.force == pytest.approx(0.001 * np.arange(1, 51))
+        assert np.all(run.state[2:, 1:] == run.position[0])
+
+
+def test_plain_is_nan_where_the_function_has_no_value(tmp_path):
+    """The curve beneath a plot must not end a window."""
+    for body in (
+        "return 1.0 / (x - x)",
+        "return math.sqrt(-1.0)",
+        "return math.exp(1e9)",
+        "return s.ring[7]",
+    ):
+        made = environment(tmp_path, law_text(body, RING))
+        assert math.isnan(made.force.plain(made.values(), 0.0, 0.0))
+        assert np.isnan(made.curve(made.values(), np.zeros(3))).all()
+
+
+def test_two_laws_in_one_process_are_two_addresses(tmp_path):
+    one, two = (environment(tmp_path, law_text(f"return {n}")).force.compiled() for n in (1.0, 2.0))
+    assert one.address != two.address
+    assert [call(c, (0.0, 0.0, 0.0), 0.0, 0.0)[0] for c in (one, two, one)] == [1.0, 2.0, 1.0]
+
+
+def test_an_edited_helper_or_constant_is_another_file(tmp_path):
+    sources, forces = set(), []
+    for gain in (1.0, 2.0):
+        for helper in ("GAIN * a", "GAIN * a + 1.0"):
+            beside = f"GAIN = {gain}\n\ndef help(a):\n    return {helper}\n"
+            made = environment(tmp_path, law_text("return help(3.0)", "", beside))
+            sources.add(made.force.compiled().keepalive.__file__)
+            forces.append(call(made.force.compiled(), (0.0,) * 3, 0.0, 0.0)[0])
+    assert forces == [3.0, 4.0, 6.0, 7.0]
+    assert len(sources) == 4
+
+
+def test_the_same_law_is_the_same_file(tmp_path):
+    made = [environment(tmp_path, law_text("return x * 3.25")).force.compiled() for _ in range(2)]
+    assert made[0].keepalive.__file__ == made[1].keepalive.__file__
+
+
+def test_a_huge_force_is_clamped_not_lost(tmp_path):
+    run = simulate(environment(tmp_path, law_text("return -1e300")), device=SimulatedHapkit(), seconds=0.01)
+    assert not run.faults
+    assert np.all(run.applied_force == -3.0)
