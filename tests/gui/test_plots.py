@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QColor, QImage, QPainter
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QWheelEvent
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.history import CHANNELS, History, Reel
+from hapkit_studio.gui.history import CHANNELS, History
 from hapkit_studio.gui.plots import ForcePosition, TimePlots, strokes
 from hapkit_studio.gui.plots.declared import phase_plots, time_plots
 from hapkit_studio.gui.plots.ticks import labels, ticks, widened
+from hapkit_studio.gui.reel import Reel
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.haptics import rows
 
@@ -128,6 +130,24 @@ def test_rolling_columns_equal_columns_computed_anew(rate):
         np.testing.assert_array_equal(rolled_x, anew_x)
         for name in CHANNELS:
             np.testing.assert_array_equal(_trimmed(rolled.y[name]), _trimmed(anew.y[name]))
+
+
+def test_another_run_leaves_nothing_of_the_one_before(plots, phase, history):
+    plots.set_history(history)
+    phase.set_history(history)
+    for widget in (plots, phase.canvas):
+        widget.refresh()
+    history.clear()
+    fresh = telemetry(20_000)
+    fresh[:, rows.POSITION : rows.APPLIED + 1] = 0.0
+    history.append(fresh)
+    for widget in (plots, phase.canvas):
+        widget.refresh()
+    assert not plots.shown.window.y["position"].any()
+    found = colored(phase.canvas.viewport().grab().toImage(), "applied")
+    zero = float(phase.canvas.pixel(0.0, 0.0).y())
+    assert len(found)
+    assert (np.abs(found[:, 1] - zero) < 8).all()
 
 
 def test_lost_frames_leave_a_gap_in_the_picture(plots, history):
@@ -414,3 +434,33 @@ def test_plots_are_found_by_their_files():
     assert [plot.key for plot in phase_plots()] == ["force_position", "force_velocity"]
     for plot in time_plots():
         assert all(trace.channel in CHANNELS for trace in plot.traces)
+
+
+def turn_wheel(canvas, qapp):
+    place = QPointF(canvas.frame().center())
+    event = QWheelEvent(
+        place, QPointF(canvas.mapToGlobal(place.toPoint())), QPoint(), QPoint(0, 240), Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    qapp.sendEvent(canvas.viewport(), event)
+
+
+def test_the_wheel_zooms_into_time_only_while_paused(plots, qapp):
+    canvas = canvas_of(plots, "force")
+    values = canvas.view.viewRange()[1]
+    turn_wheel(canvas, qapp)
+    assert canvas.view.viewRange()[0] == pytest.approx([-10.0, 0.0])
+    plots.set_paused(True)
+    turn_wheel(canvas, qapp)
+    left, right = canvas.view.viewRange()[0]
+    assert -10.0 < left < right < 0.0
+    assert canvas.view.viewRange()[1] == values
+    assert plots.shown.window.x[0] == pytest.approx(plots.shown.zero + left, abs=0.02)
+
+
+def test_the_view_never_leaves_what_can_be_kept(plots):
+    plots.set_paused(True)
+    plots.canvases[0].view.setXRange(-200.0, 50.0, padding=0)
+    left, right = plots.canvases[0].view.viewRange()[0]
+    assert left >= -60.0
+    assert right <= 0.0

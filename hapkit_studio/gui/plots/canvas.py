@@ -12,7 +12,7 @@ from hapkit_studio.gui.theme import theme
 
 RIGHT = 16  # px kept free beside the frame, for the last label and the mark of now
 _OVERHANG = 40  # px a label may stand out beside the frame
-_TICK_ROOM = 24.0
+_TICK_ROOM = 20.0
 
 
 class Axis(pg.AxisItem):

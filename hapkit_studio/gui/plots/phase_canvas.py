@@ -112,7 +112,8 @@ class PhaseCanvas(Canvas):
     def _state(self) -> tuple:
         """Return what the layers depend on; when it changes they are painted anew."""
         (x0, x1), (y0, y1) = self.view.viewRange()
-        return x0, x1, y0, y1, self.frame().getRect(), theme.name, self.devicePixelRatioF()
+        box = self.frame().getRect()
+        return x0, x1, y0, y1, box, theme.name, self.devicePixelRatioF(), self._history.epoch
 
     def refresh(self) -> None:
         """Add the samples that came since the last frame."""
@@ -121,7 +122,7 @@ class PhaseCanvas(Canvas):
         self.viewport().update()
 
     def _add_new(self) -> None:
-        afresh = self._key is None or self._drawn > self._history.total
+        afresh = self._key is None or self._key[-1] != self._history.epoch
         new = self._recent() if afresh else self._history.since(self._drawn)
         if len(new.x):
             self._widen(*self._points(new))

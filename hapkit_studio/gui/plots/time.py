@@ -8,10 +8,11 @@ from PySide6.QtCore import QElapsedTimer, Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.history import History, Reel, Window
+from hapkit_studio.gui.history import History, Window
 from hapkit_studio.gui.plots.declared import time_plots
 from hapkit_studio.gui.plots.header import HEIGHT, Header
 from hapkit_studio.gui.plots.trace_canvas import Shown, TraceCanvas
+from hapkit_studio.gui.reel import Reel
 
 SPANS = (1.0, 60.0)
 _READOUT_MS = 100
@@ -58,7 +59,7 @@ class TimePlots(QWidget):
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
-        self._history = history
+        self._history, self._reel = history, Reel()
         self._seen = history.copy() if self.paused else history
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
@@ -83,6 +84,7 @@ class TimePlots(QWidget):
             return
         self.paused = self.shown.paused = paused
         self._seen = self._history.copy() if paused else self._history
+        self._reel = Reel()
         for canvas in self.canvases:
             canvas.view.setMouseEnabled(paused, False)
         if not paused:
@@ -102,6 +104,8 @@ class TimePlots(QWidget):
     def refresh(self) -> None:
         """Draw the newest data; call once per frame."""
         self.take()
+        if self.shown.pointed is not None:
+            self.pointed.emit(self.shown.zero + (self.shown.pointer or 0.0))
         for canvas in self.canvases:
             if canvas.isVisible():
                 canvas.viewport().update()
@@ -152,9 +156,9 @@ class TimePlots(QWidget):
 
     def _point(self, time: float | None) -> None:
         self.shown.pointer = time
-        self.pointed.emit(None if time is None or math.isnan(self.shown.zero) else self.shown.zero + time)
-        if self.paused or time is None:
-            self.refresh()
+        self.refresh()
+        if time is None:
+            self.pointed.emit(None)
 
     def resizeEvent(self, event) -> None:
         """Share out the height; fold what may be folded when there is little."""

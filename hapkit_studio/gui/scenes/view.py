@@ -25,6 +25,11 @@ COARSE, FINE = 1e-3, 1e-4  # m per arrow key
 _WORDS_MS = 100
 _SMOOTHING = 0.25
 _KEYS = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}
+_BY_KEYBOARD = (
+    Qt.FocusReason.TabFocusReason,
+    Qt.FocusReason.BacktabFocusReason,
+    Qt.FocusReason.ShortcutFocusReason,
+)
 _HELP = "Press and drag: the pointer is your hand. ← → move it 1 mm, with Shift 0.1 mm; ↓ lets go."
 
 
@@ -46,6 +51,7 @@ class SceneView(QWidget):
         self._stage: Stage | None = None
         self._ground = QPixmap()
         self._hand_enabled = self._hint = True
+        self._ring = False
         self._held: float | None = None
         self._dragging = self._preparing = False
         self._fraction: float | None = None
@@ -172,7 +178,7 @@ class SceneView(QWidget):
             preparing(stage, self._fraction)
         else:
             self._play(stage)
-        if self.hasFocus() and self._hand_enabled:
+        if self._ring and self.hasFocus():
             stage.p.setBrush(Qt.BrushStyle.NoBrush)
             stage.p.setPen(QPen(theme.color("accent"), 2))
             stage.p.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 7, 7)
@@ -211,6 +217,11 @@ class SceneView(QWidget):
             self.setCursor(Qt.CursorShape.OpenHandCursor)
             self._let_go()
 
+    def focusInEvent(self, event) -> None:
+        """Show the focus ring to those who came by keyboard."""
+        self._ring = event.reason() in _BY_KEYBOARD
+        super().focusInEvent(event)
+
     def wheelEvent(self, event) -> None:
         """Do nothing: the wheel is no hand."""
         event.accept()
@@ -221,7 +232,7 @@ class SceneView(QWidget):
         if not self._hand_enabled or self._preparing or self._dragging:
             super().keyPressEvent(event)
         elif key in _KEYS:
-            self._hint = False
+            self._hint, self._ring = False, True
             step = FINE if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else COARSE
             start = self._motion.position / 1e3 if self._held is None else self._held
             self._hold(float(np.clip(start + _KEYS[key] * step, -REACH, REACH)))
