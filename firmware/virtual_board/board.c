@@ -14,6 +14,8 @@
 #include <string.h>
 
 enum { REG_ADCSRA = 0x7a, REG_ADMUX = 0x7c, ADEN = 1 << 7, SENSOR_CHANNEL = 2 };
+// Cycles that simavr runs without looking up; interrupts, timers and register writes end a run at once.
+enum { CHUNK = 16 };
 enum { SETTLING = 160, SILENCE = FREQUENCY / 50, EXIT_UNKNOWN_MODE = 3, EXIT_CRASHED = 4 };
 
 double board_seconds(const struct board *b)
@@ -64,6 +66,13 @@ static void conversion_started(avr_irq_t *irq, uint32_t value, void *param)
 	avr_cycle_timer_register(b->avr, (3u << (prescaler ? prescaler : 1)) / 2, sample_and_hold, b);
 }
 
+static void give_up(struct board *b, int code)
+{
+	link_unplug(&b->link);
+	truth_close(&b->truth);
+	exit(code);
+}
+
 static avr_cycle_count_t output_settled(avr_t *avr, avr_cycle_count_t when, void *param)
 {
 	struct board *b = param;
@@ -74,8 +83,7 @@ static avr_cycle_count_t output_settled(avr_t *avr, avr_cycle_count_t when, void
 	        "virtual_board: D5 is driven by timer 0 in a mode that is not modelled: TCCR0A = 0x%02x, "
 	        "TCCR0B = 0x%02x (8-bit phase-correct, prescaler 1, is) at %.6f s\n",
 	        avr->data[REG_TCCR0A], avr->data[REG_TCCR0B], board_seconds(b));
-	truth_close(&b->truth);
-	exit(EXIT_UNKNOWN_MODE);
+	give_up(b, EXIT_UNKNOWN_MODE);
 }
 
 static void registers_touched(avr_irq_t *irq, uint32_t value, void *param)
@@ -103,18 +111,23 @@ static void handler_entered(avr_irq_t *irq, uint32_t running, void *param)
 		b->avr->cycle += 4;
 }
 
-static void watch_interrupts(struct board *b, avr_cycle_count_t before, avr_flashaddr_t pc)
+// Interrupts were switched off at this cycle or, by an instruction, up to CHUNK cycles later.
+static void note_off(struct board *b, avr_cycle_count_t cycle, avr_flashaddr_t pc)
 {
-	if (b->avr->sreg[S_I]) {
-		b->started = true;
-		if (b->off_since && b->avr->cycle - b->off_since > b->longest_off) {
-			b->longest_off = b->avr->cycle - b->off_since;
-			b->longest_off_pc = b->off_pc;
-		}
-		b->off_since = 0;
-	} else if (b->started && !b->off_since) {
-		b->off_since = before;
+	if (b->started && !b->off_since) {
+		b->off_since = cycle;
 		b->off_pc = pc;
+	}
+}
+
+static void note_on(struct board *b)
+{
+	avr_cycle_count_t off = b->off_since ? b->avr->cycle - b->off_since : 0;
+	b->started = true;
+	b->off_since = 0;
+	if (off > b->longest_off) {
+		b->longest_off = off;
+		b->longest_off_pc = b->off_pc;
 	}
 }
 
@@ -122,8 +135,7 @@ static void crashed(struct board *b, const char *how)
 {
 	fprintf(stderr, "virtual_board: the firmware %s at 0x%04x, %.6f s\n", how, b->avr->pc,
 	        board_seconds(b));
-	truth_close(&b->truth);
-	exit(EXIT_CRASHED);
+	give_up(b, EXIT_CRASHED);
 }
 
 static void step(struct board *b, avr_cycle_count_t until)
@@ -143,8 +155,15 @@ static void step(struct board *b, avr_cycle_count_t until)
 	} else if (avr->state != cpu_Running) {
 		crashed(b, "crashed");
 	}
+	if (!avr->sreg[S_I]) {
+		note_off(b, before, pc);
+		return;
+	}
+	note_on(b);
+	before = avr->cycle;
 	avr_service_interrupts(avr);
-	watch_interrupts(b, before, pc);
+	if (!avr->sreg[S_I])
+		note_off(b, before, avr->pc);
 }
 
 void board_run(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
@@ -171,6 +190,7 @@ static avr_uart_t *find_uart(avr_t *avr)
 static void connect(struct board *b)
 {
 	avr_t *avr = b->avr;
+	avr->run_cycle_limit = CHUNK;
 	for (unsigned i = 0; i < sizeof motor_registers; i++)
 		avr_irq_register_notify(avr_iomem_getirq(avr, motor_registers[i], NULL, AVR_IOMEM_IRQ_ALL),
 		                        registers_touched, b);
@@ -192,6 +212,7 @@ void board_reset(struct board *b)
 {
 	board_sync(b);
 	avr_reset(b->avr);
+	b->avr->run_cycle_limit = CHUNK;
 	uart_reset(&b->uart);
 	b->started = false;
 	b->off_since = 0;
