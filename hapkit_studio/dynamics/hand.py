@@ -4,18 +4,21 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from hapkit_studio.errors import ParameterError
 
 
-def _still(t: float) -> float:
-    return 0.0
+def _still(t):
+    return 0.0 * t
 
 
 @dataclass(frozen=True)
 class Hand:
     """A hand: force k (target - x) + b (target' - v), its mass added to the handle's.
 
-    mass kg, damping N·s/m, stiffness N/m; target(t) in m; from `release` s on it has let go.
+    mass kg, damping N·s/m, stiffness N/m; target(t) in m, of arrays of times too if `vectorised`; from
+    `release` s on it has let go.
     """
 
     mass: float = 0.0
@@ -24,6 +27,7 @@ class Hand:
     target: Callable[[float], float] = _still
     release: float = math.inf
     summary: str = ""
+    vectorised: bool = False
 
     def __post_init__(self) -> None:
         for name, unit in (("mass", "kg"), ("damping", "N·s/m"), ("stiffness", "N/m")):
@@ -65,62 +69,65 @@ def grip_named(name: str) -> Grip | None:
     return GRIPS[name]
 
 
-def _ramp(t: float, start: float, seconds: float) -> float:
+# Every movement takes one time in s, or an array of times.
+
+
+def _ramp(t, start: float, seconds: float):
     """Rise from 0 to 1 with a level start and end (cosine)."""
-    return 0.5 - 0.5 * math.cos(math.pi * min(max((t - start) / seconds, 0.0), 1.0))
+    return 0.5 - 0.5 * np.cos(math.pi * np.clip((t - start) / seconds, 0.0, 1.0))
 
 
-def _there_and_back(t: float, reach: float, speed: float) -> float:
+def _there_and_back(t, reach: float, speed: float):
     """Triangle wave between -reach and +reach at constant speed, starting at 0 to the right."""
     quarter = reach / speed
-    phase = math.fmod(t + quarter, 4.0 * quarter) / quarter
-    return reach * (phase - 1.0 if phase < 2.0 else 3.0 - phase)
+    phase = np.fmod(t + quarter, 4.0 * quarter) / quarter
+    return reach * np.where(phase < 2.0, phase - 1.0, 3.0 - phase)
 
 
-def _press(t: float) -> float:
+def _press(t):
     return 0.020 * _ramp(t, 0.1, 0.9)
 
 
-def _tap(t: float) -> float:
+def _tap(t):
     """Every 0.8 s, 15 mm to the right and back at 0.1 m/s."""
-    since = math.fmod(t, 0.8) - 0.1
-    return min(max(0.0, 0.1 * since), max(0.0, 0.1 * (0.3 - since)))
+    since = np.fmod(t, 0.8) - 0.1
+    return np.minimum(np.maximum(0.0, 0.1 * since), np.maximum(0.0, 0.1 * (0.3 - since)))
 
 
-def _stroke(t: float) -> float:
+def _stroke(t):
     return _there_and_back(t, 0.030, 0.05)
 
 
-def _sweep(t: float) -> float:
+def _sweep(t):
     """Out to the left end within 0.5 s, then across at 0.07 m/s and stay."""
-    return -0.035 * _ramp(t, 0.0, 0.5) + min(max(0.07 * (t - 0.6), 0.0), 0.070)
+    return -0.035 * _ramp(t, 0.0, 0.5) + np.clip(0.07 * (t - 0.6), 0.0, 0.070)
 
 
-def _hold(t: float) -> float:
+def _hold(t):
     return 0.010 * _ramp(t, 0.0, 0.3)
 
 
-def _pluck(t: float) -> float:
+def _pluck(t):
     return 0.020 * _ramp(t, 0.1, 0.6)
 
 
-def _shake(t: float) -> float:
+def _shake(t):
     """0.5 Hz rising by 1 Hz per second up to 6 Hz."""
-    rising = min(t, 5.5)
+    rising = np.minimum(t, 5.5)
     cycles = 0.5 * rising + 0.5 * rising * rising + 6.0 * (t - rising)
-    return 0.012 * math.sin(2.0 * math.pi * cycles)
+    return 0.012 * np.sin(2.0 * math.pi * cycles)
 
 
-def _fur(t: float, speed: float) -> float:
+def _fur(t, speed: float):
     """From the middle to the head at 30 mm on the left, then 60 mm there and back."""
     return _there_and_back(t + 2.0 * 0.030 / speed, 0.030, speed)
 
 
-def _pet(t: float) -> float:
+def _pet(t):
     return _fur(t, 0.05)
 
 
-def _rub(t: float) -> float:
+def _rub(t):
     return _fur(t, 0.20)
 
 
@@ -128,7 +135,7 @@ def _script(
     target: Callable[[float], float], summary: str, grip: str = "medium", release: float = math.inf
 ) -> Hand:
     g = grip_named(grip) or Grip(0.0, 0.0, 0.0)
-    return Hand(g.mass, g.damping, g.stiffness, target, release, summary)
+    return Hand(g.mass, g.damping, g.stiffness, target, release, summary, vectorised=True)
 
 
 SCRIPTS: dict[str, Hand] = {

@@ -56,26 +56,39 @@ def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np
         return out, r
     hand = hand or Hand(release=0.0)
     holding = (times[:-1] < hand.release).astype(np.int64)
-    targets = _sampled(hand.target, times) if holding.any() else np.zeros(count + 1)
+    targets = _sampled(hand.target, times, hand.vectorised) if holding.any() else np.zeros(count + 1)
     numbers = np.array([hand.mass, hand.damping, hand.stiffness])
     batch.run(r, body, numbers, targets, holding, out)
+    if holding[0]:
+        away, rate = targets[0] - scene.device.initial_position, (targets[1] - targets[0]) * scene.loop.rate
+        pull = hand.stiffness * away + hand.damping * (rate - scene.device.initial_velocity)
+        out[0, rows.HAND_FORCE] = pull
     return out, r
 
 
 def _render_prescribed(r, body, hand: Prescribed, times: np.ndarray, out: np.ndarray, scene: Scene) -> None:
-    step = _DIFFERENCE_SECONDS
     positions = _sampled(hand.position, times)
-    ahead, behind = _sampled(hand.position, times + step), _sampled(hand.position, times - step)
-    velocities = (ahead - behind) / (2.0 * step)
+    after, before = times + _DIFFERENCE_SECONDS, np.maximum(times - _DIFFERENCE_SECONDS, 0.0)
+    velocities = (_sampled(hand.position, after) - _sampled(hand.position, before)) / (after - before)
     batch.run_prescribed(r, body, positions, velocities, out)
     device = scene.device
     pull = device.mass * np.gradient(velocities) * scene.loop.rate if len(times) > 1 else np.zeros(1)
     friction = device.damping * velocities + device.coulomb_force * np.sign(velocities)
-    out[:, rows.HAND_FORCE] = pull + friction - out[:, rows.APPLIED]
+    late = min(math.ceil(scene.loop.delay * scene.loop.rate - 1e-9), len(times))
+    motor = np.append(np.zeros(late), out[: len(times) - late, rows.APPLIED])
+    out[:, rows.HAND_FORCE] = pull + friction - motor
 
 
-def _sampled(motion, times: np.ndarray) -> np.ndarray:
-    values = np.array([float(motion(t)) for t in times])
+def _sampled(motion, times: np.ndarray, vectorised: bool = False) -> np.ndarray:
+    if not callable(motion):
+        raise ParameterError(f"The hand's position is a function of time in s, not {motion!r}.")
+    values = motion(times) if vectorised else [motion(t) for t in times.tolist()]
+    try:
+        values = np.array(values, dtype=float).reshape(times.shape)
+    except (TypeError, ValueError):
+        raise ParameterError(
+            "The hand's position must be one number of m at every time; it is not."
+        ) from None
     if not np.isfinite(values).all():
         when = times[np.flatnonzero(~np.isfinite(values))[0]]
         raise ParameterError(f"The hand's position must be a finite number of m; at {when:.4g} s it is not.")
