@@ -66,7 +66,7 @@ static void conversion_started(avr_irq_t *irq, uint32_t value, void *param)
 	avr_cycle_timer_register(b->avr, (3u << (prescaler ? prescaler : 1)) / 2, sample_and_hold, b);
 }
 
-static void give_up(struct board *b, int code)
+static _Noreturn void give_up(struct board *b, int code)
 {
 	link_unplug(&b->link);
 	truth_close(&b->truth);
@@ -131,7 +131,7 @@ static void note_on(struct board *b)
 	}
 }
 
-static void crashed(struct board *b, const char *how)
+static _Noreturn void crashed(struct board *b, const char *how)
 {
 	fprintf(stderr, "virtual_board: the firmware %s at 0x%04x, %.6f s\n", how, b->avr->pc,
 	        board_seconds(b));
