@@ -438,8 +438,9 @@ def test_plots_are_found_by_their_files():
 
 def turn_wheel(canvas, qapp):
     place = QPointF(canvas.frame().center())
+    there = QPointF(canvas.mapToGlobal(place.toPoint()))
     event = QWheelEvent(
-        place, QPointF(canvas.mapToGlobal(place.toPoint())), QPoint(), QPoint(0, 240), Qt.MouseButton.NoButton,
+        place, there, QPoint(), QPoint(0, 240), Qt.MouseButton.NoButton,
         Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
     )  # fmt: skip
     qapp.sendEvent(canvas.viewport(), event)

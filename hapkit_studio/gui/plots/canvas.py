@@ -140,7 +140,8 @@ class Canvas(pg.PlotWidget):
         """Paint ground, grid and frame."""
         box = self.measure()
         painter.fillRect(rect, theme.color("surface"))
-        painter.fillRect(box, theme.color("plot"))
+        if theme.c.plot != theme.c.surface:
+            painter.fillRect(box, theme.color("plot"))
         painter.save()
         painter.setClipRect(box)
         self.paint_under(painter, box)

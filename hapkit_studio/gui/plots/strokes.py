@@ -9,8 +9,8 @@ from hapkit_studio.gui.theme import theme
 
 ON, PERIOD = 5.0, 8.5  # px
 _LEAST_STEP = 0.8  # px
-_CALM = 3.0
-_NOISE = 12.0  # a line this many times longer than wide is noise
+_TREMOR, _NOISY = 0.25, 0.2  # px²: a turn that is seen; the share of turns that makes noise
+_HAZE = 12.0  # noise this many times longer than wide is a filled area
 
 
 def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
@@ -32,12 +32,13 @@ def segments(painter: QPainter, ends: np.ndarray) -> None:
 
 def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width: float = 2.0) -> None:
     """Draw a line, round where calm, smooth unless it is noise, where both cost most and show nothing."""
-    unrest = np.nansum(np.abs(np.diff(y))) / max(np.nansum(np.abs(np.diff(x))), 1.0)
-    noisy = unrest > _NOISE
-    cap = Qt.PenCapStyle.RoundCap if unrest < _CALM else Qt.PenCapStyle.SquareCap
+    rise = np.diff(y)
+    noise = np.count_nonzero(rise[1:] * rise[:-1] < -_TREMOR) > _NOISY * len(rise)
+    haze = noise and np.nansum(np.abs(rise)) > _HAZE * np.nansum(np.abs(np.diff(x)))
+    cap = Qt.PenCapStyle.SquareCap if noise else Qt.PenCapStyle.RoundCap
     painter.setPen(QPen(color, width, Qt.PenStyle.SolidLine, cap))
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing, not noisy)
-    segments(painter, joined(x, y) if noisy else joined(*thinned(x, y)))
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing, not haze)
+    segments(painter, joined(x, y) if noise else joined(*thinned(x, y)))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
 
 
@@ -62,7 +63,7 @@ def dashed(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     edges = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
     edges = edges[edges[:, 1] - edges[:, 0] > 1]
     along = np.concatenate([[0.0], np.nancumsum(np.hypot(np.diff(x), np.diff(y)))])
-    if not len(edges) or along[-1] > _NOISE * max(np.nanmax(x) - np.nanmin(x), 1.0):
+    if not len(edges) or along[-1] > _HAZE * max(np.nanmax(x) - np.nanmin(x), 1.0):
         return joined(x, y)  # dashes along noise would be a haze
     lengths = along[edges[:, 1] - 1] - along[edges[:, 0]]
     ends = np.cumsum(np.ceil(lengths / PERIOD) * PERIOD)  # runs put one behind the other, by whole periods

@@ -71,7 +71,7 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
     base, half = y + 4.8 * u, stage.knob_width / 2
     stage.taken.append(knob(stage, motion.position).adjusted(-2, 0, 2, 0))
     if motion.stopped or abs(motion.force) < 0.005:
-        places = [(x - half - 10 * u, base, -1), (x + half + 10 * u, base, 1)]
+        places = [(x - half - 13 * u, base, -1), (x + half + 13 * u, base, 1)]
         stage.say("0.00 N" if motion.stopped else motion.force_text, places, "applied", 13, 700, must=True)
         return
     d = 1 if motion.force > 0 else -1

@@ -191,7 +191,7 @@ class SceneView(QWidget):
         handle(stage, motion.position, scene.tip(stage, values, motion) if scene.tip else None)
         force(stage, motion, scene.per_newton)
         if self._hint and self._hand_enabled:
-            x, half = stage.x(motion.position), stage.knob_width / 2 + 10 * stage.u
+            x, half = stage.x(motion.position), stage.knob_width / 2 + 13 * stage.u
             y = stage.knob_middle + 4.8 * stage.u
             stage.say("Drag the handle", [(x + half, y, 1), (x - half, y, -1)], "accent", 12, 600)
         hand_label(stage, motion)
