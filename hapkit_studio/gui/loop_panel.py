@@ -38,6 +38,12 @@ def _short(key: str) -> str:
     return key.upper() if len(key) <= 4 else key.capitalize()
 
 
+def _show(row: ParameterRow, value: float) -> None:
+    """Show a value in force, but leave a refused one in its box while nothing has changed."""
+    if row.value != value:
+        row.show_value(value)
+
+
 class LoopPanel(QWidget):
     """Rows for the loop under a heading that folds them into one line where the window is low."""
 
@@ -85,14 +91,14 @@ class LoopPanel(QWidget):
     def show_state(self) -> None:
         """Show the loop as the studio has it; a real board's rate is its own."""
         loop = self._studio.loop
-        self.rate.show_value(self._rate())
-        self.delay.show_value(loop.delay)
+        _show(self.rate, self._rate())
+        _show(self.delay, loop.delay)
         self.estimator.show_value(ESTIMATOR.options.index(loop.estimator))
         for key, rows in self.options.items():
             given = dict(loop.options) if key == loop.estimator else {}
             for row in rows:
                 row.setVisible(key == loop.estimator)
-                row.show_value(given.get(row.parameter.key, row.parameter.default))
+                _show(row, given.get(row.parameter.key, row.parameter.default))
         self.grip.show_value(GRIP.options.index(self._studio.grip))
         self.fold.setText(self.summary() if self.folded else "Fold")
         self.fold.setAccessibleName(f"Loop: {self.summary()}")
@@ -115,8 +121,7 @@ class LoopPanel(QWidget):
         engine = self._studio.engine
         own_clock = engine is not None and not engine.device.simulated
         reason = "The board samples by its own clock. Its rate is fixed."
-        self.rate.setEnabled(not own_clock)
-        self.rate.setToolTip(reason if own_clock else "")
+        self.rate.set_locked(reason if own_clock else "")
         own_hand = engine is not None and not self._studio.hand_is_ours
         self.grip.setEnabled(not own_hand)
         self.grip.setToolTip("The hand on this device is your own." if own_hand else f"<p>{GRIP.help}</p>")

@@ -104,6 +104,10 @@ class MarginWorker(QObject):
         """Want no answer any more."""
         self._newest = None
 
+    def wait(self) -> None:
+        """Wait until everything asked is answered."""
+        self._worker.submit(int).result()
+
     def close(self) -> None:
         """Drop what is waiting and end the thread."""
         self._newest = None

@@ -39,7 +39,9 @@ class ParameterRow(QWidget):
         self.error.setProperty("role", "error")
         self.error.setWordWrap(True)
         self._arrange()
-        self._describe(formula)
+        self._formula = formula
+        self._name_reset()
+        self.set_locked("")
         self._connect()
         self.show_value(parameter.default)
 
@@ -111,11 +113,15 @@ class ParameterRow(QWidget):
         grid.setColumnMinimumWidth(3, 24)
         self.error.hide()
 
-    def _describe(self, formula: str) -> None:
-        words = " ".join(part for part in (self.parameter.help, self.quantity.limits()) if part)
-        tip = f"<p>{words}</p>" + (f"<p><i>{formula}</i></p>" if formula else "")
+    def set_locked(self, reason: str) -> None:
+        """Leave the value readable but fixed, and say why; no reason unlocks it."""
+        self.setEnabled(not reason)
+        words = " ".join(part for part in (self.parameter.help, self.quantity.limits(), reason) if part)
+        tip = f"<p>{words}</p>" + (f"<p><i>{self._formula}</i></p>" if self._formula else "")
         for widget in (self.label, self.box, self.slider):
             widget.setToolTip(tip)
+
+    def _name_reset(self) -> None:
         default = f"{self.quantity.text(self.quantity.default)} {self.quantity.unit}".rstrip()
         self.reset.setToolTip(f"Back to {default}")
         self.reset.setAccessibleName(f"Reset {self.parameter.label} to {default}")

@@ -121,6 +121,11 @@ class StabilityCard(QWidget):
         self.judged.emit(short(answer), answer.stable)
         self.crossed.emit(None if answer.stable else answer)
 
+    def wait(self) -> None:
+        """Wait for the worker, for tests; the answer comes with the next events."""
+        self._soon.stop()
+        self._worker.wait()
+
     def close_worker(self) -> None:
         """End the worker's thread."""
         self._worker.close()

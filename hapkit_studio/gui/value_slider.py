@@ -66,9 +66,13 @@ class ValueSlider(QSlider):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         middle, thumb = self.height() / 2.0, self._place(self._exact)
         enabled = self.isEnabled()
+        # in high contrast a filled groove would hide where the accent ends
+        outlined = theme.name == "contrast"
+        painter.setPen(QPen(theme.color("edge"), 1) if outlined else Qt.PenStyle.NoPen)
+        painter.setBrush(theme.color("surface" if outlined else "line"))
+        groove = QRectF(0.5, middle - _GROOVE / 2, self.width() - 1, _GROOVE)
+        painter.drawRoundedRect(groove, 2, 2)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(theme.color("line"))
-        painter.drawRoundedRect(QRectF(0, middle - _GROOVE / 2, self.width(), _GROOVE), 2, 2)
         painter.setBrush(theme.color("accent" if enabled else "edge"))
         painter.drawRoundedRect(QRectF(0, middle - _GROOVE / 2, thumb, _GROOVE), 2, 2)
         painter.setPen(QPen(theme.color("ink2"), 1.5))

@@ -66,7 +66,10 @@ def overlapping(window) -> list[str]:
 
 
 def settle(qapp, window, size):
+    """Resize, have the stability answered, and let every layout follow."""
     window.resize(*size)
+    window.stability.ask()
+    window.stability.wait()
     for _ in range(3):
         qapp.processEvents()
 
@@ -75,7 +78,6 @@ def settle(qapp, window, size):
 def test_nothing_is_cut_off_or_overlaps(window, qapp, size):
     for key in window.studio.environments:
         window.studio.choose(key)
-        window.stability.ask()
         settle(qapp, window, size)
         assert cut_off(window) == [], key
         assert overlapping(window) == [], key

@@ -12,7 +12,7 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.gui import studio as studio_module
 from hapkit_studio.haptics.engine import Engine
-from tests.gui.window_support import PATIENCE_MS, SIMULATED
+from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 
 FAILURES = [
     errors.PortBusyError("ttyUSB0 is used by another program. Close it, then try again."),
@@ -75,24 +75,27 @@ def test_the_window_goes_on_while_a_port_takes_its_time(make_window, qtbot):
 
 
 def test_of_two_wishes_the_newest_wins(make_window, qtbot):
-    gate, closed = threading.Event(), []
+    gate, begun, engines = threading.Event(), threading.Event(), []
 
-    class Watched(Engine):
-        def close(self):
-            closed.append(self.device)
-            super().close()
+    def build(entry):
+        engines.append(build_engine(entry))
+        return engines[-1]
 
     def slowly():
+        begun.set()
         gate.wait(PATIENCE_MS / 1000)
         return SimulatedHapkit(mass=0.1)
 
-    window = make_window(build=lambda entry: Watched(entry.make(), realtime=False))
+    window = make_window(build=build)
     window.studio.open(DeviceEntry("slow", "Slow Hapkit", slowly))
+    assert begun.wait(PATIENCE_MS / 1000)
     window.studio.open(SIMULATED)
     gate.set()
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     assert window.studio.engine.device.mass == 0.044
-    qtbot.waitUntil(lambda: [d.mass for d in closed] == [0.1], timeout=PATIENCE_MS)
+    assert [engine.device.mass for engine in engines] == [0.1, 0.044]
+    qtbot.waitUntil(lambda: not engines[0].health().running, timeout=PATIENCE_MS)
+    assert engines[1].health().running
 
 
 def test_a_device_that_went_away_is_looked_for_until_it_is_back(make_window, qtbot, monkeypatch):

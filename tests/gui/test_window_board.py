@@ -1,0 +1,93 @@
+"""Through the whole chain: window, loop, wire, the real firmware in its chip, paddle, hand, and back."""
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
+from hapkit_studio.haptics import rows
+from tests.gui.window_support import PATIENCE_MS, SIMULATED
+
+pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
+STIFFNESS, SURFACE, HAND = 200.0, 0.005, 0.014
+
+
+@pytest.fixture
+def board(tmp_path):
+    return VirtualBoard(log=tmp_path / "truth.bin")
+
+
+@pytest.fixture
+def board_window(make_window, qtbot, board):
+    entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)
+    window = make_window((SIMULATED, entry))
+    window.studio.open(entry)
+    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    return window
+
+
+def at_rest(window, qtbot, place):
+    """Wait until the handle has stood still beyond a place in m for 100 rows; return the last row."""
+
+    def still():
+        window.live.tick()
+        last = window.live.last
+        if last is None or last[rows.POSITION] < place:
+            return False
+        kept = window.live.history.between(last[rows.HOST_TIME] - 0.2, last[rows.HOST_TIME] + 1.0)
+        pushed = np.abs(kept.y["applied"]).min() > 0.2 if len(kept.x) > 100 else False
+        return pushed and np.ptp(kept.y["position"]) <= 2.1 * window.studio.engine.device.quantum
+
+    qtbot.waitUntil(still, timeout=PATIENCE_MS)
+    return window.live.last
+
+
+def test_a_hand_at_the_wall_feels_what_the_window_shows(board_window, board, qtbot, tmp_path):
+    window = board_window
+    window.studio.set_value("stiffness", STIFFNESS)
+    window.studio.move_hand(HAND)
+    row = at_rest(window, qtbot, SURFACE + 0.002)
+    depth = row[rows.POSITION] - SURFACE
+    assert row[rows.APPLIED] == pytest.approx(-STIFFNESS * depth, abs=1e-9)
+    assert window.centre.time.headers[-1].value.text().endswith("N")
+    quantum, step = board.quantum, board.full_force / 255.0
+    window.live.stop()
+    window.studio.close()
+    log = truth(tmp_path / "truth.bin")
+    close = np.abs(log.position - row[rows.POSITION]) < 3 * quantum
+    settled = log[close & (np.abs(log.velocity) < 1e-3) & (np.abs(log.hand_target - HAND) < 1e-6)]
+    assert len(settled) > 20
+    felt = settled.motor_force - -STIFFNESS * (settled.position - SURFACE)
+    # one count, one step, and what a handle still creeping at 1 mm/s moves in a period
+    assert np.max(np.abs(felt)) <= STIFFNESS * (quantum + 1e-6) + step
+
+
+def test_the_delay_is_measured_and_the_rate_is_the_boards(board_window, qtbot):
+    window = board_window
+
+    def measured():
+        window.live.look()
+        return 0.0 < window.studio.engine.health().delay < 0.05
+
+    qtbot.waitUntil(measured, timeout=PATIENCE_MS)
+    assert not window.loop.rate.isEnabled()
+    assert "own clock" in window.loop.rate.box.toolTip()
+    assert window.loop.delay.isEnabled()
+    assert window.loop.grip.isEnabled()
+
+
+def test_a_pulled_cable_is_said_and_the_window_goes_on(board_window, board, qtbot):
+    window = board_window
+    board.unplug()
+
+    def gone():
+        window.live.look()
+        return window.studio.link.state == "gone"
+
+    qtbot.waitUntil(gone, timeout=PATIENCE_MS)
+    (banner,) = window.banners.banners
+    assert "is gone." in banner.title.text()
+    window.studio.open_simulated()
+    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
+    assert window.studio.simulated
+    assert window.banners.banners == []
