@@ -21,6 +21,9 @@ from hapkit_studio.parameters import Parameter
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.0, 86_400.0)
 ANY_RATE = Parameter("rate", "Rate", "Hz", 1000.0, 1.0, 1e6)
 ANY_DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 10.0)
+SPEED = Parameter("max_speed", "Largest speed", "m/s", 3.0, 0.0, 1e6)
+# a row takes 256 bytes
+MOST_SAMPLES = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ class Run:
         """Write a CSV file: a comment line of settings (JSON), then names with units, then the samples."""
         columns = self.columns()
         with open(path, "w", encoding="utf-8") as file:
-            file.write("# " + json.dumps(self.settings, ensure_ascii=False) + "\n")
+            file.write("# " + json.dumps(self.settings, ensure_ascii=False, default=float) + "\n")
             file.write(",".join(columns) + "\n")
             np.savetxt(file, np.column_stack(list(columns.values())), fmt="%.9g", delimiter=",")
 
@@ -97,12 +100,14 @@ def simulate(
     """
     chosen = environment if isinstance(environment, Environment) else environments.named(environment)
     values = chosen.values(parameters)
-    device = device or SimulatedHapkit()
+    device = SimulatedHapkit() if device is None else device
+    if not isinstance(device, SimulatedHapkit):
+        raise ParameterError(f"device takes a SimulatedHapkit or None, not {device!r}.")
     loop = LoopSettings(ANY_RATE.check(rate), ANY_DELAY.check(delay), estimator)
-    count = round(SECONDS.check(seconds) * loop.rate)
-    if count < 1:
-        raise ParameterError(f"A run has at least one sample: {seconds:g} s at {rate:g} Hz has none.")
+    count = _count(SECONDS.check(seconds), loop.rate)
     moving = _hand(hand)
+    if max_speed != math.inf:
+        max_speed = SPEED.check(max_speed)
     scene = headless.Scene(chosen, values, device, loop, max_speed)
     out, rig = headless.render(scene, moving, count)
     fault = faults.describe(int(rig.control[headless.FAULT]), rig)
@@ -117,6 +122,14 @@ def simulate(
         "seed": seed,
     }
     return _as_run(out, chosen, loop.rate, fault, settings)
+
+
+def _count(seconds: float, rate: float) -> int:
+    count = round(seconds * rate)
+    if not 1 <= count <= MOST_SAMPLES:
+        limits = f"1 to {MOST_SAMPLES} samples"
+        raise ParameterError(f"A run has {limits}, not {count}: {seconds:g} s at {rate:g} Hz.")
+    return count
 
 
 def _hand(hand: str | Hand | Prescribed | None) -> Hand | Prescribed | None:

@@ -3,20 +3,22 @@
 from pathlib import Path
 from typing import Any
 
+from hapkit_studio.errors import ParameterError
+
 POSITION, VELOCITY, ASKED, APPLIED = "#0A62AE", "#00735C", "#7B3794", "#C2410C"
 
 
 def run_figure(run: Any, path: str | Path) -> None:
     """Write a Run's position, velocity and force over time and its force over position.
 
-    The path's ending picks the format.
+    The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
     """
-    import matplotlib
+    from matplotlib.figure import Figure
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
-
-    figure = plt.figure(figsize=(11, 6), constrained_layout=True)
+    figure = Figure(figsize=(11, 6), layout="constrained")
+    ending, known = Path(path).suffix[1:].lower(), figure.canvas.get_supported_filetypes()
+    if ending and ending not in known:
+        raise ParameterError(f"A picture is one of {', '.join(known)}, not {ending!r}.")
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
     upper, middle, lower = (figure.add_subplot(grid[i, 0]) for i in range(3))
     upper.plot(run.time, 1e3 * run.position, color=POSITION)
@@ -37,7 +39,6 @@ def run_figure(run: Any, path: str | Path) -> None:
         axes.spines[["top", "right"]].set_visible(False)
     figure.suptitle(_caption(run.settings), fontsize=10)
     figure.savefig(path, dpi=110)
-    plt.close(figure)
 
 
 def _caption(settings: dict) -> str:

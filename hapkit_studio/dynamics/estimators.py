@@ -4,7 +4,7 @@ To add a method: a `_design` that fills 8 coefficients, a code and its branch in
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,8 +84,11 @@ def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
 
     Raise ParameterError for an unknown method or option, or an option out of range.
     """
-    key, options = (spec, {}) if isinstance(spec, str) else spec
-    estimator = ESTIMATORS.get(key)
+    pair = (spec, {}) if isinstance(spec, str) else spec
+    if not (isinstance(pair, tuple | list) and len(pair) == 2 and isinstance(pair[1], Mapping)):
+        raise ParameterError(f"The velocity estimator is a name or (name, {{option: value}}), not {spec!r}.")
+    key, options = pair
+    estimator = ESTIMATORS.get(key) if isinstance(key, str) else None
     if estimator is None:
         raise ParameterError(f"The velocity estimator is one of {', '.join(ESTIMATORS)}, not {key!r}.")
     numbers = resolve(estimator.parameters, options, estimator.label)

@@ -28,7 +28,7 @@ def discover() -> dict[str, Environment]:
 def named(key: str) -> Environment:
     """Return the environment of a key; raise ParameterError listing those there are."""
     library = discover()
-    if key not in library:
+    if not isinstance(key, str) or key not in library:
         raise ParameterError(f"There is no environment {key!r}; there are: {', '.join(library)}.")
     return library[key]
 

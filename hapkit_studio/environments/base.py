@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.laws import Law
 from hapkit_studio.parameters import AnyParameter, resolve
 
@@ -39,7 +40,12 @@ class Environment:
 
     def values(self, given: Mapping[str, object] | None = None) -> dict[str, float]:
         """Return every parameter's number, defaults filled in; raise ParameterError."""
-        numbers = resolve(self.parameters, given or {}, self.title)
+        given = {} if given is None else given
+        if not isinstance(given, Mapping):
+            raise ParameterError(
+                f"{self.title} takes its parameters by name, as {{key: value}}, not {given!r}."
+            )
+        numbers = resolve(self.parameters, given, self.title)
         return {p.key: n for p, n in zip(self.parameters, numbers, strict=True)}
 
     def curve(self, values: Mapping[str, float], position: np.ndarray, velocity: float = 0.0) -> np.ndarray:

@@ -1,0 +1,254 @@
+"""The contract of every environment that is discovered, and what each of the first four must show."""
+
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio import environments, resources
+from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Hand, Prescribed
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import rows
+from hapkit_studio.laws import native
+from hapkit_studio.parameters import Choice
+
+LIBRARY = environments.discover()
+every = pytest.mark.parametrize("key", LIBRARY)
+REACH, SPEED = 0.060, 3.0
+
+
+def corners(environment):
+    """Return every combination of the least, the default and the largest value of each parameter."""
+    each = []
+    for p in environment.parameters:
+        some = range(len(p.options)) if isinstance(p, Choice) else (p.low, p.default, p.high)
+        each.append([(p.key, float(value)) for value in some])
+    every = [dict(corner) for corner in itertools.product(*each)]
+    return every if len(every) <= 800 else every[:: len(every) // 800]
+
+
+def call(environment, values, x, v, state=None):
+    """Return (force, state, fault code) of the compiled law."""
+    law = environment.force.compiled()
+    p = np.array([values[q.key] for q in environment.parameters] + [0.0])
+    s = np.append(law.initial_state, 0.0) if state is None else state
+    fault = np.zeros(2, dtype=np.int64)
+    return native.call(law.address, p, s, x, v, 1e-3, fault), s, fault[0]
+
+
+def test_finds_the_files_of_its_folder_by_themselves():
+    folder = environments.__path__[0]
+    files = {path.stem for path in Path(folder).glob("*.py")} - {"__init__", "base"}
+    assert set(LIBRARY) == files
+    assert {"free", "spring", "wall", "damping"} <= files
+    assert hs.environments() == LIBRARY
+    assert hs.environments is environments
+
+
+@every
+def test_is_described(key):
+    e = LIBRARY[key]
+    assert isinstance(e, Environment)
+    assert e.key == key
+    for words in (e.title, e.summary, e.explanation, e.formula):
+        assert words
+        assert words == words.strip()
+    assert "F" in e.formula
+    assert len(e.explanation) > 80
+    assert "\n" not in e.summary
+    assert len(e.summary) < 40
+    assert resources.path("icons", f"{e.scene}.svg").exists()
+    for p in e.parameters:
+        assert p.label
+        assert p.help, p.key
+        assert p.low <= p.default <= p.high
+        assert p.check(p.default) == p.default
+
+
+@every
+def test_has_a_drawing(key):
+    scenes = Path(hs.__file__).parent / "gui" / "scenes"
+    assert (scenes / f"{LIBRARY[key].scene}.py").exists()
+
+
+def test_keys_shortcuts_and_titles_are_their_own():
+    for values in ([e.shortcut for e in LIBRARY.values() if e.shortcut], [e.title for e in LIBRARY.values()]):
+        assert len(set(values)) == len(values)
+
+
+@every
+def test_force_is_finite_at_every_corner(key):
+    e = LIBRARY[key]
+    for values in corners(e):
+        state = None
+        for x, v in itertools.product((-REACH, -1e-9, 0.0, 0.005, REACH), (-SPEED, 0.0, SPEED)):
+            force, state, fault = call(e, values, x, v, state)
+            assert math.isfinite(force), (values, x, v)
+            assert fault == 0
+            assert np.isfinite(state).all()
+
+
+@every
+def test_every_corner_of_the_handle_is_finite_too(key, rng):
+    e = LIBRARY[key]
+    for _ in range(300):
+        values = {
+            p.key: float(rng.integers(0, 2)) if p.discrete else rng.uniform(p.low, p.high)
+            for p in e.parameters
+        }
+        force, _, fault = call(e, values, rng.uniform(-REACH, REACH), rng.uniform(-SPEED, SPEED))
+        assert math.isfinite(force)
+        assert fault == 0
+
+
+@every
+def test_a_new_run_starts_from_the_first_state(key):
+    """A run in between, as violent as the device allows, changes nothing of the next."""
+    e = LIBRARY[key]
+    first = hs.simulate(e, hand="shake", seconds=0.3)
+    hs.simulate(e, device=hs.SimulatedHapkit(initial_velocity=2.0, max_force=math.inf), seconds=0.3)
+    again = hs.simulate(e, hand="shake", seconds=0.3)
+    for name, column in first.columns().items():
+        assert column.tobytes() == again.columns()[name].tobytes(), name
+    assert np.array_equal(e.force.compiled().initial_state, e.force.initial_state)
+
+
+@every
+@pytest.mark.parametrize("delay", [0.0, 0.5e-3])
+def test_defaults_come_to_rest_under_every_hand(key, delay):
+    """At 1 kHz, held still by every grip after a push, and let go: no fault, no clamp, no motion at the end.
+
+    The release is at 6 mm, inside what the environments render around the centre.
+    """
+    for grip in GRIPS.values():
+        if grip is None:
+            hand, start = Hand(release=0.0), hs.SimulatedHapkit(initial_position=0.006)
+        else:
+            hand = Hand(grip.mass, grip.damping, grip.stiffness, lambda t: min(0.03 * t, 0.009))
+            start = None
+        run = hs.simulate(key, hand=hand, device=start, delay=delay, seconds=3.0)
+        assert run.faults == ()
+        assert not run.flags.any()
+        tail = run.true_position[-500:]
+        assert np.ptp(tail) < 20.7e-6, grip
+        assert np.abs(run.true_velocity[-500:]).max() < 2e-3
+
+
+@every
+@pytest.mark.parametrize("hand", SCRIPTS)
+def test_defaults_stay_quiet_under_every_named_hand(key, hand):
+    for delay in (0.0, 0.5e-3):
+        run = hs.simulate(key, hand=hand, delay=delay, seconds=3.0)
+        assert run.faults == ()
+        assert not (run.flags & ~rows.CLAMPED).any()
+        assert np.abs(run.position).max() < 0.05
+        if hand in ("press", "hold", "released"):
+            assert not run.flags.any()
+            assert np.ptp(run.true_position[-500:]) < 20.7e-6
+
+
+@every
+def test_curve_is_the_compiled_law(key):
+    e = LIBRARY[key]
+    position = np.linspace(-REACH, REACH, 241)
+    for values in corners(e)[::7]:
+        for velocity in (0.0, 0.1, -0.1):
+            want = [call(e, values, x, velocity)[0] for x in position]
+            assert e.curve(values, position, velocity) == pytest.approx(np.array(want), rel=1e-14, abs=1e-14)
+
+
+@every
+def test_impedance_bounds_the_slopes_of_the_law(key):
+    """No faster rise of force with position or speed than it says, anywhere, at any corner."""
+    e = LIBRARY[key]
+    if e.impedance is None:
+        return
+    x = np.linspace(-0.05, 0.05, 100)
+    for values in corners(e)[::5]:
+        stiffness, damping = e.impedance(values)
+        slope = np.abs(np.diff(e.curve(values, x)) / np.diff(x)).max()
+        assert slope <= stiffness * (1.0 + 1e-9)
+        by_speed = (e.curve(values, x, 0.1) - e.curve(values, x)) / 0.1
+        by_speed = np.append(by_speed, (e.curve(values, x, -0.1) - e.curve(values, x)) / -0.1)
+        assert np.abs(by_speed).max() <= damping * (1.0 + 1e-9) + 1e-9
+
+
+# --- each by its own formula
+
+
+def values_of(key, **given):
+    return LIBRARY[key].values(given)
+
+
+def force(key, x, v=0.0, **given):
+    return call(LIBRARY[key], values_of(key, **given), x, v)[0]
+
+
+def test_free_is_no_force():
+    assert force("free", 0.03, 2.0) == 0.0
+
+
+def test_spring(rng):
+    for k, b, x0, x, v in rng.uniform(-1, 1, (50, 5)) * (0, 0, 0.04, 0.05, 2) + (700, 20, 0, 0, 0):
+        got = force("spring", x, v, stiffness=k, damping=b, center=x0)
+        assert got == pytest.approx(-k * (x - x0) - b * v, rel=1e-13)
+
+
+def test_damping_steps_by_one_count_per_period():
+    """F = -b v; a quantised position makes steps of b quantum / T: shown, not hidden."""
+    assert force("damping", 0.01, 0.3, damping=7.0) == pytest.approx(-2.1)
+    run = hs.simulate("damping", {"damping": 10.0}, hand=Prescribed(lambda t: 0.0305 * t), seconds=0.3)
+    step = 10.0 * 20.7e-6 * 1000.0
+    steps = run.force[1:] / step
+    assert np.allclose(steps, np.round(steps), atol=1e-9)
+    assert set(np.round(steps)) == {-1.0, -2.0}
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_wall_is_continuous_at_its_surface(side):
+    for inside in (1e-9, 1e-6):
+        x = 0.005 + inside if side == "right" else 0.005 - inside
+        outside = 0.005 - inside if side == "right" else 0.005 + inside
+        assert force("wall", outside, 1.0, side=side, damping=30.0) == 0.0
+        assert abs(force("wall", x, side=side, stiffness=5000)) == pytest.approx(5000 * inside, rel=1e-6)
+    assert force("wall", 0.005, 1.0, side=side, damping=30.0) == 0.0
+
+
+def test_wall_steps_by_its_damping_on_entry():
+    assert force("wall", 0.005 + 1e-12, 0.2, damping=10.0) == pytest.approx(-2.0, abs=1e-6)
+
+
+def test_walls_of_both_sides_are_mirror_images(rng):
+    for x, v in rng.uniform(-1, 1, (200, 2)) * (0.04, 2.0):
+        for mode in ("into", "both", "none"):
+            given = {"stiffness": 400.0, "damping": 5.0, "damping_mode": mode}
+            right = force("wall", x, v, side="right", position=0.01, **given)
+            left = force("wall", -x, -v, side="left", position=-0.01, **given)
+            assert left == pytest.approx(-right, abs=1e-12)
+            assert right <= 0.0 or mode == "both"
+
+
+@pytest.mark.parametrize(
+    ("mode", "going_in", "going_out"), [("into", -3.5, -2.5), ("both", -3.5, -1.5), ("none", -2.5, -2.5)]
+)
+def test_wall_damping_modes(mode, going_in, going_out):
+    given = {"stiffness": 250.0, "damping": 10.0, "position": 0.005, "damping_mode": mode}
+    assert force("wall", 0.015, 0.1, **given) == pytest.approx(going_in)
+    assert force("wall", 0.015, -0.1, **given) == pytest.approx(going_out)
+    assert force("wall", 0.015, 0.0, **given) == pytest.approx(-2.5)
+
+
+def test_wall_with_damping_both_ways_may_pull():
+    assert force("wall", 0.0051, -1.0, damping=10.0, damping_mode="both") > 9.0
+
+
+def test_unknown_environments_are_named_with_those_there_are():
+    for wrong in ("wal", "", 5, None, ["wall"], {"wall"}):
+        with pytest.raises(
+            ParameterError, match=r"There is no environment .*; there are: free, spring, wall"
+        ):
+            environments.named(wrong)
