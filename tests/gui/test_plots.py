@@ -63,6 +63,12 @@ def phase(qtbot, qapp, history):
     return phase
 
 
+def settle(phase):
+    """Let the older seconds be painted, one a frame."""
+    for _ in range(12):
+        phase.canvas.refresh()
+
+
 def canvas_of(plots, key):
     return next(c for c in plots.canvases if c.plot_of.key == key)
 
@@ -135,14 +141,14 @@ def test_rolling_columns_equal_columns_computed_anew(rate):
 def test_another_run_leaves_nothing_of_the_one_before(plots, phase, history):
     plots.set_history(history)
     phase.set_history(history)
-    for widget in (plots, phase.canvas):
-        widget.refresh()
+    plots.refresh()
+    settle(phase)
     history.clear()
     fresh = telemetry(20_000)
     fresh[:, rows.POSITION : rows.APPLIED + 1] = 0.0
     history.append(fresh)
-    for widget in (plots, phase.canvas):
-        widget.refresh()
+    plots.refresh()
+    settle(phase)
     assert not plots.shown.window.y["position"].any()
     found = colored(phase.canvas.viewport().grab().toImage(), "applied")
     zero = float(phase.canvas.pixel(0.0, 0.0).y())
@@ -357,6 +363,7 @@ def test_a_changed_parameter_moves_the_theory_soon(phase, qtbot):
 
 
 def test_the_measured_force_lies_where_the_samples_say(phase, qapp):
+    settle(phase)
     image = phase.canvas.viewport().grab().toImage()
     found = colored(image, "applied")
     phase.canvas.measure()
@@ -381,6 +388,7 @@ def test_older_parts_are_paler_and_the_oldest_are_gone(phase, history):
     limit_row = float(phase.canvas.to_pixels(0.0, -1.5)[1])
 
     def darkest():
+        settle(phase)
         image = phase.canvas.viewport().grab().toImage()
         band = [image.pixelColor(x, int(limit_row)).green() for x in range(60, image.width() - 20)]
         return min(band)

@@ -126,14 +126,17 @@ class PhaseCanvas(Canvas):
         new = self._recent() if afresh else self._history.since(self._drawn)
         if len(new.x):
             self._widen(*self._points(new))
+        self._drawn = self._history.total
+        self.measure()
         if self._layers is None or self._key != self._state():
             self._key, self._under = self._state(), None
             self._layers = Layers(self.frame(), self.devicePixelRatioF(), theme.color("applied"))
-            new = self._recent()
-        self._drawn = self._history.total
-        self.measure()
-        if self._layers.add(new.x, np.stack(self.to_pixels(*self._points(new)))):
+            self._layers.begin(*self._line(self._recent()))
+        elif self._layers.add(*self._line(new)):
             self._under = None
+
+    def _line(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
+        return window.x, np.stack(self.to_pixels(*self._points(window)))
 
     def point(self, time: float | None) -> None:
         """Mark the sample at a time in s; None: no mark."""

@@ -10,7 +10,8 @@ from hapkit_studio.gui.theme import theme
 ON, PERIOD = 5.0, 8.5  # px
 _LEAST_STEP = 0.8  # px
 _TREMOR, _NOISY = 0.25, 0.2  # px²: a turn that is seen; the share of turns that makes noise
-_HAZE = 12.0  # noise this many times longer than wide is a filled area
+_LONG = 5.0  # px: noise that rises so far from point to point fills an area
+_HAZE = 12.0  # a dashed line so many times longer than wide would be a haze
 
 
 def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
@@ -34,7 +35,7 @@ def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width:
     """Draw a line, round where calm, smooth unless it is noise, where both cost most and show nothing."""
     rise = np.diff(y)
     noise = np.count_nonzero(rise[1:] * rise[:-1] < -_TREMOR) > _NOISY * len(rise)
-    haze = noise and np.nansum(np.abs(rise)) > _HAZE * np.nansum(np.abs(np.diff(x)))
+    haze = noise and np.nansum(np.abs(rise)) > _LONG * len(rise)
     cap = Qt.PenCapStyle.SquareCap if noise else Qt.PenCapStyle.RoundCap
     painter.setPen(QPen(color, width, Qt.PenStyle.SolidLine, cap))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, not haze)
@@ -64,7 +65,7 @@ def dashed(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     edges = edges[edges[:, 1] - edges[:, 0] > 1]
     along = np.concatenate([[0.0], np.nancumsum(np.hypot(np.diff(x), np.diff(y)))])
     if not len(edges) or along[-1] > _HAZE * max(np.nanmax(x) - np.nanmin(x), 1.0):
-        return joined(x, y)  # dashes along noise would be a haze
+        return joined(x, y)
     lengths = along[edges[:, 1] - 1] - along[edges[:, 0]]
     ends = np.cumsum(np.ceil(lengths / PERIOD) * PERIOD)  # runs put one behind the other, by whole periods
     begins = np.concatenate([[0.0], ends[:-1]])
