@@ -11,7 +11,7 @@ ON, PERIOD = 5.0, 8.5  # px
 _LEAST_STEP = 0.8  # px
 _TREMOR, _NOISY = 0.25, 0.2  # px²: a turn that is seen; the share of turns that makes noise
 _LONG = 5.0  # px: noise that rises so far from point to point fills an area
-_HAZE = 12.0  # a dashed line so many times longer than wide would be a haze
+_HAZE = 40.0  # dashes along a line so many times longer than wide would be a haze
 
 
 def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
