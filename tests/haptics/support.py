@@ -1,0 +1,124 @@
+"""Laws that misbehave on demand, and a tick driven sample by sample from Python."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.haptics import batch, block, rig, tick
+from hapkit_studio.haptics.fences import store_release
+from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+FADE = 0.030
+
+
+@law
+def constant(p, s, x, v, dt):
+    if p.place == "a":
+        return p.level
+    if p.place == "b":
+        return 2.0 + p.level
+    if p.place == "c":
+        return 100.0
+    return -1.0
+
+
+@law(state={"count": 0.0, "twice": 5.0})
+def counting(p, s, x, v, dt):
+    s.count += 1.0
+    s.twice += 2.0
+    if p.sign == "minus":
+        return -p.gain * s.count
+    return p.gain * s.count
+
+
+@law(state={"calls": 0.0, "cells": (0.0, 0.0)})
+def broken(p, s, x, v, dt):
+    s.calls += 1.0
+    if x < 0.005:
+        return 1.0
+    if p.how == "nan":
+        return 1e308 * 1e10 * 0.0
+    if p.how == "inf":
+        return 1e308 * 1e10
+    if p.how == "minus inf":
+        return -1e308 * 1e10
+    if p.how == "index":
+        s.cells[int(x * 1000.0)] = 1.0
+        return 1.0
+    total = 0.0
+    for i in range(1000):
+        for j in range(1000):
+            total += i - j
+    return total
+
+
+@law
+def slow(p, s, x, v, dt):
+    total = 0.0
+    for i in range(18000):
+        total += math.sin(total + x + i)
+    return 1e-9 * total
+
+
+CONSTANT = Environment(
+    "constant",
+    "Constant",
+    "",
+    (Parameter("level", "Level", "N", 1.0, -5.0, 5.0), Choice("place", "Place", ("a", "b", "c", "d"))),
+    constant,
+)
+COUNTING = Environment(
+    "counting",
+    "Counting",
+    "",
+    (Parameter("gain", "Gain", "N", 1e-3, -5.0, 5.0), Choice("sign", "Sign", ("plus", "minus"))),
+    counting,
+)
+BROKEN = Environment(
+    "broken", "Broken", "", (Choice("how", "How", ("nan", "inf", "minus inf", "index", "fuel")),), broken
+)
+
+
+class Bench:
+    """A tick on a bench: settings in, positions in, rows out, no clock."""
+
+    def __init__(self, environment, values=None, rate=1000.0, full=True, **wanted):
+        self.block = block.new_block()
+        self.r = rig.new_rig(*self.block)
+        self.wanted = dict(wanted)
+        self.rate = rate
+        self.set(environment, values)
+        self.r.real[rig.GAIN] = 1.0 if full else 0.0
+
+    def set(self, environment, values=None, **wanted):
+        """Publish other settings."""
+        self.wanted.update(wanted)
+        loop = LoopSettings(self.rate, estimator=self.wanted.get("estimator", "difference"))
+        others = {k: v for k, v in self.wanted.items() if k != "estimator"}
+        settings = Wanted(environment, environment.values(values), loop, **others)
+        self.kept = settings.environment.force.compiled()
+        block.publish(*self.block, *settings.encode())
+
+    def tick(self, position=0.0, effect=0.0, period=None):
+        """Render one sample; return its row."""
+        row = batch.new_rows(1)[0]
+        tick.tick(self.r, position, period or 1.0 / self.rate, effect, row)
+        return row
+
+    def run(self, positions, effects=None):
+        """Render samples; return their rows."""
+        effects = np.zeros(len(positions)) if effects is None else effects
+        return np.array([self.tick(float(x), float(f)) for x, f in zip(positions, effects, strict=True)])
+
+    def ticks(self, seconds):
+        """Render so many seconds at rest; return the rows."""
+        return self.run(np.zeros(round(seconds * self.rate)))
+
+    def clear_fault(self):
+        store_release(self.r.control, rig.CLEAR, int(self.r.control[rig.CLEAR]) + 1)
+
+    def stop(self, on=True):
+        store_release(self.r.control, rig.STOP, int(on))

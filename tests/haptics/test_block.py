@@ -1,0 +1,170 @@
+"""The parameter block and the ordered words, under a writer that never rests."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from hapkit_studio.haptics import block, rig, settings
+from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.jit import compiled
+
+STOP = 0
+WANTED = 5000
+
+
+@compiled
+def publish_same(values, words, new_values, new_words, k):
+    """Publish a block whose every number is k."""
+    for i in range(block.VALUES):
+        new_values[i] = k
+    for i in range(1, block.WORDS):
+        new_words[i] = k
+    new_words[block.N_PARAMS] = 0
+    block.publish(values, words, new_values, new_words)
+
+
+@compiled
+def hammer(values, words, new_values, new_words, control):
+    """Publish, counting up, with rests of any length between, until told to stop."""
+    k = 1
+    while load_acquire(control, STOP) == 0:
+        k += 1
+        publish_same(values, words, new_values, new_words, k)
+        for _ in range(k * 37 % 251):
+            load_acquire(control, STOP)
+
+
+@compiled
+def is_whole(values, words):
+    """Return whether a block's numbers are all the same."""
+    for i in range(block.VALUES):
+        if values[i] != values[0]:
+            return False
+    for i in range(1, block.WORDS):
+        if words[i] != values[0] and i != block.N_PARAMS:
+            return False
+    return True
+
+
+@compiled
+def listen(values, words, copy_values, copy_words, wanted):
+    """Take so many blocks; return how many were torn, and how many older than one before."""
+    torn = backwards = 0
+    newest = 0.0
+    while wanted > 0:
+        if block.take(values, words, copy_values, copy_words):
+            wanted -= 1
+            torn += not is_whole(copy_values, copy_words)
+            backwards += copy_values[0] < newest
+            newest = copy_values[0]
+    return torn, backwards
+
+
+@compiled
+def adopt_many(r, wanted):
+    """Refresh a rig as the tick does until so many blocks came; return how often it held a torn one."""
+    torn = 0
+    last = r.values[0]
+    while wanted > 0:
+        r.real[rig.BLEND] = 1.0
+        settings.adopt(r, 0.0)
+        torn += not is_whole(r.values, r.words)
+        wanted -= r.values[0] != last
+        last = r.values[0]
+    return torn
+
+
+@pytest.fixture
+def shared():
+    """Return a block that holds 1 everywhere."""
+    made = block.new_block()
+    publish_same(*made, *block.new_block(), 1)
+    return made
+
+
+@pytest.fixture
+def hammered(shared):
+    """Return that block while another thread writes it without rest."""
+    control = np.ones(8, dtype=np.int64)
+    hammer(*shared, *block.new_block(), control)
+    control[STOP] = 0
+    writer = threading.Thread(target=hammer, args=(*shared, *block.new_block(), control))
+    writer.start()
+    yield shared
+    store_release(control, STOP, 1)
+    writer.join()
+
+
+def test_a_reader_sees_whole_blocks_in_order(hammered):
+    assert listen(*hammered, *block.new_block(), WANTED) == (0, 0)
+
+
+def test_the_loop_never_works_with_a_torn_block(hammered):
+    assert adopt_many(rig.new_rig(*hammered), WANTED // 10) == 0
+
+
+def test_the_newest_block_wins(shared):
+    for k in range(2, 6):
+        publish_same(*shared, *block.new_block(), k)
+    copy = block.new_block()
+    assert block.take(*shared, *copy)
+    assert copy[0][0] == 5.0
+
+
+def test_a_reader_does_not_wait_for_a_writer(shared):
+    shared[1][block.SEQUENCE] += 1
+    assert not block.take(*shared, *block.new_block())
+
+
+@compiled
+def spin(words):
+    """Turn until told to stop; return how often."""
+    turns = 0
+    while load_acquire(words, STOP) == 0:
+        turns += 1
+    return turns
+
+
+@pytest.mark.parametrize("times", range(3))
+def test_a_word_stops_a_loop_without_the_gil(times):
+    words = np.ones(8, dtype=np.int64)
+    spin(words)
+    words[STOP] = 0
+    thread = threading.Thread(target=spin, args=(words,), daemon=True)
+    thread.start()
+    store_release(words, STOP, 1)
+    thread.join(2.0)
+    assert not thread.is_alive()
+
+
+@compiled
+def send_pairs(words, count):
+    """Write data, then its number, many times; wait for each to be taken."""
+    for k in range(1, count + 1):
+        words[8] = 3 * k
+        store_release(words, 0, k)
+        while load_acquire(words, 16) != k:
+            pass
+
+
+@compiled
+def take_pairs(words, count):
+    """Return how often data were not there when their number was."""
+    missing = 0
+    for k in range(1, count + 1):
+        while load_acquire(words, 0) != k:
+            pass
+        missing += words[8] != 3 * k
+        store_release(words, 16, k)
+    return missing
+
+
+def test_what_was_written_before_is_seen_first():
+    words = np.zeros(24, dtype=np.int64)
+    send_pairs(words, 0)
+    take_pairs(words, 0)
+    writer = threading.Thread(target=send_pairs, args=(words, 500))
+    writer.start()
+    assert take_pairs(words, 500) == 0
+    writer.join()

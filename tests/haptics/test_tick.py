@@ -1,0 +1,130 @@
+"""The one tick against the same chain in plain numpy; compiled and interpreted."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba import config
+
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import hand_named
+from hapkit_studio.haptics import headless, rig, rows
+from tests.haptics.support import CONSTANT, COUNTING, Bench
+
+WALL = environments.named("wall")
+RATE = 1000.0
+QUANTUM = 20.7e-6
+
+
+def motion(seed=1, count=400):
+    """Return measured positions in m that go in and out of a wall at 5 mm."""
+    steps = np.random.default_rng(seed).normal(0.0, 2e-4, count)
+    x = 0.005 + 0.002 * np.sin(np.arange(count) / 40.0) + np.cumsum(steps) * 0.1
+    return QUANTUM * np.floor(x / QUANTUM)
+
+
+def wall_force(x, v, stiffness, damping):
+    depth = x - 0.005
+    inward = np.maximum(v, 0.0)
+    return np.where(depth > 0.0, -(stiffness * depth + damping * inward), 0.0)
+
+
+def test_rows_are_what_the_chain_gives():
+    x, effects = motion(), np.random.default_rng(2).normal(0.0, 1.0, 400)
+    out = Bench(WALL, {"stiffness": 600.0, "damping": 3.0}, max_force=1.0).run(x, effects)
+    moved = np.diff(x, prepend=x[0])
+    velocity = moved * RATE
+    asked = wall_force(x, velocity, 600.0, 3.0)
+    np.testing.assert_array_equal(out[:, rows.TICK], np.arange(400))
+    np.testing.assert_array_equal(out[:, rows.POSITION], x)
+    np.testing.assert_allclose(out[:, rows.VELOCITY], velocity, rtol=1e-12)
+    np.testing.assert_allclose(out[:, rows.ASKED], asked, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(out[:, rows.APPLIED], np.clip(asked, -1.0, 1.0), rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(out[:, rows.ENERGY], np.cumsum(effects * moved), rtol=1e-9, atol=1e-15)
+    np.testing.assert_array_equal(out[:, rows.PERIOD], 1.0 / RATE)
+    clamped = np.where(np.abs(asked) > 1.0, rows.CLAMPED, 0)
+    np.testing.assert_array_equal(out[:, rows.FLAGS], clamped)
+    assert 0 < np.count_nonzero(clamped) < 400
+
+
+def test_filtered_velocity_drives_the_law():
+    x, damping = motion(3), environments.named("damping")
+    out = Bench(damping, {"damping": 2.0}, estimator=("iir", {"cutoff": 20.0})).run(x)
+    alpha, v, expected = 1.0 - np.exp(-2.0 * np.pi * 20.0 / RATE), 0.0, []
+    for moved in np.diff(x, prepend=x[0]):
+        v += alpha * (moved * RATE - v)
+        expected.append(v)
+    np.testing.assert_allclose(out[:, rows.VELOCITY], expected, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(out[:, rows.ASKED], -2.0 * np.array(expected), rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_clamp_keeps_the_sign(sign):
+    row = Bench(CONSTANT, {"level": 5.0 * sign}, max_force=2.5).tick()
+    assert row[rows.ASKED] == 5.0 * sign
+    assert row[rows.APPLIED] == 2.5 * sign
+    assert row[rows.FLAGS] == rows.CLAMPED
+
+
+def test_state_is_in_the_row_and_leaves_it_with_its_law():
+    bench = Bench(COUNTING)
+    out = bench.ticks(0.003)
+    np.testing.assert_array_equal(out[:, rows.STATE], [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(out[:, rows.STATE + 1], [7.0, 9.0, 11.0])
+    bench.set(CONSTANT)
+    row = bench.tick()
+    assert not row[rows.STATE :].any()
+
+
+def test_simulate_starts_at_full_force():
+    spring = environments.named("spring")
+    device = SimulatedHapkit(initial_position=0.01, quantum=0.0)
+    scene = headless.Scene(spring, spring.values({"stiffness": 100.0}), device)
+    first = headless.render(scene, None, 3)[0][0]
+    assert first[rows.ASKED] == first[rows.APPLIED] == pytest.approx(-1.0, rel=1e-12)
+    assert first[rows.FLAGS] == 0
+    assert first[rows.VELOCITY] == 0.0
+
+
+def test_a_live_start_fades_in():
+    out = Bench(CONSTANT, full=False).ticks(0.032)
+    np.testing.assert_allclose(out[:30, rows.APPLIED], np.arange(1, 31) / 30.0, rtol=1e-12)
+    np.testing.assert_array_equal(out[:29, rows.FLAGS], rows.FADING)
+    np.testing.assert_array_equal(out[29:, rows.APPLIED], 1.0)
+    np.testing.assert_array_equal(out[29:, rows.FLAGS], 0)
+
+
+def test_energy_is_that_of_the_force_in_effect():
+    scene = headless.Scene(WALL, WALL.values({"stiffness": 300.0}), SimulatedHapkit(quantum=0.0))
+    out, _ = headless.render(scene, hand_named("tap"), 800)
+    given = np.cumsum(out[:-1, rows.APPLIED] * np.diff(out[:, rows.POSITION]))
+    np.testing.assert_allclose(out[1:, rows.ENERGY], given, rtol=1e-9, atol=1e-12)
+    assert np.abs(given).max() > 1e-4
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="this is the interpreted run")
+def test_the_tick_runs_interpreted():
+    here = Path(__file__)
+    names = [here, here.with_name("test_settings.py"), here.with_name("test_safety.py")]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, names)]
+    command += ["-k", "not live and not random and not simulate and not energy"]
+    done = subprocess.run(
+        command,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        cwd=here.parents[2],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert " passed" in done.stdout
+
+
+def test_a_rig_begins_without_a_fault():
+    bench = Bench(CONSTANT)
+    bench.tick()
+    assert bench.r.control[rig.FAULT] == rig.NO_FAULT
