@@ -23,10 +23,14 @@ STARTING = Priority("Starting", False, "")
 JOIN_SECONDS = 2.0
 
 
+def _environment(named: str | Environment) -> Environment:
+    return named if isinstance(named, Environment) else environments.named(named)
+
+
 class Engine:
     """Runs one device's loop in a thread of its own and passes settings to it."""
 
-    def __init__(self, device, environment: str = "wall", realtime: bool = True):
+    def __init__(self, device, environment: str | Environment = "wall", realtime: bool = True):
         self._block = block.new_block()
         self._rig = rig.new_rig(*self._block)
         self._ring = new_ring(self._rig.control)
@@ -43,7 +47,7 @@ class Engine:
         self._grip_name = "medium"
         self._target: float | None = None
         self.device = device
-        chosen = environments.named(environment)
+        chosen = _environment(environment)
         self._wanted = Wanted(chosen, chosen.values())
 
     # --- life
@@ -133,7 +137,7 @@ class Engine:
 
     def set_environment(self, key: str | Environment, values: Mapping[str, object] | None = None) -> None:
         """Switch to an environment, cross-faded over 30 ms; raise ParameterError."""
-        chosen = key if isinstance(key, Environment) else environments.named(key)
+        chosen = _environment(key)
         self._changed(environment=chosen, values=chosen.values(values))
 
     def set_parameter(self, key: str, value: object) -> None:

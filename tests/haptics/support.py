@@ -82,6 +82,11 @@ BROKEN = Environment(
 )
 
 
+def slow_environment():
+    """Return an environment whose law takes longer than a period of 0.1 ms."""
+    return Environment("slow", "Slow", "", (), slow)
+
+
 class Bench:
     """A tick on a bench: settings in, positions in, rows out, no clock."""
 

@@ -1,0 +1,318 @@
+"""The live loop on the simulated device: it renders what headless renders, and nothing stops or blocks it."""
+
+import gc
+import os
+import statistics
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import batch, headless, plant, rig, rows
+from hapkit_studio.haptics.engine import Engine
+from tests.haptics.support import CONSTANT, COUNTING, slow_environment
+
+HOST = [rows.HOST_TIME, rows.BOARD_TIME, rows.LATENESS, rows.COMPUTE]
+SPRING = environments.named("spring")
+
+
+@pytest.fixture
+def started():
+    """Return a maker of running engines that are closed in the end."""
+    engines = []
+
+    def make(device=None, **options):
+        engines.append(Engine(device or SimulatedHapkit(), **{"realtime": False, **options}))
+        engines[-1].start()
+        return engines[-1]
+
+    yield make
+    for engine in engines:
+        engine.close()
+
+
+def read(reader, enough, seconds=5.0):
+    """Return rows once enough(rows) holds; fail after so many seconds."""
+    found = reader.read()
+    limit = time.monotonic() + seconds
+    while not (len(found) and enough(found)):
+        assert time.monotonic() < limit, f"not so within {seconds:g} s"
+        time.sleep(0.002)
+        found = np.concatenate((found, reader.read()))
+    return found
+
+
+def rest(reader, count):
+    """Return the next rows, at least count of them."""
+    reader.read()
+    return read(reader, lambda found: len(found) >= count)
+
+
+def wait_for(condition, seconds=5.0):
+    limit = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < limit, f"not so within {seconds:g} s"
+        time.sleep(0.002)
+
+
+def loop_threads():
+    return [t for t in threading.enumerate() if t.name == "hapkit-loop"]
+
+
+# --- the same as headless
+def test_live_rows_are_those_of_headless_bit_for_bit():
+    device = SimulatedHapkit(initial_position=0.012)
+    engine = Engine(device, SPRING, realtime=False)
+    engine.set_environment(SPRING, {"stiffness": 300.0, "damping": 1.0})
+    engine.set_loop(rate=2000.0, delay=0.0007, estimator=("iir", {"cutoff": 60.0}))
+    reader = engine.reader()
+    engine.start()
+    live = read(reader, lambda found: len(found) >= 600)[:600]
+    loop, values = engine.loop, engine.values
+    engine.close()
+    r, body = headless.Scene(SPRING, values, device, loop).prepare()
+    r.real[rig.GAIN] = 0.0
+    out = batch.new_rows(600)
+    batch.run(r, body, np.zeros(3), np.zeros(601), np.zeros(600, dtype=np.int64), out)
+    same = [c for c in range(rows.ROW_WIDTH) if c not in HOST]
+    np.testing.assert_array_equal(live[:, same], out[:, same])
+    np.testing.assert_allclose(live[:, rows.BOARD_TIME], out[:, rows.BOARD_TIME], atol=1e-12)
+    assert np.abs(live[:, rows.APPLIED]).max() > 1.0
+
+
+def test_the_rate_changes_while_it_runs(started):
+    engine = started(environment="damping")
+    reader = engine.reader()
+    engine.set_parameter("damping", 5.0)
+    engine.set_grip("firm")
+    found = []
+    for k, rate in enumerate((100.0, 10_000.0, 300.0, 10_000.0, 100.0, 1000.0)):
+        engine.move_hand(0.03 * (-1) ** k)
+        engine.set_loop(rate=rate)
+        found.append(read(reader, lambda out, T=1.0 / rate: np.count_nonzero(out[:, rows.PERIOD] == T) > 15))
+        assert reader.lost == 0
+    out = np.concatenate(found)
+    np.testing.assert_allclose(np.diff(out[:, rows.BOARD_TIME]), out[1:, rows.PERIOD], rtol=1e-6)
+    np.testing.assert_array_equal(np.diff(out[:, rows.TICK]), 1.0)
+    speed = np.diff(out[:, rows.POSITION]) / out[1:, rows.PERIOD]
+    np.testing.assert_allclose(out[1:, rows.VELOCITY], speed, rtol=1e-9, atol=1e-12)
+    mean = np.diff(out[:, rows.TRUE_POSITION]) / np.diff(out[:, rows.BOARD_TIME])
+    quantum = SimulatedHapkit().quantum
+    assert np.all(np.abs(out[1:, rows.VELOCITY] - mean) <= 1.01 * quantum / out[1:, rows.PERIOD])
+    assert engine.fault is None
+    assert np.abs(mean).max() > 0.05
+
+
+# --- nothing waits, nothing breaks
+def test_no_call_blocks_while_it_runs(started):
+    engine = started()
+    reader = engine.reader()
+    engine.set_environment("spring")
+    calls = (
+        lambda k: engine.set_parameter("stiffness", 100.0 + k),
+        lambda k: engine.set_environment(("wall", "spring")[k % 2]),
+        lambda k: engine.set_loop(rate=1000.0 + k, delay=1e-4 * k),
+        lambda k: engine.move_hand(1e-4 * k),
+        lambda k: engine.set_grip(("light", "firm")[k % 2]),
+        lambda k: engine.stop(),
+        lambda k: engine.release_stop(),
+        lambda k: engine.clear_fault(),
+        lambda k: engine.health(),
+        lambda k: reader.read(),
+        lambda k: engine.fault,
+    )
+    for call in calls:
+        engine.set_environment("wall")
+        call(1)
+        took = []
+        for k in range(20):
+            start = time.perf_counter()
+            call(k)
+            took.append(time.perf_counter() - start)
+            engine.set_environment("wall")
+        assert statistics.median(took) < 0.005
+
+
+def test_bad_settings_leave_the_last_good_ones(started):
+    engine = started(environment="wall")
+    reader = engine.reader()
+    engine.set_parameter("stiffness", 400.0)
+    engine.move_hand(0.012)
+    before = engine.values, engine.loop, engine.grip
+    for bad in (
+        lambda: engine.set_parameter("stiffness", float("nan")),
+        lambda: engine.set_parameter("stiffness", 1e9),
+        lambda: engine.set_parameter("nothing", 1.0),
+        lambda: engine.set_environment("nowhere"),
+        lambda: engine.set_environment("wall", {"side": "up"}),
+        lambda: engine.set_loop(rate=0.0),
+        lambda: engine.set_loop(delay=float("inf")),
+        lambda: engine.set_loop(estimator="guess"),
+        lambda: engine.set_grip("iron"),
+        lambda: engine.move_hand(float("nan")),
+    ):
+        with pytest.raises(ParameterError):
+            bad()
+    assert (engine.values, engine.loop, engine.grip) == before
+    read(reader, lambda found: found[-1, rows.POSITION] > 0.006)
+    out = rest(reader, 100)
+    depth = np.maximum(out[:, rows.POSITION] - 0.005, 0.0)
+    np.testing.assert_allclose(out[50:, rows.ASKED], -400.0 * depth[50:], rtol=1e-9)
+
+
+def test_rows_go_on_under_garbage_collection(started):
+    engine = started()
+    reader = engine.reader()
+    for _ in range(5):
+        gc.collect()
+        engine.set_environment("spring")
+        rest(reader, 30)
+        engine.set_environment("wall")
+    assert engine.fault is None
+    assert len(engine._kept) <= 2
+
+
+def test_missed_ticks_are_counted_and_a_loop_that_cannot_keep_up_stops_pushing(started):
+    engine = started(environment=slow_environment())
+    reader = engine.reader()
+    engine.set_loop(rate=10_000.0)
+    wait_for(lambda: engine.fault is not None)
+    assert engine.fault.code == rig.RUNAWAY
+    assert "10000 Hz" in engine.fault.text
+    missed = engine.health().missed
+    assert missed > 50
+    out = rest(reader, 10)
+    assert not out[:, rows.APPLIED].any()
+    assert np.all(out[:, rows.FLAGS].astype(int) & rows.FAULT)
+    engine.set_environment("wall")
+    engine.set_loop(rate=200.0)
+    rest(reader, 10)
+    engine.clear_fault()
+    read(reader, lambda found: found[-1, rows.FLAGS] == 0)
+    assert engine.fault is None
+
+
+def test_lateness_is_counted_for_every_row(started):
+    engine = started()
+    reader = engine.reader()
+    rest(reader, 50)
+    engine.close()
+    assert int(engine.lateness_bins.sum()) == int(engine.arrays.control[rig.HEAD])
+
+
+# --- stopping
+def test_the_stop_drops_forces_on_their_way(started):
+    engine = started(environment=CONSTANT)
+    reader = engine.reader()
+    engine.set_loop(delay=0.1)
+    read(reader, lambda found: np.count_nonzero(found[:, rows.APPLIED]) > 150)
+    body = engine._driver.body
+    assert body.queue.any()
+    engine.stop()
+    read(reader, lambda found: found[-1, rows.FLAGS] == rows.STOPPED)
+    assert not body.queue.any()
+    energy = rest(reader, 5)[:, rows.ENERGY]
+    assert np.all(energy == energy[0])
+
+
+def test_the_stop_survives_another_device_and_is_released_on_purpose(started):
+    engine = started(environment=CONSTANT)
+    reader = engine.reader()
+    read(reader, lambda found: found[-1, rows.APPLIED] == 1.0)
+    engine.stop()
+    read(reader, lambda found: found[-1, rows.FLAGS] == rows.STOPPED)
+    engine.use(SimulatedHapkit(max_force=2.0))
+    assert engine.stopped
+    engine.clear_fault()
+    engine.set_environment(CONSTANT, {"level": 0.5})
+    out = rest(reader, 50)
+    assert not out[:, rows.APPLIED].any()
+    assert reader.lost == 0
+    engine.release_stop()
+    out = read(reader, lambda found: found[-1, rows.APPLIED] == 0.5)
+    back = out[np.flatnonzero(out[:, rows.APPLIED])[0] :, rows.APPLIED]
+    np.testing.assert_allclose(back[:30], 0.5 * np.arange(1, 31) / 30.0, rtol=1e-9)
+
+
+def test_a_latched_fault_survives_another_device(started):
+    engine = started(environment=CONSTANT)
+    engine.arrays.control[rig.FAULT] = rig.OVER_SPEED
+    engine.use(SimulatedHapkit())
+    assert engine.fault.code == rig.OVER_SPEED
+
+
+def test_closing_leaves_a_zero_command(started):
+    engine = started(environment=CONSTANT)
+    read(engine.reader(), lambda found: found[-1, rows.APPLIED] == 1.0)
+    body = engine._driver.body
+    engine.close()
+    assert not body.queue.any()
+    assert engine.arrays.control[rig.DONE] == 1
+    assert not loop_threads()
+
+
+def test_an_escape_latches_over_speed_with_the_reason(started):
+    engine = started(SimulatedHapkit(initial_velocity=4.0, damping=0.0, coulomb_force=0.0))
+    wait_for(lambda: engine.fault is not None)
+    assert engine.fault.text == "Fault: over-speed, 4.0 m/s (limit 3.0 m/s)."
+
+
+# --- life
+def test_the_loop_has_a_thread_with_a_name(started):
+    engine = started()
+    assert len(loop_threads()) == 1
+    assert engine.health().running
+    assert engine.health().connected
+    engine.start()
+    assert len(loop_threads()) == 1
+    engine.close()
+    assert not engine.health().running
+
+
+def test_starting_and_closing_leaks_nothing():
+    def life():
+        engine = Engine(SimulatedHapkit(), realtime=True)
+        engine.start()
+        read(engine.reader(), lambda found: len(found) > 2)
+        engine.close()
+
+    life()
+    gc.collect()
+    threads, files = threading.active_count(), len(os.listdir("/proc/self/fd"))
+    for _ in range(20):
+        life()
+    gc.collect()
+    assert threading.active_count() == threads
+    assert len(os.listdir("/proc/self/fd")) == files
+
+
+def test_a_hand_holds_the_handle_and_lets_go(started):
+    engine = started(environment="free")
+    reader = engine.reader()
+    engine.set_grip("firm")
+    engine.move_hand(0.02)
+    out = read(reader, lambda found: found[-1, rows.TRUE_POSITION] > 0.0197)
+    held = out[~np.isnan(out[:, rows.HAND_TARGET])]
+    assert held[0, rows.HAND_TARGET] == pytest.approx(0.0, abs=1e-9)
+    assert np.abs(np.diff(held[:, rows.HAND_TARGET])).max() < 0.02 * 1e-3 / plant.POINTER_SECONDS
+    engine.move_hand(None)
+    out = read(reader, lambda found: np.isnan(found[-1, rows.HAND_TARGET]))
+    assert out[-1, rows.HAND_FORCE] == 0.0
+
+
+def test_laws_in_use_are_kept_alive(started):
+    engine = started(environment=CONSTANT)
+    reader = engine.reader()
+    for environment in (COUNTING, CONSTANT, COUNTING):
+        engine.set_environment(environment)
+        in_use = int(engine.arrays.laws[engine.arrays.word[rig.SLOT]])
+        assert in_use in engine._kept
+        rest(reader, 100)
+    engine.set_parameter("gain", 0.01)
+    rest(reader, 40)
+    engine.set_parameter("gain", 0.02)
+    assert list(engine._kept) == [COUNTING.force.compiled().address]
