@@ -160,7 +160,7 @@ class ActionSet(QObject):
                 group = groups.setdefault(entry.menu, QActionGroup(self))
                 group.addAction(action)
             window.addAction(action)
-        self.set_single_keys(True)
+        self.set_single_keys(window.single_keys)
         self.refresh()
 
     def run(self, key: str) -> None:

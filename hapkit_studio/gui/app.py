@@ -14,6 +14,8 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.window import MainWindow
 
+FIRST_SIZE = QSize(1440, 900)
+
 
 def run(argv: Sequence[str] | None = None) -> int:
     """Open the window and return the exit code; see ``arguments`` for what argv may hold."""
@@ -40,13 +42,21 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--environment", default="wall", help="environment to begin with")
     parser.add_argument("--device", default="simulated", help="device to begin with")
     parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
-    parser.add_argument("--size", type=_size, default="1440x900", help="window size in pixels")
+    parser.add_argument("--size", type=_size, metavar="WxH", help="window size in pixels, e.g. 1280x720")
     parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then leave")
     parser.add_argument(
         "--seconds", type=float, default=5.0, help="how long the loop runs before the picture"
     )
     parser.add_argument("--push", type=float, metavar="MM", help="for the picture: push the handle to MM")
     return parser
+
+
+def _place(window: MainWindow, size: QSize | None) -> None:
+    """Give the window the size asked for, else the one it had, else one that fits the screen."""
+    geometry = window.settings.value("geometry")
+    if size is None and geometry is not None and window.restoreGeometry(geometry):
+        return
+    window.resize(size or FIRST_SIZE.boundedTo(window.screen().availableSize()))
 
 
 def _size(text: str) -> QSize:
@@ -64,7 +74,7 @@ def build(options: argparse.Namespace) -> MainWindow:
         raise ParameterError(f"There is no environment {options.environment!r}; there are: {known}.")
     studio.choose(options.environment)
     window = MainWindow(studio)
-    window.resize(options.size)
+    _place(window, options.size)
     return window
 
 

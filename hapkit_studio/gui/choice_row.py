@@ -53,6 +53,10 @@ class ChoiceRow(QWidget):
         picker = self.picker
         return float(picker.index if isinstance(picker, Segmented) else picker.currentIndex())
 
+    def stops(self) -> tuple[QWidget, ...]:
+        """Return what Tab stops at, in order."""
+        return self.picker.buttons if isinstance(self.picker, Segmented) else (self.picker,)
+
     def show_value(self, value: float) -> None:
         """Show the option that is in force."""
         index = int(value)

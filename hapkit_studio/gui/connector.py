@@ -34,6 +34,7 @@ class Connector(QObject):
         super().__init__(parent)
         self._build = build
         self._wish = 0
+        self._started: list[Engine] = []
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="connect")
         self._finished.connect(self._deliver)
 
@@ -44,11 +45,13 @@ class Connector(QObject):
         job.add_done_callback(partial(self._finished.emit, self._wish))
 
     def close(self, engine: "Engine | None") -> None:
-        """Close an engine and wait for it; no wish is served after this."""
+        """Close an engine and those nobody has taken yet, and wait for them; no wish is served after this."""
         self._wish += 1
         if engine is not None:
             self._worker.submit(engine.close)
         self._worker.shutdown(wait=True)
+        for left in self._started:
+            left.close()
 
     def _open(self, entry: Any, old: Any, ready: Callable[[Any], None], wish: int) -> "Engine | None":
         if old is not None:
@@ -62,6 +65,7 @@ class Connector(QObject):
         except Exception:
             engine.close()
             raise
+        self._started.append(engine)
         return engine
 
     def _deliver(self, wish: int, job: "Future[Engine | None]") -> None:
@@ -72,7 +76,10 @@ class Connector(QObject):
                 self.failed.emit(text)
             return
         engine = job.result()
-        if engine is not None and wish != self._wish:
+        if engine is None or engine not in self._started:
+            return
+        self._started.remove(engine)
+        if wish != self._wish:
             self._worker.submit(engine.close)
-        elif engine is not None:
+        else:
             self.opened.emit(engine)

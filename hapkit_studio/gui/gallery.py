@@ -32,7 +32,8 @@ class GalleryRow(QAbstractButton):
         super().__init__(parent)
         self.environment = environment
         self.setCheckable(True)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        # a click leaves the arrow keys with the scene, where they move the hand
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setAccessibleName(f"{environment.title}: {environment.summary}")
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.set_rail(False)

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import QObject
 
 from hapkit_studio.gui.banners import BannerStack, Notice
@@ -9,9 +10,11 @@ from hapkit_studio.gui.live import Live
 from hapkit_studio.gui.margin import Answer
 from hapkit_studio.gui.stability_card import StabilityCard, margin_notice
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
     from hapkit_studio.haptics.faults import Fault
+    from hapkit_studio.haptics.health import Health
 
 _STOP, _FAULT, _DEVICE, _LIMIT = range(4)
 
@@ -25,8 +28,8 @@ class Notices(QObject):
         studio.stop_changed.connect(self.show_stop)
         studio.link_changed.connect(self.show_link)
         studio.engine_changed.connect(self.show_fault)
-        live.frame.connect(lambda _row, _clamped: self.show_fault())
-        live.health.connect(lambda _health: self.show_fault())
+        live.frame.connect(self.look_at_row)
+        live.health.connect(self.look_at_health)
         stability.crossed.connect(self.show_limit)
 
     def show_stop(self) -> None:
@@ -36,6 +39,18 @@ class Notices(QObject):
             (("Release E-stop", self._studio.release_stop),),
         )  # fmt: skip
         self._banners.set("stop", notice if self._studio.stopped else None)
+
+    def look_at_row(self, row: np.ndarray, _clamped: bool) -> None:
+        """Notice a fault in the very frame it happens in."""
+        if int(row[rows.FLAGS]) & rows.FAULT or self._banners.get("fault") is not None:
+            self.show_fault()
+
+    def look_at_health(self, health: "Health") -> None:
+        """Notice a fault, or a sensor that is silent for now, while no rows come."""
+        self.show_fault()
+        silent = health.stale and self._studio.fault is None and self._studio.link.state == "running"
+        words = ("Fault: no sensor frame for 20 ms.", "Force is zero. It comes back when frames return.")
+        self._banners.set("stale", Notice("stale", _FAULT, "danger", "triangle", *words) if silent else None)
 
     def show_fault(self) -> None:
         """Show the latched fault, unless it only says what the device's own banner says better."""

@@ -40,7 +40,9 @@ class NumberBox(QDoubleSpinBox):
         self._typed = False
         blocked = self.blockSignals(True)
         self.setValue(value)
-        self.lineEdit().setText(self.textFromValue(value))
+        text = self.textFromValue(value)
+        if self.lineEdit().text() != text:
+            self.lineEdit().setText(text)
         self.blockSignals(blocked)
 
     def textFromValue(self, value: float) -> str:

@@ -9,6 +9,7 @@ from hapkit_studio.gui.choice_row import ChoiceRow
 from hapkit_studio.gui.gallery import icon_name
 from hapkit_studio.gui.loop_panel import LoopPanel
 from hapkit_studio.gui.parameter_row import ParameterRow
+from hapkit_studio.gui.stability_card import StabilityCard
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice
@@ -21,9 +22,10 @@ Row = ParameterRow | ChoiceRow
 class ParameterRows(QWidget):
     """One row per declared parameter of the environment in force."""
 
-    def __init__(self, studio: Studio, parent: QWidget | None = None):
+    def __init__(self, studio: Studio, anchor: QWidget, parent: QWidget | None = None):
         super().__init__(parent)
         self._studio = studio
+        self._anchor = anchor
         self._narrow = False
         self.rows: dict[str, Row] = {}
         self._column = QVBoxLayout(self)
@@ -45,6 +47,7 @@ class ParameterRows(QWidget):
             self._column.addWidget(row)
         self.set_narrow(self._narrow)
         self.show_values()
+        self.order()
 
     def show_values(self) -> None:
         """Show the values in force, except in a box that holds a refused one."""
@@ -52,6 +55,15 @@ class ParameterRows(QWidget):
             value = self._studio.values[key]
             if value != row.value:
                 row.show_value(value)
+
+    def order(self) -> None:
+        """Let Tab go through the rows in their order, right after the anchor."""
+        before = self._anchor
+        for row in self.rows.values():
+            for stop in row.stops():
+                if before.window() is stop.window():
+                    QWidget.setTabOrder(before, stop)
+                before = stop
 
     def set_narrow(self, narrow: bool) -> None:
         """Make do with a narrow panel, now and for rows to come."""
@@ -139,20 +151,21 @@ def rule() -> QFrame:
 class ParameterPanel(QScrollArea):
     """The panel as a whole; scrolls inside itself where the window is low."""
 
-    def __init__(self, studio: Studio, loop: LoopPanel, stability: QWidget, parent: QWidget | None = None):
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__(parent)
         self.setObjectName("panel")
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.title, self._loop = PanelTitle(studio), loop
-        self.parameters = ParameterRows(studio)
+        self.title = PanelTitle(studio)
+        self.parameters = ParameterRows(studio, self.title.help)
+        self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
         body = QWidget()
         body.setObjectName("panelBody")
         column = QVBoxLayout(body)
         column.setContentsMargins(16, 12, 16, 12)
         column.setSpacing(6)
-        for part in (self.title, rule(), self.parameters, rule(), loop, rule(), stability):
+        for part in (self.title, rule(), self.parameters, rule(), self.loop, rule(), self.stability):
             column.addWidget(part)
         column.addStretch(1)
         self.setWidget(body)
@@ -161,4 +174,4 @@ class ParameterPanel(QScrollArea):
         """Give way in a narrow or low window."""
         self.setFixedWidth(NARROW if narrow else WIDE)
         self.parameters.set_narrow(narrow)
-        self._loop.set_room(narrow, height)
+        self.loop.set_room(narrow, height)

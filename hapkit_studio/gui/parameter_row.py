@@ -62,6 +62,10 @@ class ParameterRow(QWidget):
         self.error.setVisible(bool(text))
         mark(self.box, "invalid", bool(text))
 
+    def stops(self) -> tuple[QWidget, ...]:
+        """Return what Tab stops at, in order."""
+        return self.box, self.reset, self.slider
+
     def set_narrow(self, narrow: bool) -> None:
         """Leave the label more room in a narrow panel."""
         self.box.setFixedWidth(BOX_NARROW if narrow else BOX_WIDE)
@@ -75,8 +79,7 @@ class ParameterRow(QWidget):
             self.show_error(self.quantity.limits())
             return
         self._value = value
-        if self.sender() is not self.box:
-            self.box.show_value(value)
+        self.box.show_value(value)
         self._show_good()
         self.changed.emit(self.parameter.key, self._si(value))
 

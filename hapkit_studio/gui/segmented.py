@@ -35,6 +35,11 @@ class Segmented(QWidget):
         """Return the chosen option's index."""
         return self._group.checkedId()
 
+    @property
+    def buttons(self) -> tuple[QWidget, ...]:
+        """Return all buttons from left to right."""
+        return tuple(self._group.buttons())
+
     def button(self, index: int) -> QPushButton:
         """Return one option's button."""
         return self._group.button(index)  # type: ignore[return-value]

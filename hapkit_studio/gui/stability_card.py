@@ -54,7 +54,7 @@ class StabilityCard(QWidget):
         super().__init__(parent)
         self._studio = studio
         self._worker = worker or MarginWorker(parent=self)
-        self._delay = 0.0
+        self._delay: float | None = None
         self._sign = ("check", "ok")
         self.heading = QLabel("Stability")
         self.heading.setProperty("role", "section")
@@ -74,12 +74,15 @@ class StabilityCard(QWidget):
             studio.engine_changed,
         ):
             signal.connect(self._ask_soon)
+        studio.engine_changed.connect(self._forget)
         theme.changed.connect(self._look)
         self._look()
         self.ask()
 
     def note_health(self, health: "Health") -> None:
         """Take over the delay as measured, on a coarse step so that noise asks nothing."""
+        if health.delay == 0.0 and not self._studio.simulated:
+            return
         delay = round(health.delay / DELAY_STEP) * DELAY_STEP
         if delay != self._delay:
             self._delay = delay
@@ -88,7 +91,7 @@ class StabilityCard(QWidget):
     def question(self) -> Question | None:
         """Return what to ask about the environment and loop in force; None where no limit applies."""
         environment, engine = self._studio.environment, self._studio.engine
-        if environment.impedance is None or engine is None:
+        if environment.impedance is None or engine is None or self._delay is None:
             return None
         stiffness, damping = environment.impedance(self._studio.values)
         wish, device = self._studio.loop, engine.device
@@ -105,11 +108,10 @@ class StabilityCard(QWidget):
             return
         self._worker.forget()
         self.map.hide()
-        self.words.setText("No force is rendered." if not self._studio.environment.parameters else "")
-        if self._studio.engine is None:
-            self.words.setText("Judged once a device is there.")
-        self._show("No limit applies", "circle", "ink2")
-        self.judged.emit("No stiffness limit", None)
+        headline, words = self._why_not()
+        self.words.setText(words)
+        self._show(headline, "circle", "ink2")
+        self.judged.emit(headline, None)
         self.crossed.emit(None)
 
     def show_answer(self, answer: Answer) -> None:
@@ -129,6 +131,17 @@ class StabilityCard(QWidget):
     def close_worker(self) -> None:
         """End the worker's thread."""
         self._worker.close()
+
+    def _why_not(self) -> tuple[str, str]:
+        if self._studio.engine is None:
+            return "Not judged yet", "Needs a device."
+        if self._studio.environment.impedance is None:
+            return "No limit applies", "This environment renders no stiffness or damping of its own."
+        return "Measuring the delay", "Half a second at zero force, on connecting."
+
+    def _forget(self) -> None:
+        """Know nothing of another device's delay; the embedded one has none but the added."""
+        self._delay = self._studio.loop.delay if self._studio.simulated else None
 
     def _ask_soon(self) -> None:
         if not self._soon.isActive():

@@ -1,5 +1,7 @@
 """The main window: parts put together, room shared out, signals joined. Each part knows its own work."""
 
+from importlib.metadata import version
+
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
@@ -13,11 +15,9 @@ from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.help_dialog import keys_sheet, words_sheet
 from hapkit_studio.gui.live import Live
-from hapkit_studio.gui.loop_panel import LoopPanel
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.parameter_panel import ParameterPanel
 from hapkit_studio.gui.pictures import Pictures
-from hapkit_studio.gui.stability_card import StabilityCard
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.stop_filter import StopFilter
 from hapkit_studio.gui.studio import Studio
@@ -56,12 +56,12 @@ class MainWindow(QMainWindow):
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         self.live = Live(studio, self)
         self.header, self.gallery, self.centre = Header(studio), Gallery(studio), Centre()
-        self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
-        self.panel = ParameterPanel(studio, self.loop, self.stability)
+        self.panel = ParameterPanel(studio)
+        self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(), BannerStack()
         self.pictures = Pictures(studio, self.live, self.centre, self.status)
         self.notices = Notices(studio, self.live, self.banners, self.stability)
-        self.single_keys = True
+        self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self._drawer_open: bool | None = None
         self._arrange()
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
@@ -109,6 +109,7 @@ class MainWindow(QMainWindow):
     def toggle_single_keys(self) -> None:
         """Let keys without modifiers act, or not."""
         self.single_keys = not self.single_keys
+        self.settings.setValue("single_keys", self.single_keys)
         self.actions_by_key.set_single_keys(self.single_keys)
 
     def clear_fault(self) -> None:
@@ -131,7 +132,9 @@ class MainWindow(QMainWindow):
     def show_about(self) -> None:
         """Open the sheet on the studio itself."""
         text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
-        words_sheet("Hapkit Studio", [text, "BSD-3-Clause."], self).show()
+        words_sheet(
+            "Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], self
+        ).show()
 
     # room
 
@@ -168,6 +171,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the loop with its zero command before the window goes."""
         self.closed.emit()
+        self.settings.setValue("geometry", self.saveGeometry())
         self.live.stop()
         self.stability.close_worker()
         self.studio.close()
@@ -190,6 +194,7 @@ class MainWindow(QMainWindow):
         column.addLayout(middle, 1)
         column.addWidget(self.status)
         self.setCentralWidget(whole)
+        self.panel.parameters.order()
 
     def _guard_keys(self) -> None:
         application = QApplication.instance()

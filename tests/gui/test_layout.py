@@ -186,3 +186,20 @@ def test_nothing_is_cut_off_on_a_scaled_screen(scale):
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.startswith(str(float(scale)))
+
+
+def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
+    window.studio.choose("spring")
+    window.studio.choose("wall")
+    chain, widget = [], window.header
+    while widget not in chain:
+        chain.append(widget)
+        widget = widget.nextInFocusChain()
+    rows = window.panel.parameters.rows
+    stops = [
+        window.header.devices, window.header.stop, window.gallery.rows["wall"], window.centre.scene,
+        window.centre.toolbar.span, window.panel.title.help, *rows["stiffness"].stops(),
+        *rows["damping_mode"].stops(), window.loop.rate.box, window.loop.grip.picker,
+    ]  # fmt: skip
+    places = [chain.index(stop) for stop in stops]
+    assert places == sorted(places)
