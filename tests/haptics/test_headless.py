@@ -1,0 +1,123 @@
+"""The raw entry of sweeps: whole rows, values beyond a person's limits, runs told to quit."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import GRIPS, Hand, Prescribed
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import batch, headless, rig, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+
+def scene(key="spring", rate=1000.0, delay=0.0, device=None, max_speed=math.inf, **values):
+    chosen = environments.named(key)
+    return headless.Scene(
+        chosen,
+        {**chosen.values(), **values},
+        device or SimulatedHapkit(),
+        LoopSettings(rate, delay),
+        max_speed,
+    )
+
+
+def test_rows_hold_what_the_tick_promises():
+    hand = Hand(0.05, 4.0, 200.0, lambda t: 0.01 * t)
+    out, _ = headless.render(scene(rate=500.0), hand, 200)
+    k = np.arange(200)
+    assert out.shape == (200, rows.ROW_WIDTH)
+    assert np.array_equal(out[:, rows.TICK], k)
+    assert out[:, rows.BOARD_TIME] == pytest.approx(k / 500.0, abs=1e-12)
+    assert np.all(out[:, rows.PERIOD] == 1.0 / 500.0)
+    assert out[:, rows.HAND_TARGET] == pytest.approx(0.01 * k / 500.0, abs=1e-15)
+    assert not out[:, rows.FLAGS].any()
+    assert np.isfinite(out).all()
+
+
+def test_nobody_holds_a_released_handle():
+    out, _ = headless.render(scene(), None, 50)
+    assert np.isnan(out[:, rows.HAND_TARGET]).all()
+    assert not out[:, rows.HAND_FORCE].any()
+
+
+def test_hand_lets_go_at_the_first_sample_from_its_release_on():
+    for release, last in ((0.010, 9), (0.0105, 10), (0.0, -1), (9.0, 49)):
+        out, _ = headless.render(scene(), Hand(0.0, 1.0, 50.0, lambda t: 0.01, release), 50)
+        held = np.flatnonzero(~np.isnan(out[:, rows.HAND_TARGET]))
+        assert len(held) == last + 1
+        assert not len(held) or held[-1] == last
+
+
+def test_first_hand_force_is_that_of_its_first_instant():
+    device = SimulatedHapkit(initial_position=0.002, initial_velocity=0.1)
+    out, _ = headless.render(scene(device=device), Hand(0.0, 4.0, 200.0, lambda t: 0.01 + 0.5 * t), 5)
+    assert out[0, rows.HAND_FORCE] == pytest.approx(200.0 * 0.008 + 4.0 * 0.4, rel=1e-9)
+
+
+def test_sweeps_may_leave_a_persons_limits_but_not_the_numbers():
+    out, _ = headless.render(scene(stiffness=50_000.0, damping=-3.0), None, 20)
+    assert np.isfinite(out[:, rows.TRUE_POSITION]).all()
+    with pytest.raises(ParameterError, match=r"Stiffness must be a finite number, not nan\."):
+        headless.render(scene(stiffness=math.nan), None, 20)
+    with pytest.raises(ParameterError, match=r"Centre must be a finite number, not inf\."):
+        headless.render(scene(center=math.inf), None, 20)
+
+
+def test_an_unstable_loop_stays_within_what_the_clamp_can_do():
+    device = SimulatedHapkit(initial_position=1e-3)
+    out, _ = headless.render(scene(stiffness=50_000.0, device=device), None, 3000)
+    assert np.isfinite(out[:, : rows.HAND_TARGET]).all()
+    assert np.abs(out[:, rows.APPLIED]).max() == 3.0
+
+
+def test_a_run_told_to_quit_ends_there():
+    r, body = scene().prepare()
+    r.control[rig.QUIT] = 1
+    out = batch.new_rows(10)
+    zeros = np.zeros(11)
+    assert batch.run(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 0
+    assert not out.any()
+    r.control[rig.QUIT] = 0
+    assert batch.run(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 10
+
+
+def test_spring_rows_hold_the_handle_at_the_centre():
+    device = SimulatedHapkit(initial_position=0.01)
+    spring = environments.named("spring")
+    values = {"stiffness": 100.0, "damping": 0.0, "center": 0.0}
+    out = headless.spring_rows(spring, values, device, LoopSettings(), GRIPS["firm"], 1500)
+    assert abs(out[-1, rows.TRUE_POSITION]) <= 0.10 / 500.0
+    released = headless.spring_rows(spring, values, device, LoopSettings(), None, 1500)
+    assert np.ptp(released[:, rows.TRUE_POSITION]) > np.ptp(out[:, rows.TRUE_POSITION])
+
+
+def test_imposed_motion_reads_its_speed_from_its_positions():
+    out, _ = headless.render(scene("damping"), Prescribed(lambda t: 0.02 * math.cos(11.0 * t)), 300)
+    t = out[:, rows.BOARD_TIME]
+    assert out[:, rows.TRUE_POSITION] == pytest.approx(0.02 * np.cos(11.0 * t), abs=1e-12)
+    assert out[:, rows.TRUE_VELOCITY] == pytest.approx(-0.22 * np.sin(11.0 * t), abs=2e-6)
+
+
+def test_imposed_motion_of_one_sample():
+    out, _ = headless.render(scene("wall"), Prescribed(lambda t: 0.01), 1)
+    assert out[0, rows.ASKED] == pytest.approx(-250.0 * (math.floor(0.01 / 20.7e-6) * 20.7e-6 - 0.005))
+
+
+def test_over_speed_is_latched_where_it_is_asked_for():
+    device = SimulatedHapkit(initial_velocity=2.0, damping=0.0, coulomb_force=0.0)
+    out, r = headless.render(scene("free", device=device, max_speed=1.5), None, 20)
+    assert r.control[headless.FAULT] == rig.OVER_SPEED
+    assert np.all(out[1:, rows.FLAGS].astype(int) & rows.FAULT)
+    _, calm = headless.render(scene("free", device=device), None, 20)
+    assert calm.control[headless.FAULT] == rig.NO_FAULT
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.5e-3, 1e-3, 0.25])
+def test_delays_longer_than_the_run_never_arrive(delay):
+    device = SimulatedHapkit(initial_position=0.01, coulomb_force=0.0)
+    out, _ = headless.render(scene(delay=delay, device=device), None, 100)
+    moved = np.flatnonzero(out[:, rows.TRUE_POSITION] != 0.01)
+    assert (moved[0] if len(moved) else 100) == min(math.floor(delay * 1e3) + 1, 100)

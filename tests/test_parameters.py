@@ -1,0 +1,75 @@
+"""A parameter checks what a person gives and says value, limit and unit."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import Choice, Parameter, resolve
+
+STIFFNESS = Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0)
+RATIO = Parameter("ratio", "Ratio", "", 1.8, 1.0, 3.0)
+SIDE = Choice("side", "Side", ("right", "left"), "left")
+
+
+@given(st.floats(0.0, 5000.0))
+def test_takes_every_number_within_its_limits(value):
+    assert STIFFNESS.check(value) == value
+    assert STIFFNESS.check(repr(value)) == value
+
+
+@given(st.floats().filter(lambda v: not 0.0 <= v <= 5000.0))
+def test_refuses_every_number_beyond_them(value):
+    with pytest.raises(ParameterError) as error:
+        STIFFNESS.check(value)
+    assert str(error.value) == f"Stiffness goes from 0 to 5000 N/m, not {value:g}."
+
+
+@pytest.mark.parametrize("value", ["stiff", "", None, [1.0], {}, object, 1j])
+def test_refuses_what_is_no_number(value):
+    with pytest.raises(ParameterError, match=r"^Stiffness takes a number in N/m, not .*\.$"):
+        STIFFNESS.check(value)
+
+
+def test_takes_numbers_of_numpy():
+    for value in (np.float64(3.0), np.float32(3.0), np.int32(3), np.array(3.0)):
+        got = STIFFNESS.check(value)
+        assert (got, type(got)) == (3.0, float)
+
+
+def test_without_a_unit_says_none():
+    with pytest.raises(ParameterError, match=r"^Ratio goes from 1 to 3, not 0\.5\.$"):
+        RATIO.check(0.5)
+    with pytest.raises(ParameterError, match=r"^Ratio takes a number, not 'much'\.$"):
+        RATIO.check("much")
+    assert (RATIO.text(2.5), STIFFNESS.text(2.5)) == ("2.5", "2.5 N/m")
+
+
+def test_choice_by_name_or_index():
+    assert [SIDE.check(v) for v in ("right", "left", 0, 1, 1.0)] == [0.0, 1.0, 0.0, 1.0, 1.0]
+    assert (SIDE.default, SIDE.low, SIDE.high) == (1.0, 0.0, 1.0)
+    assert Choice("mode", "Mode", ("a", "b")).default == 0.0
+    assert [SIDE.text(v) for v in (0.0, 1.0)] == ["right", "left"]
+
+
+@pytest.mark.parametrize("value", ["up", "Right", "", 2, -1, 0.5, True, None, math.nan, math.inf, [0]])
+def test_choice_refuses_the_rest(value):
+    with pytest.raises(ParameterError, match=r"^Side is one of right, left, not .*\.$"):
+        SIDE.check(value)
+
+
+def test_resolve_fills_in_defaults_in_order():
+    assert resolve((STIFFNESS, SIDE), {"side": "right"}, "Wall") == [250.0, 0.0]
+    assert resolve((), {}, "Free") == []
+
+
+def test_resolve_names_what_there_is():
+    with pytest.raises(
+        ParameterError, match=r"^Wall has no parameter 'stifness'; it has: stiffness, side\.$"
+    ):
+        resolve((STIFFNESS, SIDE), {"stifness": 1.0}, "Wall")
+    with pytest.raises(ParameterError, match=r"^Free has no parameter 'stiffness'; it has: none\.$"):
+        resolve((), {"stiffness": 1.0}, "Free")
