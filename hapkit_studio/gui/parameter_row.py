@@ -119,7 +119,8 @@ class ParameterRow(QWidget):
     def set_locked(self, reason: str) -> None:
         """Leave the value readable but fixed, and say why; no reason unlocks it."""
         self.setEnabled(not reason)
-        words = " ".join(part for part in (self.parameter.help, self.quantity.limits(), reason) if part)
+        parts = (self.parameter.help, self.quantity.limits(), reason)
+        words = " ".join(part.rstrip(".") + "." for part in parts if part)
         tip = f"<p>{words}</p>" + (f"<p><i>{self._formula}</i></p>" if self._formula else "")
         for widget in (self.label, self.box, self.slider):
             widget.setToolTip(tip)

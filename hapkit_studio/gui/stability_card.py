@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 ASK_MS = 100
 DELAY_STEP = 20e-6
-_WIDTHS = (8.0, 20.0, 50.0, 100.0)
+_WIDTHS = (4.0, 8.0, 20.0, 50.0, 100.0)
 
 
 def verdict(answer: Answer) -> str:

@@ -1,13 +1,14 @@
 """What the person has chosen, and the engine that plays it: the window's only way to the engine."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.connector import Build, Connector, build_engine
+from hapkit_studio.gui.wishes import Link, LoopWish
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
@@ -16,30 +17,6 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 LOOK_AGAIN_MS = 1000
-
-
-@dataclass(frozen=True)
-class Link:
-    """How the device is reached: state is preparing, connecting, running, gone or failed."""
-
-    state: str
-    title: str = ""
-    text: str = ""
-
-
-@dataclass(frozen=True)
-class LoopWish:
-    """The loop as chosen: rate in Hz, added delay in s, estimator key and its options."""
-
-    rate: float = 1000.0
-    delay: float = 0.0
-    estimator: str = "iir"
-    options: tuple[tuple[str, float], ...] = ()
-
-    @property
-    def spec(self) -> Any:
-        """Return the estimator as the engine takes it."""
-        return (self.estimator, dict(self.options)) if self.options else self.estimator
 
 
 class Studio(QObject):

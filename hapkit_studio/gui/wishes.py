@@ -1,0 +1,28 @@
+"""What the studio knows besides the engine: how the device is reached, and the loop as chosen."""
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Link:
+    """How the device is reached: state is preparing, connecting, running, gone or failed."""
+
+    state: str
+    title: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class LoopWish:
+    """The loop as chosen: rate in Hz, added delay in s, estimator key and its options."""
+
+    rate: float = 1000.0
+    delay: float = 0.0
+    estimator: str = "iir"
+    options: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def spec(self) -> Any:
+        """Return the estimator as the engine takes it."""
+        return (self.estimator, dict(self.options)) if self.options else self.estimator
