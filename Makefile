@@ -25,7 +25,7 @@ run: $(VENV)/.run
 
 test: $(VENV)/.test lint board
 	@rm -rf $(CHECK_CACHE)
-	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) -m "not alone"
+	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup -m "not alone"
 	$(CHECK) $(BIN)/python -m pytest -q -m alone
 
 lint: $(VENV)/.test

@@ -3,12 +3,16 @@
 import os
 import tempfile
 
+import hypothesis
 import numpy as np
 import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ["XDG_CONFIG_HOME"] = tempfile.mkdtemp(prefix="hapkit-studio-tests-")
+# the first example compiles, and a run must find what the last one found
+hypothesis.settings.register_profile("studio", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("studio")
 
 
 @pytest.fixture
