@@ -111,9 +111,11 @@ def simulate(
     scene = headless.Scene(chosen, values, device, loop, max_speed)
     out, rig = headless.render(scene, moving, count)
     fault = faults.describe(int(rig.control[headless.FAULT]), rig)
+    pairs = [(p, values[p.key]) for p in chosen.parameters]
     settings = {
         "environment": chosen.key,
-        "parameters": {p.key: p.text(values[p.key]) for p in chosen.parameters},
+        "parameters": {p.key: p.text(n) if p.discrete else n for p, n in pairs},
+        "units": {p.key: p.unit for p in chosen.parameters if p.unit},
         "hand": hand if isinstance(hand, str) else type(hand).__name__ if hand else "released",
         "rate_Hz": loop.rate,
         "delay_s": loop.delay,

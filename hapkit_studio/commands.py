@@ -27,13 +27,15 @@ class Result:
     as_json: dict
 
 
-def key_values(pairs: Sequence[str]) -> dict[str, object]:
-    """Return {key: number or word} of KEY=VALUE pairs; raise ParameterError."""
+def key_values(
+    pairs: Sequence[str], what: str = "A parameter", like: str = "stiffness=400"
+) -> dict[str, object]:
+    """Return {key: number or word} of KEY=VALUE pairs; raise ParameterError that names what they are."""
     found: dict[str, object] = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")
         if not equals or not key or not value:
-            raise ParameterError(f"A parameter is given as KEY=VALUE, e.g. stiffness=400, not {pair!r}.")
+            raise ParameterError(f"{what} is given as KEY=VALUE, e.g. {like}, not {pair!r}.")
         try:
             found[key] = float(value)
         except ValueError:
@@ -46,7 +48,7 @@ def estimator_spec(text: str) -> Spec:
     name, colon, options = text.partition(":")
     if not colon:
         return name
-    numbers = key_values(options.split(","))
+    numbers = key_values(options.split(","), "An option", "cutoff=20")
     for key, value in numbers.items():
         if not isinstance(value, float):
             raise ParameterError(f"The estimator's {key} takes a number, not {value!r}.")

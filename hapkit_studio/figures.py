@@ -42,7 +42,11 @@ def run_figure(run: Any, path: str | Path) -> None:
 
 
 def _caption(settings: dict) -> str:
-    parameters = ", ".join(f"{k} {v}" for k, v in settings.get("parameters", {}).items())
+    units = settings.get("units", {})
+    parameters = ", ".join(
+        f"{k} {v}" if isinstance(v, str) else f"{k} {v:g} {units.get(k, '')}".rstrip()
+        for k, v in settings.get("parameters", {}).items()
+    )
     estimator = settings.get("estimator")
     words = [settings.get("environment", ""), parameters, f"hand: {settings.get('hand')}"]
     words += [

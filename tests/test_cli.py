@@ -1,0 +1,280 @@
+"""The command line: words for a person, one object for a program, one line for what is wrong."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from hapkit_studio import __version__, environments
+from hapkit_studio.cli import main
+
+
+def run(capsys, *words):
+    """Return (exit code, stdout, stderr) of a command."""
+    try:
+        code = main(words)
+    except SystemExit as end:
+        code = end.code
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def as_json(capsys, *words):
+    """Return the one object that a command prints, all of it plain JSON."""
+    code, out, err = run(capsys, *words, "--json")
+    assert (code, err) == (0, "")
+    assert out.count("\n") == 1
+    return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+
+
+# --- run
+
+
+def test_run_speaks_of_the_scene(capsys):
+    code, out, err = run(capsys, "run", "wall", "-p", "stiffness=400", "--hand", "press", "--seconds", "1.5")
+    assert (code, err) == (0, "")
+    assert "wall: 1500 samples, 1.5 s" in out
+    for unit in (" mm", " N", " mJ"):
+        assert unit in out
+
+
+def test_run_as_json(capsys):
+    words = (
+        "run wall -p stiffness=400 -p damping=2 -p side=left -p damping_mode=both --hand stroke --seconds 1"
+    )
+    words += " --rate 2000 --delay 0.0005 --estimator iir:cutoff=20 --seed 7"
+    found = as_json(capsys, *words.split())
+    assert found["environment"] == "wall"
+    assert found["parameters"] == {
+        "stiffness": 400.0,
+        "damping": 2.0,
+        "position": 0.005,
+        "side": "left",
+        "damping_mode": "both",
+    }
+    assert found["units"] == {"stiffness": "N/m", "damping": "N·s/m", "position": "m"}
+    assert (found["hand"], found["seed"], found["estimator"]) == ("stroke", 7, ["iir", {"cutoff": 20.0}])
+    assert (found["rate_Hz"], found["delay_s"]) == (2000.0, 0.0005)
+    assert (found["samples"], found["seconds"]) == (2000, 1.0)
+    assert -0.04 < found["position_min"] <= 0.0 < 0.005 < found["position_max"] < 0.04
+    assert 0.5 < found["peak_force"] <= 3.0
+    assert found["faults"] == found["written"] == []
+
+
+def test_run_agrees_with_the_file_it_writes(capsys, tmp_path):
+    csv, picture = tmp_path / "a run.csv", tmp_path / "run.png"
+    found = as_json(capsys, "run", "spring", "--hand", "press", "--csv", str(csv), "--plot", str(picture))
+    assert found["written"] == [str(csv), str(picture)]
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    names = csv.read_text(encoding="utf-8").splitlines()[1].split(",")
+    table = dict(zip(names, np.loadtxt(csv, delimiter=",", skiprows=2).T, strict=True))
+    assert found["position_max"] == pytest.approx(table["position_m"].max())
+    assert found["final_force"] == pytest.approx(table["force_applied_N"][-1])
+    assert found["energy_given"] == pytest.approx(table["energy_J"][-1])
+
+
+def test_run_says_what_it_wrote(capsys, tmp_path):
+    csv = tmp_path / "run.csv"
+    _, out, _ = run(capsys, "run", "free", "--seconds", "0.1", "--csv", str(csv))
+    assert f"wrote {csv}" in out.splitlines()
+
+
+def test_numbers_in_any_notation(capsys):
+    for number in ("400", "4e2", "+400.0", " 400"):
+        found = as_json(capsys, "run", "wall", "-p", f"stiffness={number}", "--seconds", "0.01")
+        assert found["parameters"]["stiffness"] == 400.0
+
+
+# --- lists
+
+
+def test_environments_as_json(capsys):
+    found = as_json(capsys, "environments")["environments"]
+    assert [e["key"] for e in found] == list(environments.discover())
+    wall = next(e for e in found if e["key"] == "wall")
+    assert wall["title"] == "Wall"
+    stiffness, side = wall["parameters"][0], wall["parameters"][3]
+    assert (stiffness["unit"], stiffness["range"], stiffness["default"]) == ("N/m", [0.0, 5000.0], "250 N/m")
+    assert (side["key"], side["range"], side["default"]) == ("side", ["right", "left"], "right")
+
+
+def test_environments_for_a_person(capsys):
+    code, out, _ = run(capsys, "environments")
+    assert code == 0
+    for e in environments.discover().values():
+        assert any(line.startswith(e.key) and e.summary in line for line in out.splitlines())
+        for p in e.parameters:
+            assert p.key in out
+            assert p.text(p.default) in out
+    assert "[0 to 5000 N/m]" in out
+    assert "[right | left]" in out
+
+
+def test_devices(capsys):
+    found = as_json(capsys, "devices")["devices"]
+    assert found[0] == {"key": "simulated", "title": "Simulated Hapkit"}
+    _, out, _ = run(capsys, "devices")
+    assert [line.split()[0] for line in out.splitlines()] == [d["key"] for d in found]
+
+
+# --- loop-test
+
+
+def test_loop_test_measures_the_loop(capsys):
+    found = as_json(capsys, "loop-test", "--seconds", "0.4", "--rate", "500")
+    assert set(found["lateness_us"]) == {"p50", "p99", "p99.9", "max"}
+    late = [found["lateness_us"][name] for name in ("p50", "p99", "p99.9", "max")]
+    assert late == sorted(late)
+    assert set(found["period_us"]) == {"mean", "min", "max"}
+    assert found["period_us"]["mean"] == pytest.approx(2000.0, rel=0.2)
+    assert 0 < found["samples"] <= 300
+    assert found["missed"] >= 0
+    assert found["priority"]
+    assert (found["rate_Hz"], found["device"], found["fault"]) == (500.0, "simulated", "")
+    assert found["lost_rows"] == 0
+
+
+def test_loop_test_for_a_person(capsys):
+    code, out, err = run(capsys, "loop-test", "--seconds", "0.1")
+    assert (code, err) == (0, "")
+    for word in ("samples", "µs", "p99.9", "missed"):
+        assert word in out
+
+
+def test_loop_test_of_no_time_says_so(capsys):
+    found = as_json(capsys, "loop-test", "--seconds", "0")
+    assert found["missed"] >= 0
+
+
+# --- what is wrong, in one line
+
+WRONG = [
+    ("run wal", "There is no environment 'wal'; there are: free, spring, wall"),
+    ("run", "environment"),
+    ("run wall -p stiffness=6000", "Stiffness goes from 0 to 5000 N/m, not 6000."),
+    ("run wall -p stiffness=-1", "Stiffness goes from 0 to 5000 N/m, not -1."),
+    ("run wall -p stiffness=nan", "Stiffness goes from 0 to 5000 N/m, not nan."),
+    ("run wall -p stiffness=1e999", "not inf."),
+    ("run wall -p stiffness=hard", "Stiffness takes a number in N/m, not 'hard'."),
+    ("run wall -p stifness=400", "Wall has no parameter 'stifness'; it has: stiffness"),
+    ("run wall -p side=up", "Side is one of right, left, not 'up'."),
+    ("run wall -p side=7", "Side is one of right, left, not 7.0."),
+    ("run wall -p stiffness", "A parameter is given as KEY=VALUE, e.g. stiffness=400, not 'stiffness'."),
+    ("run wall -p =400", "KEY=VALUE"),
+    ("run wall -p stiffness=", "KEY=VALUE"),
+    ("run wall -p", "expected one argument"),
+    ("run wall --hand push", "The hand is one of press, tap"),
+    ("run wall --rate 0", "Rate goes from 1 to 1e+06 Hz, not 0."),
+    ("run wall --rate fast", "invalid float value: 'fast'"),
+    ("run wall --delay -1", "Delay goes from 0 to 10 s, not -1."),
+    ("run wall --seconds 0", "A run has 1 to 10000000 samples, not 0"),
+    ("run wall --seconds nan", "Seconds goes from 0 to 86400 s, not nan."),
+    ("run wall --seconds 86400 --rate 1e6", "A run has 1 to 10000000 samples"),
+    ("run wall --estimator magic", "The velocity estimator is one of difference, iir, not 'magic'."),
+    ("run wall --estimator iir:cutoff=-5", "Cutoff goes from 1 to 2000 Hz, not -5."),
+    ("run wall --estimator iir:cutoff=low", "The estimator's cutoff takes a number, not 'low'."),
+    ("run wall --estimator iir:corner=5", "has no parameter 'corner'"),
+    ("run wall --estimator iir:", "An option is given as KEY=VALUE, e.g. cutoff=20, not ''."),
+    ("run wall --estimator difference:cutoff=5", "has no parameter 'cutoff'"),
+    ("run wall --seed odd", "invalid int value: 'odd'"),
+    ("run wall --csv /nonexistent/run.csv", "/nonexistent/run.csv: No such file or directory"),
+    ("run wall --plot /nonexistent/run.png", "/nonexistent/run.png: No such file or directory"),
+    ("run wall --csv .", ".: Is a directory"),
+    ("run wall --plot run.xyz", "A picture is one of"),
+    ("run wall --colour red", "unrecognized arguments: --colour red"),
+    ("devices --rate 5", "unrecognized arguments"),
+    ("loop-test unplugged", "There is no device 'unplugged'; there are: simulated"),
+    ("loop-test --rate 20", "Rate goes from 100 to 10000 Hz, not 20."),
+    ("loop-test --rate nan", "Rate goes from 100 to 10000 Hz, not nan."),
+    ("loop-test --seconds -1", "Seconds goes from 0 to 86400 s, not -1."),
+    ("dance", "invalid choice: 'dance'"),
+]
+
+
+@pytest.mark.parametrize(("words", "says"), WRONG, ids=[words for words, _ in WRONG])
+def test_says_what_is_wrong_in_one_line(capsys, tmp_path, monkeypatch, words, says):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, *words.split())
+    assert code == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert err.startswith("hapkit-studio")
+    assert says in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may write anywhere")
+def test_says_where_it_may_not_write(capsys, tmp_path):
+    tmp_path.chmod(0o500)
+    code, _, err = run(capsys, "run", "wall", "--csv", str(tmp_path / "run.csv"))
+    assert (code, err.count("\n")) == (2, 1)
+    assert "Permission denied" in err
+
+
+def test_a_fault_is_told(capsys):
+    """A command that measured an unstable loop says so, and does not fail."""
+    code, out, err = run(
+        capsys, "run", "spring", "-p", "stiffness=2000", "--delay", "0.02", "--hand", "pluck"
+    )
+    assert (code, err) == (0, "")
+    assert "clamped in" in out
+
+
+# --- the program itself
+
+
+def program(tmp_path, *words, **changes):
+    environment = {
+        k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+    }
+    return subprocess.run(
+        [sys.executable, "-m", "hapkit_studio", *words],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        cwd=tmp_path,
+        env={**environment, **changes},
+        check=False,
+    )
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
+def test_without_a_display_runs_the_demo_and_writes_a_picture(tmp_path):
+    done = program(tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("No display here")
+    assert "wall: 3000 samples" in done.stdout
+    assert "wrote hapkit-studio-demo.png" in done.stdout
+    assert [path.name for path in tmp_path.iterdir()] == ["hapkit-studio-demo.png"]
+    assert (tmp_path / "hapkit-studio-demo.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
+def test_without_a_display_and_nowhere_to_write_says_so(tmp_path):
+    (tmp_path / "hapkit-studio-demo.png").mkdir()
+    done = program(tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "Is a directory" in done.stderr
+
+
+def test_program_gives_the_exit_code_and_no_traceback(tmp_path):
+    done = program(tmp_path, "run", "wal")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_help_and_version(capsys):
+    code, out, _ = run(capsys, "--version")
+    assert (code, out.strip()) == (0, __version__)
+    code, out, _ = run(capsys, "--help")
+    assert code == 0
+    for command in ("run", "environments", "devices", "loop-test"):
+        assert command in out
+    code, out, _ = run(capsys, "run", "--help")
+    assert code == 0
+    assert "--estimator" in out
