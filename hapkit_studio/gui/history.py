@@ -102,10 +102,14 @@ class History:
         self._forget()
 
     def _note_breaks(self, new: np.ndarray, first: int) -> None:
-        jumps = np.diff(new[:, rows.TICK], prepend=self._tick) > 1.5
-        flagged = new[:, rows.FLAGS].astype(np.int64) & rows.GAP > 0
-        lost = np.flatnonzero(jumps | flagged) + first
-        self._breaks += [int(i) for i in lost if i > 0]
+        tick, flags = new[:, rows.TICK], new[:, rows.FLAGS]
+        lost = np.flatnonzero(tick[1:] - tick[:-1] > 1.5) + first + 1
+        if tick[0] - self._tick > 1.5:
+            lost = np.append(lost, first)
+        if flags.any():
+            flagged = np.flatnonzero(flags.astype(np.int64) & rows.GAP)
+            lost = np.union1d(lost, flagged + first)
+        self._breaks += sorted(int(i) for i in lost if i > 0)
         self._tick = new[-1, rows.TICK]
 
     def _forget(self) -> None:

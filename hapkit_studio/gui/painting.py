@@ -22,16 +22,15 @@ def words(
     """Write text from x on base line y; tokens are the text's and its ground's; rim is the halo in px."""
     room = math.ceil(rim + 1.0)
     colors = tuple(theme.color(token).name() for token in tokens)
-    picture = _picture(text, font.key(), colors, rim, ratio, room)
-    top = y - math.ceil(QFontMetricsF(font).ascent()) - room
-    place = QPointF(round((x - room) * ratio) / ratio, round(top * ratio) / ratio)
+    picture, ascent = _picture(text, font.key(), colors, rim, ratio, room)
+    place = QPointF(round((x - room) * ratio) / ratio, round((y - ascent - room) * ratio) / ratio)
     painter.drawPixmap(place, picture)
 
 
 @lru_cache(maxsize=256)
 def _picture(
     text: str, font_key: str, colors: tuple[str, ...], rim: float, ratio: float, room: int
-) -> QPixmap:
+) -> tuple[QPixmap, int]:
     font = QFont()
     font.fromString(font_key)
     metrics = QFontMetricsF(font)
@@ -50,4 +49,4 @@ def _picture(
     painter.strokePath(path, halo)
     painter.fillPath(path, QColor(colors[0]))
     painter.end()
-    return picture
+    return picture, ascent

@@ -47,6 +47,7 @@ class Theme(QObject):
         self.name = "light"
         self.c = SimpleNamespace(**table("light"))
         self._colors = {name: QColor(value) for name, value in vars(self.c).items()}
+        self._fonts: dict[str, QFont] = {}
         self._app: QApplication | None = None
 
     @property
@@ -92,6 +93,7 @@ class Theme(QObject):
         self.name = name
         self.c = SimpleNamespace(**table(name))
         self._colors = {token: QColor(value) for token, value in vars(self.c).items()}
+        self._fonts.clear()
         if self._app is not None:
             self._app.setPalette(self.palette())
             self._app.setFont(self.font("body"))
@@ -116,6 +118,11 @@ class Theme(QObject):
 
     def font(self, role: str) -> QFont:
         """Return the font of a role in ROLES, with tabular figures where the face has them."""
+        if role not in self._fonts:
+            self._fonts[role] = self._font(role)
+        return QFont(self._fonts[role])
+
+    def _font(self, role: str) -> QFont:
         pixels, weight = ROLES[role]
         font = QFont(family())
         if role == "formula":

@@ -71,9 +71,11 @@ class Canvas(pg.PlotWidget):
         self.setCacheMode(pg.QtWidgets.QGraphicsView.CacheModeFlag.CacheNone)
         self.setFrameShape(pg.QtWidgets.QFrame.Shape.NoFrame)
         self.setMinimumSize(60, 24)
-        self._known: tuple | None = None
+        self._box: QRectF | None = None
         self._map = (0.0, 1.0, 0.0, 1.0)
         self._grid: list[QLineF] = []
+        self.view.geometryChanged.connect(self._outdate)
+        self.view.sigRangeChanged.connect(self._outdate)
         self.viewport().setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -92,15 +94,17 @@ class Canvas(pg.PlotWidget):
 
     def frame(self) -> QRectF:
         """Return the plot's rectangle in pixels."""
-        return self.view.sceneBoundingRect()
+        return self.measure()
+
+    def _outdate(self, *_: object) -> None:
+        self._box = None
 
     def measure(self) -> QRectF:
         """Take mapping and grid anew if axes or size changed; return the plot's rectangle."""
-        box, ranges = self.frame(), self.view.viewRange()
-        known = (box.getRect(), *map(tuple, ranges))
-        if known == self._known:
-            return box
-        self._known, ((x0, x1), (y0, y1)) = known, ranges
+        if self._box is not None:
+            return self._box
+        box = self._box = self.view.sceneBoundingRect()
+        (x0, x1), (y0, y1) = self.view.viewRange()
         across, up = box.width() / (x1 - x0), box.height() / (y1 - y0)
         self._map = box.left() - x0 * across, across, box.bottom() + y0 * up, -up
         columns = np.array(ticks(x0, x1, self.bottom.most(box.width())))
@@ -138,6 +142,10 @@ class Canvas(pg.PlotWidget):
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
         """Paint ground, grid and frame."""
+        self.paint_ground(painter, rect)
+
+    def paint_ground(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint ground, grid and frame, what lies below the grid included."""
         box = self.measure()
         painter.fillRect(rect, theme.color("surface"))
         if theme.c.plot != theme.c.surface:
@@ -169,6 +177,11 @@ class Canvas(pg.PlotWidget):
             np.clip(x - width if right else x, box.left() + 4, max(box.right() - width - 4, box.left() + 4))
         )
         words(painter, x, y, text, font, (token, "plot"), 4.0, self.devicePixelRatioF())
+
+    def resizeEvent(self, event) -> None:
+        """Measure anew."""
+        super().resizeEvent(event)
+        self._outdate()
 
     # pointer ------------------------------------------------------------------------------------
 

@@ -33,6 +33,7 @@ class PhaseCanvas(Canvas):
         self._theory: tuple[np.ndarray, np.ndarray] | None = None
         self._pointed: dict[str, float] | None = None
         self.bottom.setHeight(38)
+        self.bottom.label.setCacheMode(self.bottom.cacheMode())
         self.set_plot(plot)
 
     def set_plot(self, plot: PhasePlot) -> None:
@@ -144,21 +145,26 @@ class PhaseCanvas(Canvas):
 
     # painting -----------------------------------------------------------------------------------
 
-    def paint_over(self, painter: QPainter, box: QRectF) -> None:
-        """Paint theory, limits, and the layers from old to new."""
+    def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint everything but the newest second, from one picture."""
         if self._under is None or self._key != self._state():
-            self._under = self._paint_old(box)
+            self._under = self._paint_old(self.measure())
         painter.drawPixmap(0, 0, self._under)
+
+    def paint_over(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the newest second."""
         if self._layers is not None:
             self._layers.paint_newest(painter)
 
     def _paint_old(self, box: QRectF) -> QPixmap:
+        """Return ground, theory, limits, and the layers from old to new."""
         ratio = self.devicePixelRatioF()
         under = QPixmap(self.viewport().size() * ratio)
         under.setDevicePixelRatio(ratio)
-        under.fill(Qt.GlobalColor.transparent)
         painter = QPainter(under)
+        self.paint_ground(painter, QRectF(self.viewport().rect()))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setClipRect(box)
         if self._theory is not None:
             self._band(painter)
         if math.isfinite(self.max_force):

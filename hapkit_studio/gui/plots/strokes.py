@@ -9,6 +9,7 @@ from hapkit_studio.gui.theme import theme
 
 ON, PERIOD = 5.0, 8.5  # px
 _LEAST_STEP = 0.8  # px
+_FINE = 1.4  # device pixel ratio from which square joints show
 _TREMOR, _NOISY = 0.25, 0.2  # px²: a turn that is seen; the share of turns that makes noise
 _LONG = 5.0  # px: noise that rises so far from point to point fills an area
 _HAZE = 40.0  # dashes along a line so many times longer than wide would be a haze
@@ -32,11 +33,12 @@ def segments(painter: QPainter, ends: np.ndarray) -> None:
 
 
 def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width: float = 2.0) -> None:
-    """Draw a line, round where calm, smooth unless it is noise, where both cost most and show nothing."""
+    """Draw a line, smooth unless it is noise, its joints round on fine screens: where each can be seen."""
     rise = np.diff(y)
     noise = np.count_nonzero(rise[1:] * rise[:-1] < -_TREMOR) > _NOISY * len(rise)
     haze = noise and np.nansum(np.abs(rise)) > _LONG * len(rise)
-    cap = Qt.PenCapStyle.SquareCap if noise else Qt.PenCapStyle.RoundCap
+    coarse = noise or painter.device().devicePixelRatio() < _FINE
+    cap = Qt.PenCapStyle.SquareCap if coarse else Qt.PenCapStyle.RoundCap
     painter.setPen(QPen(color, width, Qt.PenStyle.SolidLine, cap))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, not haze)
     segments(painter, joined(x, y) if noise else joined(*thinned(x, y)))

@@ -52,10 +52,11 @@ class TraceCanvas(Canvas):
 
     def extent(self) -> tuple[float, float]:
         """Return least and greatest value in the window; NaN when there is none."""
-        if not len(self.shown.window.x) or np.isnan(self.shown.window.x).all():
+        if not len(self.shown.window.x):
             return np.nan, np.nan
-        all_values = [self.values(trace.channel) for trace in self.plot_of.traces]
-        return float(np.nanmin(all_values)), float(np.nanmax(all_values))
+        values = [self.shown.window.y[trace.channel] for trace in self.plot_of.traces]
+        low, high = min(map(np.fmin.reduce, values)), max(map(np.fmax.reduce, values))
+        return float(low) * self.plot_of.scale, float(high) * self.plot_of.scale
 
     def widen(self) -> None:
         """Widen the value axis at once where the data needs it."""

@@ -46,6 +46,7 @@ class Stage:
         self.texts: list[QRectF] = []
         self._kept: list[QRectF] = []
         self._kept_texts: list[QRectF] = []
+        self._fonts: dict[tuple[float, int], tuple[QFont, QFontMetricsF]] = {}
         self._hatched: dict[str, QPixmap] = {}
 
     def begin(self, painter: QPainter) -> None:
@@ -127,19 +128,14 @@ class Stage:
 
     # words --------------------------------------------------------------------------------------
 
-    def font(self, size: float, weight: int) -> QFont:
-        """Return the scene's font; size as at u = 1."""
-        font = theme.font("body")
-        font.setPixelSize(round(max(11.5, size * self.text_scale)))
-        font.setWeight(QFont.Weight(weight))
-        return font
-
-    def text_box(self, x: float, y: float, text: str, side: int, font: QFont) -> QRectF:
-        """Return the box of words that start (side 1), end (-1) or stand centred (0) at x, on base line y."""
-        metrics = QFontMetricsF(font)
-        width = metrics.horizontalAdvance(text)
-        left = x - width * (1 - side) / 2
-        return QRectF(left, y - metrics.capHeight() - 3, width, metrics.capHeight() + 6)
+    def font(self, size: float, weight: int) -> tuple[QFont, QFontMetricsF]:
+        """Return the scene's font and its measures; size as at u = 1."""
+        if (size, weight) not in self._fonts:
+            font = theme.font("body")
+            font.setPixelSize(round(max(11.5, size * self.text_scale)))
+            font.setWeight(QFont.Weight(weight))
+            self._fonts[size, weight] = font, QFontMetricsF(font)
+        return self._fonts[size, weight]
 
     def say(
         self, text: str, places: list[tuple[float, float, int]], token: str, size: float = 12.0,
@@ -149,8 +145,9 @@ class Stage:
 
         Words that must be seen go to the first place inside the scene, taken or not.
         """
-        font = self.font(size, weight)
-        boxes = [(place, self.text_box(place[0], place[1], text, place[2], font)) for place in places]
+        font, metrics = self.font(size, weight)
+        wide, high = metrics.horizontalAdvance(text), metrics.capHeight() + 6
+        boxes = [(p, QRectF(p[0] - wide * (1 - p[2]) / 2, p[1] - high + 3, wide, high)) for p in places]
         inside = [(place, box) for place, box in boxes if box.left() >= 2 and box.right() <= self.width - 2]
         free = [(place, box) for place, box in inside if not self._is_taken(box)]
         chosen = free or (inside or boxes if must else [])
