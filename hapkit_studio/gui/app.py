@@ -2,9 +2,9 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from PySide6.QtCore import QProcess, QSettings, QSize, QTimer
+from PySide6.QtCore import QObject, QProcess, QSettings, QSize, QTimer
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio import devices
@@ -83,21 +83,39 @@ def begin(window: MainWindow, options: argparse.Namespace) -> None:
     window.live.start()
     if options.screenshot:
         window.studio.engine_changed.connect(lambda: _pose(window, options))
-    if prepare.prepared() or getattr(sys, "frozen", False):
-        _open(window, options.device)
-        return
-    process = QProcess(window)
-    process.finished.connect(lambda *_: _open(window, options.device))
-    window.closed.connect(lambda: _give_up(process))
-    process.start(sys.executable, ["-m", "hapkit_studio.gui.prepare"])
-    if not process.waitForStarted():
-        _open(window, options.device)
+    Preparation(window, "loop", lambda: _open(window, options.device)).run()
 
 
-def _give_up(process: QProcess) -> None:
-    process.finished.disconnect()
-    process.kill()
-    process.waitForFinished()
+class Preparation(QObject):
+    """Compiles a part in a program of its own, unless that was done before; then calls ``done`` once."""
+
+    def __init__(self, window: MainWindow, part: str, done: Callable[[], None]):
+        super().__init__(window)
+        self._part, self._done = part, done
+        self._process = QProcess(self)
+        self._process.finished.connect(self._finish)
+        self._process.errorOccurred.connect(self._finish)
+        window.closed.connect(self._give_up)
+
+    def run(self) -> None:
+        """Begin, or finish at once where there is nothing to do or no way to do it."""
+        if prepare.prepared(self._part) or getattr(sys, "frozen", False):
+            self._finish()
+        else:
+            self._process.start(sys.executable, ["-m", "hapkit_studio.gui.prepare", self._part])
+
+    def _finish(self, *_: object) -> None:
+        done, self._done = self._done, _nothing
+        done()
+
+    def _give_up(self) -> None:
+        self._done = _nothing
+        self._process.kill()
+        self._process.waitForFinished()
+
+
+def _nothing() -> None:
+    """Stand in for what has been done."""
 
 
 def _open(window: MainWindow, key: str) -> None:
@@ -105,6 +123,7 @@ def _open(window: MainWindow, key: str) -> None:
         entries = {entry.key: entry for entry in window.studio.entries()}
         other = devices.DeviceEntry(key, key, lambda: devices.named(key))
         window.studio.open(entries.get(key, other))
+        Preparation(window, "boards", _nothing).run()
 
 
 def _pose(window: MainWindow, options: argparse.Namespace) -> None:

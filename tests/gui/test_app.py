@@ -33,10 +33,20 @@ def test_an_unknown_environment_is_one_line(qapp, capsys):
 
 def test_the_stamp_follows_sources_and_cache(monkeypatch, tmp_path):
     monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
-    before = prepare.stamp()
-    assert not prepare.prepared()
+    before = prepare.stamp("loop")
+    assert not prepare.prepared("loop")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "other"))
-    assert prepare.stamp() != before
+    assert prepare.stamp("loop") != before
+    monkeypatch.undo()
+    assert len({prepare.stamp(part) for part in prepare.PARTS}) == len(prepare.PARTS)
+
+
+def test_what_was_prepared_is_not_prepared_again(idle_window, monkeypatch, tmp_path):
+    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
+    prepare.stamp("loop").touch()
+    done = []
+    app.Preparation(idle_window, "loop", lambda: done.append(1)).run()
+    assert done == [1]
 
 
 @pytest.mark.parametrize("mode", ["light", "dark", "contrast"])
