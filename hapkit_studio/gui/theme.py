@@ -134,8 +134,6 @@ class Theme(QObject):
         font.setFeature(QFont.Tag("tnum"), 1)
         return font
 
-    fonts = font
-
     def stylesheet(self) -> str:
         """Return the application's style sheet: assets/style.qss with its tokens and icons filled in."""
         from hapkit_studio.gui import icons
