@@ -22,7 +22,7 @@ def describe(code: int, r: Rig) -> Fault | None:
     value, position = float(r.real[rig.FAULT_VALUE]), 1e3 * float(r.real[rig.FAULT_POSITION])
     line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
     texts = {
-        rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at x = {position:.2f} mm.",
+        rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at x = {_signed(position)} mm.",
         rig.LAW_INDEX: f"Fault: line {line} of the law reads beyond its state.",
         rig.LAW_FUEL: f"Fault: line {line} of the law does not come to an end.",
         rig.OVER_SPEED: f"Fault: over-speed, {abs(value):.1f} m/s (limit {limit:.1f} m/s).",
@@ -41,3 +41,7 @@ def describe(code: int, r: Rig) -> Fault | None:
 
 def _name(value: float) -> str:
     return "NaN" if value != value else "infinity"
+
+
+def _signed(millimetres: float) -> str:
+    return f"{millimetres:.2f}".replace("-", "−")

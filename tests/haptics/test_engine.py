@@ -1,9 +1,7 @@
 """The live loop on the simulated device: it renders what headless renders, and nothing stops or blocks it."""
 
 import gc
-import os
 import statistics
-import threading
 import time
 
 import numpy as np
@@ -12,55 +10,13 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import batch, headless, plant, rig, rows
+from hapkit_studio.haptics import batch, headless, rig, rows
 from hapkit_studio.haptics.engine import Engine
-from tests.haptics.support import CONSTANT, COUNTING, slow_environment
+from tests.haptics.engine_support import read, rest, wait_for
+from tests.haptics.support import slow_environment
 
 HOST = [rows.HOST_TIME, rows.BOARD_TIME, rows.LATENESS, rows.COMPUTE]
 SPRING = environments.named("spring")
-
-
-@pytest.fixture
-def started():
-    """Return a maker of running engines that are closed in the end."""
-    engines = []
-
-    def make(device=None, **options):
-        engines.append(Engine(device or SimulatedHapkit(), **{"realtime": False, **options}))
-        engines[-1].start()
-        return engines[-1]
-
-    yield make
-    for engine in engines:
-        engine.close()
-
-
-def read(reader, enough, seconds=5.0):
-    """Return rows once enough(rows) holds; fail after so many seconds."""
-    found = reader.read()
-    limit = time.monotonic() + seconds
-    while not (len(found) and enough(found)):
-        assert time.monotonic() < limit, f"not so within {seconds:g} s"
-        time.sleep(0.002)
-        found = np.concatenate((found, reader.read()))
-    return found
-
-
-def rest(reader, count):
-    """Return the next rows, at least count of them."""
-    reader.read()
-    return read(reader, lambda found: len(found) >= count)
-
-
-def wait_for(condition, seconds=5.0):
-    limit = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < limit, f"not so within {seconds:g} s"
-        time.sleep(0.002)
-
-
-def loop_threads():
-    return [t for t in threading.enumerate() if t.name == "hapkit-loop"]
 
 
 # --- the same as headless
@@ -202,117 +158,3 @@ def test_lateness_is_counted_for_every_row(started):
     rest(reader, 50)
     engine.close()
     assert int(engine.lateness_bins.sum()) == int(engine.arrays.control[rig.HEAD])
-
-
-# --- stopping
-def test_the_stop_drops_forces_on_their_way(started):
-    engine = started(environment=CONSTANT)
-    reader = engine.reader()
-    engine.set_loop(delay=0.1)
-    read(reader, lambda found: np.count_nonzero(found[:, rows.APPLIED]) > 150)
-    body = engine._driver.body
-    assert body.queue.any()
-    engine.stop()
-    read(reader, lambda found: found[-1, rows.FLAGS] == rows.STOPPED)
-    assert not body.queue.any()
-    energy = rest(reader, 5)[:, rows.ENERGY]
-    assert np.all(energy == energy[0])
-
-
-def test_the_stop_survives_another_device_and_is_released_on_purpose(started):
-    engine = started(environment=CONSTANT)
-    reader = engine.reader()
-    read(reader, lambda found: found[-1, rows.APPLIED] == 1.0)
-    engine.stop()
-    read(reader, lambda found: found[-1, rows.FLAGS] == rows.STOPPED)
-    engine.use(SimulatedHapkit(max_force=2.0))
-    assert engine.stopped
-    engine.clear_fault()
-    engine.set_environment(CONSTANT, {"level": 0.5})
-    out = rest(reader, 50)
-    assert not out[:, rows.APPLIED].any()
-    assert reader.lost == 0
-    engine.release_stop()
-    out = read(reader, lambda found: found[-1, rows.APPLIED] == 0.5)
-    back = out[np.flatnonzero(out[:, rows.APPLIED])[0] :, rows.APPLIED]
-    np.testing.assert_allclose(back[:30], 0.5 * np.arange(1, 31) / 30.0, rtol=1e-9)
-
-
-def test_a_latched_fault_survives_another_device(started):
-    engine = started(environment=CONSTANT)
-    engine.arrays.control[rig.FAULT] = rig.OVER_SPEED
-    engine.use(SimulatedHapkit())
-    assert engine.fault.code == rig.OVER_SPEED
-
-
-def test_closing_leaves_a_zero_command(started):
-    engine = started(environment=CONSTANT)
-    read(engine.reader(), lambda found: found[-1, rows.APPLIED] == 1.0)
-    body = engine._driver.body
-    engine.close()
-    assert not body.queue.any()
-    assert engine.arrays.control[rig.DONE] == 1
-    assert not loop_threads()
-
-
-def test_an_escape_latches_over_speed_with_the_reason(started):
-    engine = started(SimulatedHapkit(initial_velocity=4.0, damping=0.0, coulomb_force=0.0))
-    wait_for(lambda: engine.fault is not None)
-    assert engine.fault.text == "Fault: over-speed, 4.0 m/s (limit 3.0 m/s)."
-
-
-# --- life
-def test_the_loop_has_a_thread_with_a_name(started):
-    engine = started()
-    assert len(loop_threads()) == 1
-    assert engine.health().running
-    assert engine.health().connected
-    engine.start()
-    assert len(loop_threads()) == 1
-    engine.close()
-    assert not engine.health().running
-
-
-def test_starting_and_closing_leaks_nothing():
-    def life():
-        engine = Engine(SimulatedHapkit(), realtime=True)
-        engine.start()
-        read(engine.reader(), lambda found: len(found) > 2)
-        engine.close()
-
-    life()
-    gc.collect()
-    threads, files = threading.active_count(), len(os.listdir("/proc/self/fd"))
-    for _ in range(20):
-        life()
-    gc.collect()
-    assert threading.active_count() == threads
-    assert len(os.listdir("/proc/self/fd")) == files
-
-
-def test_a_hand_holds_the_handle_and_lets_go(started):
-    engine = started(environment="free")
-    reader = engine.reader()
-    engine.set_grip("firm")
-    engine.move_hand(0.02)
-    out = read(reader, lambda found: found[-1, rows.TRUE_POSITION] > 0.0197)
-    held = out[~np.isnan(out[:, rows.HAND_TARGET])]
-    assert held[0, rows.HAND_TARGET] == pytest.approx(0.0, abs=1e-9)
-    assert np.abs(np.diff(held[:, rows.HAND_TARGET])).max() < 0.02 * 1e-3 / plant.POINTER_SECONDS
-    engine.move_hand(None)
-    out = read(reader, lambda found: np.isnan(found[-1, rows.HAND_TARGET]))
-    assert out[-1, rows.HAND_FORCE] == 0.0
-
-
-def test_laws_in_use_are_kept_alive(started):
-    engine = started(environment=CONSTANT)
-    reader = engine.reader()
-    for environment in (COUNTING, CONSTANT, COUNTING):
-        engine.set_environment(environment)
-        in_use = int(engine.arrays.laws[engine.arrays.word[rig.SLOT]])
-        assert in_use in engine._kept
-        rest(reader, 100)
-    engine.set_parameter("gain", 0.01)
-    rest(reader, 40)
-    engine.set_parameter("gain", 0.02)
-    assert list(engine._kept) == [COUNTING.force.compiled().address]

@@ -1,0 +1,157 @@
+"""Boards that a test scripts, and the engine on either serial loop."""
+
+import threading
+import time
+
+import numpy as np
+
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.haptics import engine as engine_module
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Sample, Stream
+from tests.devices.fake_board import HELLO_FIELDS, FakeBoard
+
+QUANTUM = float(np.float32(HELLO_FIELDS["quantum"]))
+# A shared machine may stop a thread for 20 ms at any time: what it spoils is done again.
+ATTEMPTS = 8
+
+
+def sample(seq, count, answered=0, delay_us=0, flags=0, period_us=1000):
+    """Return the frame of a sample as a board would send it."""
+    time_us = seq * period_us & 0xFFFFFFFF
+    return encode(Sample(seq & 0xFFFF, time_us, count, answered & 0xFFFF, delay_us, flags, 0, 0))
+
+
+class SteppedBoard(FakeBoard):
+    """A board without a clock: sends a sample, waits for the force that answers it, sends the next.
+
+    counts: sensor counts, one a sample; delay_us: what it says of each answer, None for nothing; first:
+    number of the first sample. At the end it falls silent; ``finished`` says that all was answered.
+    """
+
+    def __init__(self, counts, delay_us=None, first=0):
+        self.counts, self.delay_us, self.first = list(counts), delay_us, first
+        self.sent = 0
+        self.answers = []
+        super().__init__(self._say_next)
+
+    def _say_next(self, message):
+        if isinstance(message, HelloRequest):
+            return encode(Hello(**HELLO_FIELDS))
+        if isinstance(message, Stream) and message.on:
+            return self._next()
+        if isinstance(message, Force) and self.sent and not self.finished:
+            self.answers.append(message)
+            return self._next()
+        return None
+
+    def _next(self):
+        self.sent += 1
+        if self.finished:
+            return None
+        answered, delay = 0, 0
+        if self.answers and self.delay_us is not None:
+            answered, delay = self.answers[-1].seq, self.delay_us
+        return sample(self.first + self.sent - 1, self.counts[self.sent - 1], answered, delay)
+
+    @property
+    def finished(self):
+        return self.sent > len(self.counts)
+
+
+class Told(FakeBoard):
+    """Says what the test tells it to, and knows hello."""
+
+    def __init__(self):
+        self.streaming = threading.Event()
+        super().__init__(self._answer)
+
+    def _answer(self, message):
+        if isinstance(message, Stream) and message.on:
+            self.streaming.set()
+        return encode(Hello(**HELLO_FIELDS)) if isinstance(message, HelloRequest) else None
+
+    def forces(self):
+        return [m for m in list(self.received) if isinstance(m, Force)]
+
+
+def wait_for(condition, seconds=5.0):
+    limit = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < limit, f"not so within {seconds:g} s"
+        time.sleep(0.001)
+
+
+def connector(kind, monkeypatch, finally_):
+    def connect(board, hold=0.0, environment="spring", values=None, **loop):
+        def driver_for(device):
+            driver = kind(device)
+            driver.hold_seconds = hold
+            return driver
+
+        monkeypatch.setattr(engine_module, "driver_for", driver_for)
+        engine = Engine(HapkitBoard(board.path), environment, realtime=False)
+        engine.set_environment(environment, values or {})
+        engine.set_loop(**loop)
+        finally_(board.unplug)
+        finally_(engine.close)
+        return engine
+
+    return connect
+
+
+def stream_once(engine, board):
+    reader = engine.reader()
+    engine.start()
+    wait_for(lambda: board.finished)
+    engine.close()
+    return reader.read(), board.answers
+
+
+def stream(connect, make_board, **options):
+    """Run a stepped board to its end undisturbed; return (rows, answers)."""
+    for _ in range(ATTEMPTS):
+        out, answers = stream_once(connect(board := make_board(), **options), board)
+        if not np.any(out[:, rows.FLAGS].astype(int) & rows.STALE):
+            return out, answers
+    raise AssertionError("the machine was too busy")
+
+
+def told(connect, **options):
+    board = Told()
+    engine = connect(board, **options)
+    reader = engine.reader()
+    engine.start()
+    assert board.streaming.wait(5.0)
+    return board, engine, reader
+
+
+def undisturbed(**options):
+    """Run a scenario with a board that does what it is told; again where the machine got in its way."""
+
+    def decorated(scenario):
+        def test(connect):
+            for left in reversed(range(ATTEMPTS)):
+                try:
+                    scenario(*told(connect, **options))
+                except AssertionError:
+                    if not left:
+                        raise
+                else:
+                    return
+
+        return test
+
+    return decorated
+
+
+def read(reader, count, seconds=5.0):
+    found = reader.read()
+    limit = time.monotonic() + seconds
+    while len(found) < count:
+        assert time.monotonic() < limit
+        time.sleep(0.001)
+        found = np.concatenate((found, reader.read()))
+    return found

@@ -1,0 +1,79 @@
+"""What a latched fault says: the reason, value and limit in words, and what to do."""
+
+import math
+
+import pytest
+
+from hapkit_studio.haptics import block, faults, rig
+from tests.haptics.support import BROKEN, CONSTANT, Bench
+
+
+def words(code, value=0.0, position=0.0, line=0, **wanted):
+    bench = Bench(CONSTANT, **wanted)
+    bench.tick()
+    bench.r.real[rig.FAULT_VALUE], bench.r.real[rig.FAULT_POSITION] = value, position
+    bench.r.fault[1] = line
+    fault = faults.describe(code, bench.r)
+    assert fault.code == code
+    assert "\n" not in fault.text
+    return f"{fault.text} {fault.detail}"
+
+
+@pytest.mark.parametrize(
+    ("code", "given", "said"),
+    [
+        (rig.OVER_SPEED, {"value": -3.4}, "Fault: over-speed, 3.4 m/s (limit 3.0 m/s). Force is zero."),
+        (
+            rig.NOT_A_NUMBER,
+            {"value": math.nan, "position": 0.00502},
+            "Fault: the law returned NaN at x = 5.02 mm. Force is zero.",
+        ),
+        (
+            rig.NOT_A_NUMBER,
+            {"value": -math.inf, "position": -0.001},
+            "Fault: the law returned infinity at x = −1.00 mm. Force is zero.",
+        ),
+        (rig.LAW_INDEX, {"line": 14}, "Fault: line 14 of the law reads beyond its state. Force is zero."),
+        (rig.LAW_FUEL, {"line": 3}, "Fault: line 3 of the law does not come to an end. Force is zero."),
+        (
+            rig.STALE_SENSOR,
+            {"value": 0.020},
+            "Fault: no sensor frame for 20 ms, three times in 10 s. Force is zero.",
+        ),
+        (rig.RUNAWAY, {"value": 10_000.0}, "Fault: this machine cannot keep 10000 Hz. Force is zero."),
+        (rig.DEVICE_GONE, {}, "The device is gone. Force is zero."),
+    ],
+)
+def test_every_fault_has_its_words(code, given, said):
+    assert words(code, **given).startswith(said)
+
+
+def test_every_code_is_described():
+    bench = Bench(CONSTANT)
+    assert faults.describe(rig.NO_FAULT, bench.r) is None
+    for code in range(rig.NOT_A_NUMBER, rig.RUNAWAY + 1):
+        assert faults.describe(code, bench.r).text
+
+
+def test_the_limit_said_is_the_limit_in_force():
+    assert "limit 1.5 m/s" in words(rig.OVER_SPEED, 2.0, max_speed=1.5)
+
+
+@pytest.mark.parametrize("how", ["index", "fuel"])
+def test_the_line_said_is_the_law_s(how):
+    bench = Bench(BROKEN, {"how": how})
+    bench.tick(0.0)
+    bench.tick(0.0055)
+    text = faults.describe(int(bench.r.control[rig.FAULT]), bench.r).text
+    source = BROKEN.force.function.__code__
+    line = int(text.split("line ")[1].split(" ")[0])
+    with open(source.co_filename, encoding="utf-8") as file:
+        said = file.readlines()[line - 1]
+    assert ("s.cells[" if how == "index" else "for ") in said
+
+
+def test_the_value_said_is_the_one_that_latched():
+    bench = Bench(CONSTANT, max_speed=3.0)
+    bench.run([0.0, 0.0034])
+    assert bench.r.values[block.MAX_SPEED] == 3.0
+    assert "3.4 m/s" in faults.describe(rig.OVER_SPEED, bench.r).text
