@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from hapkit_studio import commands
 from hapkit_studio.errors import StudioError
 
+INTERRUPTED = 130
+
 
 class _Parser(argparse.ArgumentParser):
     """Says what is wrong in one line."""
@@ -31,6 +33,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         print(f"hapkit-studio: {error.filename or ''}: {error.strerror}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        return INTERRUPTED
     print(json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text)
     return 0
 

@@ -25,7 +25,7 @@ def run_figure(run: Any, path: str | Path) -> None:
     upper.set_ylabel("position, mm")
     middle.plot(run.time, 1e3 * run.velocity, color=VELOCITY)
     middle.set_ylabel("velocity, mm/s")
-    lower.plot(run.time, run.force, color=ASKED, dashes=(5, 3.5), label="asked")
+    lower.plot(run.time, run.force, color=ASKED, dashes=(5, 3.5), label="asked", zorder=3)
     lower.plot(run.time, run.applied_force, color=APPLIED, label="applied")
     lower.set_ylabel("force, N")
     lower.set_xlabel("time, s")

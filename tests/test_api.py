@@ -469,6 +469,21 @@ def test_refuses_what_no_run_can_be(args, more, words):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"mass": "light"}, "The hand's mass takes a number in kg, not 'light'."),
+        ({"stiffness": None}, "The hand's stiffness takes a number in N/m, not None."),
+        ({"release": "soon"}, "The hand lets go at 0 s or later, not 'soon' s."),
+        ({"release": math.nan}, "The hand lets go at 0 s or later, not nan s."),
+    ],
+)
+def test_refuses_what_no_hand_can_be(given, words):
+    with pytest.raises(ParameterError) as error:
+        Hand(**given)
+    assert str(error.value) == words
+
+
 def test_a_picture_has_a_known_ending(tmp_path):
     run = hs.simulate("wall", seconds=0.1)
     with pytest.raises(ParameterError, match=r"A picture is one of .*png.*, not 'xyz'"):

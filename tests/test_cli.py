@@ -223,6 +223,14 @@ def test_a_fault_is_told(capsys):
     assert "clamped in" in out
 
 
+def test_an_interrupt_ends_without_a_traceback(capsys, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hapkit_studio.api.simulate", interrupted)
+    assert run(capsys, "run", "wall") == (130, "", "")
+
+
 # --- the program itself
 
 

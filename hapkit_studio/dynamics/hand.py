@@ -32,10 +32,12 @@ class Hand:
     def __post_init__(self) -> None:
         for name, unit in (("mass", "kg"), ("damping", "N·s/m"), ("stiffness", "N/m")):
             value = getattr(self, name)
+            if not isinstance(value, int | float | np.number):
+                raise ParameterError(f"The hand's {name} takes a number in {unit}, not {value!r}.")
             if not (math.isfinite(value) and value >= 0.0):
                 raise ParameterError(f"The hand's {name} must be 0 {unit} or more, not {value:g} {unit}.")
-        if not self.release >= 0.0:
-            raise ParameterError(f"The hand lets go at 0 s or later, not {self.release:g} s.")
+        if not (isinstance(self.release, int | float | np.number) and self.release >= 0.0):
+            raise ParameterError(f"The hand lets go at 0 s or later, not {self.release!r} s.")
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ import importlib.util
 import os
 import sys
 import tempfile
+import threading
 from pathlib import Path
 from types import ModuleType
 
@@ -19,6 +20,7 @@ from hapkit_studio.errors import LawError
 
 INTERPRETED = bool(numba.config.DISABLE_JIT)
 _functions: dict[int, object] = {}
+_loading = threading.Lock()
 
 
 def load(source: str) -> tuple[int, object]:
@@ -27,7 +29,8 @@ def load(source: str) -> tuple[int, object]:
     The file's name is the hash of its text, so an edited law, or an edited helper, is another file and
     never meets a stale cache. Raises LawError where the types do not fit.
     """
-    module = _module(source)
+    with _loading:
+        module = _module(source)
     if INTERPRETED:
         address = id(module.law)
         _functions[address] = module.law
