@@ -67,6 +67,8 @@ class Banner(QWidget):
     def _button(words: str, run: Callable[[], object]) -> QPushButton:
         button = QPushButton(words)
         button.setProperty("tall", True)
+        # it goes away when clicked, and must not take the focus along
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         button.clicked.connect(lambda: run())
         return button
 

@@ -29,6 +29,7 @@ class Live(QObject):
         super().__init__(parent)
         self._studio = studio
         self._reader: RingReader | None = None
+        self._device = ""
         self.history = History(KEPT_SECONDS)
         self.paused = False
         self.hidden = False
@@ -90,6 +91,8 @@ class Live(QObject):
     def _follow(self) -> None:
         engine = self._studio.engine
         self._reader = None if engine is None else engine.reader()
-        if engine is not None:
+        key = self._studio.entry.key if self._studio.entry else ""
+        if engine is not None and key != self._device:
+            self._device = key
             self.history.clear()
             self.last = None

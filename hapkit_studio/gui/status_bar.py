@@ -102,7 +102,7 @@ class StatusBar(QWidget):
     def show_health(self, health) -> None:
         """Show the loop's health."""
         us = health.lateness_us
-        self.rate.show_words(f"{number(health.rate, 1)} Hz", "", "ink")
+        self.rate.show_words(f"{number(health.rate, 1)} Hz" if health.rate else "– Hz", "", "ink")
         self.late.show_words(f"Late p99 {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.lost_frames
         self.missed.show_words(f"Missed {lost}", "triangle" if lost else "", "warn" if lost else "ink2")

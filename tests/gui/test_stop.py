@@ -147,3 +147,11 @@ def test_a_stop_while_connecting_holds_for_the_device_that_comes(make_window, qt
     gate.set()
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     assert window.studio.engine.stopped
+
+
+def test_releasing_leaves_the_focus_where_it_was(window):
+    window.centre.scene.setFocus()
+    window.studio.stop()
+    QTest.mouseClick(window.banners.banners[0].buttons[0], Qt.MouseButton.LeftButton)
+    QApplication.processEvents()
+    assert QApplication.focusWidget() is window.centre.scene
