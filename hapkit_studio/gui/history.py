@@ -103,8 +103,8 @@ class History:
 
     def _note_breaks(self, new: np.ndarray, first: int) -> None:
         tick, flags = new[:, rows.TICK], new[:, rows.FLAGS]
-        lost = np.flatnonzero(tick[1:] - tick[:-1] > 1.5) + first + 1
-        if tick[0] - self._tick > 1.5:
+        lost = np.flatnonzero(np.abs(tick[1:] - tick[:-1] - 1.0) > 0.5) + first + 1
+        if abs(tick[0] - self._tick - 1.0) > 0.5:
             lost = np.append(lost, first)
         if flags.any():
             flagged = np.flatnonzero(flags.astype(np.int64) & rows.GAP)

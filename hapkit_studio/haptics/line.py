@@ -29,7 +29,6 @@ DELAY_SUM = 6
 DELAY_COUNT = 7
 EFFECT = 8
 LAST_ANSWER = 9
-BEGIN = 10
 NUMBERS = 16
 
 # --- words
@@ -164,7 +163,7 @@ def render(r, line, out, k, now):
     row = out.rows[ring.next_index(out)]
     force = tick(r, position_of(line, sample[codec.COUNT]), period, in_effect, row)
     late = lateness(line, now, sample[codec.BOARD_TIME])
-    row[rows.HOST_TIME] = now - line.numbers[BEGIN]
+    row[rows.HOST_TIME] = now
     row[rows.BOARD_TIME] = sample[codec.BOARD_TIME]
     row[rows.LATENESS] = late
     row[rows.TRUE_POSITION] = row[rows.TRUE_VELOCITY] = math.nan

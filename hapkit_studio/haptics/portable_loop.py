@@ -38,7 +38,7 @@ class PortableLoop:
     def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
         """Render until told to quit or the port fails; the last act is a zero command."""
         settings.adopt(r, 0.0)
-        self.conn.numbers[line.BEGIN] = self.conn.numbers[line.LAST_ANSWER] = sleep.now()
+        self.conn.numbers[line.LAST_ANSWER] = sleep.now()
         try:
             while not load_acquire(r.control, rig.QUIT):
                 data = np.frombuffer(self.read(STALE_AFTER), dtype=np.uint8)

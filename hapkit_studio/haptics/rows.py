@@ -1,4 +1,8 @@
-"""The telemetry row: what every tick writes, and where in the row it stands. SI units."""
+"""The telemetry row: what every tick writes, and where in the row it stands. SI units.
+
+HOST_TIME is the computer's monotonic clock (time.perf_counter), so rows before and after a lost connection
+stand on one axis; BOARD_TIME is the device's own clock since it started.
+"""
 
 TICK = 0
 HOST_TIME = 1

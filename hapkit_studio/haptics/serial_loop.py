@@ -80,7 +80,7 @@ def silent(r, conn, fd):
 def run(r, conn, out, late, fd, spec):
     """Own the calling thread until told to quit or the line ends; the last act is a zero command."""
     settings.adopt(r, 0.0)
-    conn.numbers[line.BEGIN] = conn.numbers[line.LAST_ANSWER] = sleep.now()
+    conn.numbers[line.LAST_ANSWER] = sleep.now()
     hurried = 0
     while load_acquire(r.control, rig.QUIT) == 0:
         before = sleep.now()

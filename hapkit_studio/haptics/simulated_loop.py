@@ -12,7 +12,7 @@ MOST_PASSES_WITHOUT_WAITING = 100
 
 
 @compiled
-def sample(r, body, out, now, begin, lateness):
+def sample(r, body, out, now, lateness):
     """Render one sample at the clock's now, publish its row, move the paddle on to the next one.
 
     Settings that the tick takes hold from this sample on; up to here the old period has passed.
@@ -30,7 +30,7 @@ def sample(r, body, out, now, begin, lateness):
     simulated.advance(body.dev, body.queue, target, after)
     body.constants[plant.TARGET] = after
     r.real[rig.CLOCK] += period
-    row[rows.HOST_TIME] = now - begin
+    row[rows.HOST_TIME] = now
     row[rows.LATENESS] = lateness
     row[rows.COMPUTE] = sleep.now() - now
     ring.publish(out)
@@ -41,8 +41,7 @@ def run(r, body, out, late):
     """Own the calling thread until told to quit; the last act is a zero command."""
     settings.adopt(r, plant.measure(body))
     plant.follow_settings(body, r)
-    start = sleep.now()
-    deadline = start
+    deadline = sleep.now()
     hurried = 0
     while load_acquire(r.control, rig.QUIT) == 0:
         period = r.values[block.PERIOD]
@@ -61,6 +60,6 @@ def run(r, body, out, late):
             missed = int(lateness / period)
             deadline += missed * period
             store_release(r.control, rig.MISSED, r.control[rig.MISSED] + missed)
-        sample(r, body, out, now, start, lateness)
+        sample(r, body, out, now, lateness)
     plant.cut(body)
     store_release(r.control, rig.DONE, 1)
