@@ -13,7 +13,7 @@ from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Hand, Prescribed
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
-from hapkit_studio.laws import native
+from hapkit_studio.laws import law, native
 from hapkit_studio.parameters import Choice
 
 LIBRARY = environments.discover()
@@ -252,3 +252,56 @@ def test_unknown_environments_are_named_with_those_there_are():
             ParameterError, match=r"There is no environment .*; there are: free, spring, wall"
         ):
             environments.named(wrong)
+
+
+@every
+def test_no_setting_a_person_can_choose_breaks_a_run(key, rng):
+    """Any parameters, loop, hand and start: finite, clamped, quantised, without a fault."""
+    e = LIBRARY[key]
+    for _ in range(40):
+        values = {
+            p.key: str(rng.choice(p.options)) if isinstance(p, Choice) else rng.uniform(p.low, p.high)
+            for p in e.parameters
+        }
+        run = hs.simulate(
+            e,
+            values,
+            hand=str(rng.choice(list(SCRIPTS))),
+            device=hs.SimulatedHapkit(
+                initial_position=rng.uniform(-0.04, 0.04), initial_velocity=rng.uniform(-1, 1)
+            ),
+            rate=10 ** rng.uniform(2.0, 4.0),
+            delay=rng.choice([0.0, 1e-3, 0.1]) * rng.random(),
+            estimator=["difference", "iir", ("iir", {"cutoff": 1.0}), ("iir", {"cutoff": 2000.0})][
+                rng.integers(4)
+            ],
+            seconds=0.3,
+        )
+        assert run.faults == ()
+        assert all(np.isfinite(column).all() for column in run.columns().values())
+        assert np.abs(run.applied_force).max() <= 3.0
+        assert np.array_equal(run.position, 20.7e-6 * np.floor(run.true_position / 20.7e-6))
+
+
+def test_environments_of_other_packages_are_found(monkeypatch):
+    """By the entry-point group, behind those of this package."""
+
+    @law
+    def force(p, s, x, v, dt):
+        return -x
+
+    mine = Environment("mine", "Mine", "From elsewhere", (), force)
+
+    class Point:
+        def load(self):
+            return mine
+
+    def points(group):
+        assert group == "hapkit_studio.environments"
+        return [Point()]
+
+    monkeypatch.setattr(environments, "entry_points", points)
+    found = environments.discover.__wrapped__()
+    assert found["mine"] is mine
+    assert list(found)[: len(LIBRARY)] == list(LIBRARY)
+    assert hs.simulate(mine, device=hs.SimulatedHapkit(initial_position=0.01), seconds=0.01).force[0] < 0.0
