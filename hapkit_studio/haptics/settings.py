@@ -9,6 +9,17 @@ _ROUNDING = 1e-9
 
 
 @compiled
+def due(r):
+    """Return whether ``refresh`` has anything to do; at nearly every tick it has not."""
+    if load_acquire(r.block_words, block.SEQUENCE) != r.words[block.SEQUENCE]:
+        return True
+    if load_acquire(r.control, rig.CLEAR) != r.word[rig.CLEARED]:
+        return True
+    moving = r.real[rig.RAMP] < 1.0 or r.real[rig.BLEND] < 1.0
+    return moving or r.word[rig.GENERATION] != r.words[block.GENERATION]
+
+
+@compiled
 def refresh(r, position, period):
     """Take a newer block, move ramp and cross-fade on by a period, obey a cleared fault."""
     if load_acquire(r.block_words, block.SEQUENCE) != r.words[block.SEQUENCE]:

@@ -8,7 +8,7 @@ import math
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics import block, rig, rows, settings
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled
+from hapkit_studio.haptics.jit import compiled, inlined
 from hapkit_studio.laws.native import call
 
 STALE_AFTER = 0.020
@@ -112,14 +112,15 @@ def guard(r, asked, velocity, position, period):
     return force
 
 
-@compiled
+@inlined
 def tick(r, position, period, effect, row):
     """Render one sample; fill the row's columns that the tick knows; return the force for the motor in N.
 
     effect is the mean force in N in effect since the last sample; the driver fills times and truth.
     """
     real, word = r.real, r.word
-    settings.refresh(r, position, period)
+    if settings.due(r):
+        settings.refresh(r, position, period)
     velocity = estimators.step(r.words[block.ESTIMATOR], r.values[block.COEFS :], r.memory, position, period)
     asked = 0.0
     if load_acquire(r.control, rig.FAULT) == rig.NO_FAULT:
