@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from numbers import Real
 
 from hapkit_studio.errors import ParameterError
 
@@ -67,7 +68,7 @@ class Choice:
         if isinstance(value, str) and value in self.options:
             return float(self.options.index(value))
         if (
-            isinstance(value, int | float)
+            isinstance(value, Real)
             and float(value).is_integer()
             and 0 <= value < len(self.options)
             and not isinstance(value, bool)

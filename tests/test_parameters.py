@@ -49,7 +49,14 @@ def test_without_a_unit_says_none():
 
 
 def test_choice_by_name_or_index():
-    assert [SIDE.check(v) for v in ("right", "left", 0, 1, 1.0)] == [0.0, 1.0, 0.0, 1.0, 1.0]
+    assert [SIDE.check(v) for v in ("right", "left", 0, 1.0, np.int64(1), np.float32(1))] == [
+        0,
+        1,
+        0,
+        1,
+        1,
+        1,
+    ]
     assert (SIDE.default, SIDE.low, SIDE.high) == (1.0, 0.0, 1.0)
     assert Choice("mode", "Mode", ("a", "b")).default == 0.0
     assert [SIDE.text(v) for v in (0.0, 1.0)] == ["right", "left"]
