@@ -44,6 +44,7 @@ class Banner(QWidget):
         self.title = QLabel(notice.title)
         self.title.setFont(theme.font("banner"))
         self.text = QLabel(notice.text)
+        self.text.setWordWrap(True)
         self.buttons = [self._button(words, run) for words, run in notice.buttons]
         self._arrange()
         self.setAccessibleName(f"{notice.title} {notice.text}")

@@ -4,7 +4,7 @@ from importlib.metadata import version
 
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
 
 from hapkit_studio.gui import gallery, menus, parameter_panel
 from hapkit_studio.gui.actions import ActionSet, table
@@ -24,6 +24,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 
 _ROOM_FOR_GALLERY = 880
+_ROOM_BESIDE_PANEL = 1100
 _SMALLEST = (800, 560)
 _DRAWER_BELOW = (1280, 640)
 _SHEET = """
@@ -147,9 +148,17 @@ class MainWindow(QMainWindow):
         rail = width - gallery.WIDE - parameter_panel.WIDE < _ROOM_FOR_GALLERY
         self.gallery.set_rail(rail)
         self.panel.set_room(rail, height)
+        self._place_banners(width < _ROOM_BESIDE_PANEL and self.panel_open)
         used = self.gallery.width() + (self.panel.width() if self.panel_open else 0)
         bars = self.menuBar().height() + self.header.height() + self.status.height() + self.banners.room
         self.centre.set_room(width - used, height - bars)
+
+    def _place_banners(self, over_panel: bool) -> None:
+        """Put the banners beside the panel, so that a slider being dragged stays put; above it if narrow."""
+        for widget in (self.banners, self.panel):
+            self._middle.removeWidget(widget)
+        self._middle.addWidget(self.banners, 0, 0, 1, 2 if over_panel else 1)
+        self._middle.addWidget(self.panel, int(over_panel), 1, 1 if over_panel else 2, 1)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -180,18 +189,22 @@ class MainWindow(QMainWindow):
     # putting together
 
     def _arrange(self) -> None:
-        middle = QHBoxLayout()
-        middle.setSpacing(0)
-        middle.addWidget(self.gallery)
-        middle.addWidget(self.centre, 1)
-        middle.addWidget(self.panel)
+        left = QHBoxLayout()
+        left.setSpacing(0)
+        left.addWidget(self.gallery)
+        left.addWidget(self.centre, 1)
+        self._middle = QGridLayout()
+        self._middle.setSpacing(0)
+        self._middle.addLayout(left, 1, 0)
+        self._middle.setRowStretch(1, 1)
+        self._middle.setColumnStretch(0, 1)
+        self._place_banners(False)
         whole = QWidget()
         column = QVBoxLayout(whole)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(self.header)
-        column.addWidget(self.banners)
-        column.addLayout(middle, 1)
+        column.addLayout(self._middle, 1)
         column.addWidget(self.status)
         self.setCentralWidget(whole)
         self.panel.parameters.order()

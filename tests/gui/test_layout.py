@@ -99,6 +99,7 @@ def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
     window.studio.stop()
     settle(qapp, window, size)
     assert place(window.centre, window).top() == before + 108
+    assert not window.panel_open or place(window.panel, window).top() == before
     assert cut_off(window) == []
     assert overlapping(window) == []
     assert window.centre.scene.height() >= 150
@@ -203,3 +204,14 @@ def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
     ]  # fmt: skip
     places = [chain.index(stop) for stop in stops]
     assert places == sorted(places)
+
+
+def test_banners_find_room_in_a_narrow_window_with_the_panel_open(window, qapp):
+    settle(qapp, window, (800, 600))
+    window.actions_by_key.run("view.panel")
+    buttons = (("Use simulated Hapkit", window.studio.open_simulated),)
+    window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
+    settle(qapp, window, (800, 600))
+    assert window.banners.banners[0].width() == 800
+    assert cut_off(window) == []
+    assert overlapping(window) == []
