@@ -70,7 +70,7 @@ class Choice:
         if (
             isinstance(value, Real)
             and float(value).is_integer()
-            and 0 <= value < len(self.options)
+            and 0 <= float(value) < len(self.options)
             and not isinstance(value, bool)
         ):
             return float(value)

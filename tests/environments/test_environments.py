@@ -9,14 +9,14 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio import environments, resources
-from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Hand, Prescribed
+from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Hand
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
-from hapkit_studio.laws import law, native
+from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice
+from tests.environments.calling import LIBRARY, call
 
-LIBRARY = environments.discover()
 every = pytest.mark.parametrize("key", LIBRARY)
 REACH, SPEED = 0.060, 3.0
 
@@ -29,15 +29,6 @@ def corners(environment):
         each.append([(p.key, float(value)) for value in some])
     every = [dict(corner) for corner in itertools.product(*each)]
     return every if len(every) <= 800 else every[:: len(every) // 800]
-
-
-def call(environment, values, x, v, state=None):
-    """Return (force, state, fault code) of the compiled law."""
-    law = environment.force.compiled()
-    p = np.array([values[q.key] for q in environment.parameters] + [0.0])
-    s = np.append(law.initial_state, 0.0) if state is None else state
-    fault = np.zeros(2, dtype=np.int64)
-    return native.call(law.address, p, s, x, v, 1e-3, fault), s, fault[0]
 
 
 def test_finds_the_files_of_its_folder_by_themselves():
@@ -175,75 +166,6 @@ def test_impedance_bounds_the_slopes_of_the_law(key):
         by_speed = (e.curve(values, x, 0.1) - e.curve(values, x)) / 0.1
         by_speed = np.append(by_speed, (e.curve(values, x, -0.1) - e.curve(values, x)) / -0.1)
         assert np.abs(by_speed).max() <= damping * (1.0 + 1e-9) + 1e-9
-
-
-# --- each by its own formula
-
-
-def values_of(key, **given):
-    return LIBRARY[key].values(given)
-
-
-def force(key, x, v=0.0, **given):
-    return call(LIBRARY[key], values_of(key, **given), x, v)[0]
-
-
-def test_free_is_no_force():
-    assert force("free", 0.03, 2.0) == 0.0
-
-
-def test_spring(rng):
-    for k, b, x0, x, v in rng.uniform(-1, 1, (50, 5)) * (0, 0, 0.04, 0.05, 2) + (700, 20, 0, 0, 0):
-        got = force("spring", x, v, stiffness=k, damping=b, center=x0)
-        assert got == pytest.approx(-k * (x - x0) - b * v, rel=1e-13)
-
-
-def test_damping_steps_by_one_count_per_period():
-    """F = -b v; a quantised position makes steps of b quantum / T: shown, not hidden."""
-    assert force("damping", 0.01, 0.3, damping=7.0) == pytest.approx(-2.1)
-    run = hs.simulate("damping", {"damping": 10.0}, hand=Prescribed(lambda t: 0.0305 * t), seconds=0.3)
-    step = 10.0 * 20.7e-6 * 1000.0
-    steps = run.force[1:] / step
-    assert np.allclose(steps, np.round(steps), atol=1e-9)
-    assert set(np.round(steps)) == {-1.0, -2.0}
-
-
-@pytest.mark.parametrize("side", ["right", "left"])
-def test_wall_is_continuous_at_its_surface(side):
-    for inside in (1e-9, 1e-6):
-        x = 0.005 + inside if side == "right" else 0.005 - inside
-        outside = 0.005 - inside if side == "right" else 0.005 + inside
-        assert force("wall", outside, 1.0, side=side, damping=30.0) == 0.0
-        assert abs(force("wall", x, side=side, stiffness=5000)) == pytest.approx(5000 * inside, rel=1e-6)
-    assert force("wall", 0.005, 1.0, side=side, damping=30.0) == 0.0
-
-
-def test_wall_steps_by_its_damping_on_entry():
-    assert force("wall", 0.005 + 1e-12, 0.2, damping=10.0) == pytest.approx(-2.0, abs=1e-6)
-
-
-def test_walls_of_both_sides_are_mirror_images(rng):
-    for x, v in rng.uniform(-1, 1, (200, 2)) * (0.04, 2.0):
-        for mode in ("into", "both", "none"):
-            given = {"stiffness": 400.0, "damping": 5.0, "damping_mode": mode}
-            right = force("wall", x, v, side="right", position=0.01, **given)
-            left = force("wall", -x, -v, side="left", position=-0.01, **given)
-            assert left == pytest.approx(-right, abs=1e-12)
-            assert right <= 0.0 or mode == "both"
-
-
-@pytest.mark.parametrize(
-    ("mode", "going_in", "going_out"), [("into", -3.5, -2.5), ("both", -3.5, -1.5), ("none", -2.5, -2.5)]
-)
-def test_wall_damping_modes(mode, going_in, going_out):
-    given = {"stiffness": 250.0, "damping": 10.0, "position": 0.005, "damping_mode": mode}
-    assert force("wall", 0.015, 0.1, **given) == pytest.approx(going_in)
-    assert force("wall", 0.015, -0.1, **given) == pytest.approx(going_out)
-    assert force("wall", 0.015, 0.0, **given) == pytest.approx(-2.5)
-
-
-def test_wall_with_damping_both_ways_may_pull():
-    assert force("wall", 0.0051, -1.0, damping=10.0, damping_mode="both") > 9.0
 
 
 def test_unknown_environments_are_named_with_those_there_are():

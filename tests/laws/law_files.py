@@ -5,6 +5,8 @@ import itertools
 import sys
 import textwrap
 
+from hapkit_studio import simulate
+from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -44,3 +46,8 @@ def line_of(text, words):
     """Return the line number in the file on which these words first stand."""
     whole = HEAD + textwrap.dedent(text)
     return next(n for n, line in enumerate(whole.splitlines(), 1) if words in line)
+
+
+def held(environment, seconds=0.05):
+    """Return a run at a position of 10 mm."""
+    return simulate(environment, hand=Prescribed(lambda t: 0.010), seconds=seconds)

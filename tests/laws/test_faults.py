@@ -1,0 +1,116 @@
+"""What goes wrong inside a law raises nothing and hangs nothing: it latches, with its line, and no force."""
+
+import time
+
+import numpy as np
+import pytest
+
+from hapkit_studio import simulate
+from hapkit_studio.dynamics.hand import Prescribed
+from tests.laws.law_files import HEAD, environment, held, law_text, line_of
+
+RING = "{'ring': (0.0, 0.0, 0.0), 'last': 0.0}"
+WRONG_INDEX = ["3", "-1", "x * 1e9", "-0.5", "1e300", "math.log(0.0)", "0.0 / (x - x)"]
+USES = ["return 5.0 + s.ring[{}]", "s.ring[{}] = 7.0\nreturn 5.0", "s.ring[{}] += 7.0\nreturn 5.0"]
+NEVER_ENDS = [
+    "for i in range(1000000000):\n    a = i",
+    "for i in range(-1000000000, 2000000000):\n    pass",
+    "for i in range(19000):\n    for j in range(1000000000):\n        pass",
+    "for i in range(3):\n    for j in range(100000):\n        if j > 30000:\n            break",
+    "for i in range(15000):\n    a = slow(x)",
+    "a = doubled_5(x)",
+    "for i in range(19000):\n    for j in range(19000):\n        for k in range(19000):\n            pass",
+]
+# 4 ** 5 calls, and loops called from loops, each of which alone stays below any limit
+FAN = "def doubled_0(a):\n    for i in range(15000):\n        a = a + 1.0\n    return a\n" + "".join(
+    f"def doubled_{n}(a):\n    return " + " + ".join([f"doubled_{n - 1}(a)"] * 4) + "\n" for n in range(1, 6)
+)
+SLOW = "def slow(a):\n    for i in range(15000):\n        a = a + 1.0\n    return a\n"
+
+
+def assert_faulted(run, words):
+    """The first sample latches, in words; no force leaves it, then or later."""
+    assert len(run.faults) == 1
+    assert words in run.faults[0]
+    assert not run.applied_force.any()
+    assert not run.force[1:].any()
+
+
+@pytest.mark.parametrize(
+    ("index", "use"), [(i, USES[0]) for i in WRONG_INDEX] + [("int(x / 0.0)", use) for use in USES[1:]]
+)
+def test_an_index_out_of_range_faults_on_its_line(tmp_path, index, use):
+    text = law_text("a = 1.0\n" + use.format(index), RING)
+    run = held(environment(tmp_path, text))
+    assert_faulted(run, f"line {line_of(text, 's.ring')} of the law reads beyond its state")
+
+
+def test_indices_inside_do_not_fault(tmp_path):
+    text = law_text("s.ring[0] = 1.0\ns.ring[2.9] = 3.0\nreturn s.ring[0] + s.ring[int(2.2)]", RING)
+    run = held(environment(tmp_path, text))
+    assert not run.faults
+    assert set(run.force) == {4.0}
+
+
+@pytest.mark.parametrize("loop", NEVER_ENDS)
+def test_a_loop_without_end_faults_on_its_line(tmp_path, loop):
+    text = law_text(loop + "\nreturn 5.0", RING, SLOW + FAN)
+    made = environment(tmp_path, text)
+    made.force.compiled()
+    begin = time.perf_counter()
+    run = held(made)
+    assert time.perf_counter() - begin < 1.0
+    assert_faulted(run, "of the law does not come to an end")
+    line = int(run.faults[0].split("line ")[1].split()[0])
+    assert (HEAD + text).splitlines()[line - 1].strip().startswith(("for ", "def "))
+
+
+def test_a_long_loop_that_ends_is_no_fault(tmp_path):
+    run = held(environment(tmp_path, law_text("a = 0.0\nfor i in range(10000):\n    a += 1e-4\nreturn a")))
+    assert not run.faults
+    assert run.force[-1] == pytest.approx(1.0, rel=1e-9)
+
+
+NOT_FINITE = [
+    ("1.0 / (x - x)", "infinity"),
+    ("0.0 / (x - x)", "NaN"),
+    ("x // 0.0", "NaN|infinity"),
+    ("x % 0.0", "NaN"),
+    ("math.sqrt(-x)", "NaN"),
+    ("math.log(0.0)", "infinity"),
+    ("math.log(-1.0)", "NaN"),
+    ("math.acos(2.0)", "NaN"),
+    ("math.exp(1e9)", "infinity"),
+    ("1e300 * 1e300", "infinity"),
+    ("10.0 ** 1000.0", "infinity"),
+    ("math.pow(10.0, 1000.0)", "infinity"),
+    ("0.0 ** -1", "infinity"),
+    ("(-1.0) ** 0.5", "NaN"),
+    ("int(0.0 / (x - x))", "NaN"),
+    ("int(1.0 / (x - x))", "infinity"),
+    ("math.floor(0.0 / (x - x))", "NaN"),
+    ("math.ceil(1.0 / (x - x))", "infinity"),
+    ("math.fmod(x, 0.0)", "NaN"),
+    ("(x > 0) // (x < 0)", "NaN|infinity"),
+    ("(x < 0) ** -(x > 0)", "infinity"),
+    ("math.sinh(1e9)", "infinity"),
+]
+
+
+@pytest.mark.parametrize(("value", "name"), NOT_FINITE)
+def test_what_is_not_finite_raises_nothing_and_latches(tmp_path, value, name, capfd):
+    made = environment(tmp_path, law_text(f"return {value}"))
+    run = held(made)
+    assert any(n in run.faults[0] for n in name.split("|"))
+    assert "at x = 10." in run.faults[0] or "at x = 9.9" in run.faults[0]
+    assert_faulted(run, "the law returned")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_fault_in_the_middle_ends_the_force_there(tmp_path):
+    text = law_text("return 1.0 / (x < 0.02)")
+    run = simulate(environment(tmp_path, text), hand=Prescribed(lambda t: 0.1 * t), seconds=0.4)
+    first = int(np.flatnonzero(run.position >= 0.02)[0])
+    assert np.all(run.applied_force[:first] == 1.0)
+    assert not run.applied_force[first:].any()
+    assert "infinity at x = 20." in run.faults[0]
