@@ -102,6 +102,7 @@ def test_starting_and_closing_leaks_nothing():
 def test_a_hand_holds_the_handle_and_lets_go(started):
     engine = started(environment="free")
     reader = engine.reader()
+    rest(reader, 2)
     engine.set_grip("firm")
     engine.move_hand(0.02)
     out = read(reader, lambda found: found[-1, rows.TRUE_POSITION] > 0.0197)
