@@ -3,9 +3,10 @@
 import importlib
 import pkgutil
 import sys
+import warnings
 from collections.abc import Mapping
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from types import ModuleType
 
 from hapkit_studio.environments.base import Environment
@@ -20,9 +21,18 @@ def discover() -> dict[str, Environment]:
     found: list[object] = []
     for info in pkgutil.iter_modules(__path__, __name__ + "."):
         found.append(getattr(importlib.import_module(info.name), "ENVIRONMENT", None))
-    found += [point.load() for point in entry_points(group=ENTRY_POINTS)]
+    found += [_from_elsewhere(point) for point in entry_points(group=ENTRY_POINTS)]
     known = [e for e in found if isinstance(e, Environment)]
     return {e.key: e for e in sorted(known, key=lambda e: (e.order, e.title))}
+
+
+def _from_elsewhere(point: EntryPoint) -> object:
+    """Load another package's environment; a broken one is left out with a warning, the studio goes on."""
+    try:
+        return point.load()
+    except Exception as error:  # whatever a stranger's module raises
+        warnings.warn(f"Environment {point.name!r} ({point.value}) cannot be loaded: {error}", stacklevel=3)
+        return None
 
 
 def named(key: str) -> Environment:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import numpy as np
@@ -227,3 +228,11 @@ def test_environments_of_other_packages_are_found(monkeypatch):
     assert found["mine"] is mine
     assert list(found)[: len(LIBRARY)] == list(LIBRARY)
     assert hs.simulate(mine, device=hs.SimulatedHapkit(initial_position=0.01), seconds=0.01).force[0] < 0.0
+
+
+def test_a_broken_environment_of_another_package_is_left_out_with_a_warning(monkeypatch):
+    broken = EntryPoint("torn", "no_such_module_anywhere:ENVIRONMENT", environments.ENTRY_POINTS)
+    monkeypatch.setattr(environments, "entry_points", lambda group: [broken])
+    with pytest.warns(UserWarning, match="'torn'.*cannot be loaded.*no_such_module_anywhere"):
+        found = environments.discover.__wrapped__()
+    assert list(found) == list(LIBRARY)
