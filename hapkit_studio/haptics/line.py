@@ -14,21 +14,18 @@ from hapkit_studio.protocol import codec
 
 CHUNK = 4096
 HISTORY = 2048
-# The two clocks drift, and a virtual board that was held up stays behind: only the last frames compare.
-WINDOW_SECONDS = 0.5
 _MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
 
 # --- numbers
 QUANTUM = 0
 SIGN = 1
 ZERO = 2
-BEST = 3
-BEST_BEFORE = 4
-WINDOW_START = 5
-DELAY_SUM = 6
-DELAY_COUNT = 7
-EFFECT = 8
-LAST_ANSWER = 9
+LAST_ARRIVAL = 3
+LAST_BOARD_TIME = 4
+DELAY_SUM = 5
+DELAY_COUNT = 6
+EFFECT = 7
+LAST_ANSWER = 8
 NUMBERS = 16
 
 # --- words
@@ -57,7 +54,7 @@ def new_line(quantum: float) -> Line:
     reader, buffer = codec.new_reader()
     numbers = np.zeros(NUMBERS)
     numbers[QUANTUM], numbers[SIGN] = quantum, 1.0
-    numbers[BEST] = numbers[BEST_BEFORE] = math.inf
+    numbers[LAST_ARRIVAL] = math.inf  # the first frame is not late
     return Line(
         reader=reader,
         buffer=buffer,
@@ -142,13 +139,14 @@ def note_delay(line, delay):
 
 @compiled
 def lateness(line, now, board_time):
-    """Return how much later than the promptest frame of the last half to whole second this one came, in s."""
+    """Return how much later than one period after the last frame this one came, by the board's clock, in s.
+
+    Against the last frame alone: the two clocks drift, and a virtual board that was held up stays behind.
+    """
     n = line.numbers
-    offset = now - board_time
-    if now - n[WINDOW_START] > WINDOW_SECONDS:
-        n[BEST_BEFORE], n[BEST], n[WINDOW_START] = n[BEST], offset, now
-    n[BEST] = min(n[BEST], offset)
-    return offset - min(n[BEST], n[BEST_BEFORE])
+    late = (now - n[LAST_ARRIVAL]) - (board_time - n[LAST_BOARD_TIME])
+    n[LAST_ARRIVAL], n[LAST_BOARD_TIME] = now, board_time
+    return max(0.0, late)
 
 
 @compiled
