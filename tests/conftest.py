@@ -1,6 +1,7 @@
 """What every test runs under: no display, no settings of the person who runs it, one seed."""
 
 import os
+import sys
 import tempfile
 
 import hypothesis
@@ -19,3 +20,13 @@ hypothesis.settings.load_profile("studio")
 def rng() -> np.random.Generator:
     """Return a random generator with a fixed seed."""
     return np.random.default_rng(20240229)
+
+
+@pytest.fixture(autouse=True)
+def forget_settings():
+    """Leave nothing that a window remembered to the next test."""
+    yield
+    if "PySide6.QtCore" in sys.modules:
+        from PySide6.QtCore import QSettings
+
+        QSettings("hapkit-studio", "hapkit-studio").clear()
