@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from hapkit_studio.devices.base import DeviceEntry, DeviceKind
 from hapkit_studio.dynamics import paddle
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.errors import ParameterError
 
 X, V, HAND_FORCE, EFFECT = 0, 1, 2, 13
@@ -78,13 +78,13 @@ def new_state(position: float = 0.0, velocity: float = 0.0, periods: int = 1022)
     return dev, np.zeros(2 * size)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def quantise(position, quantum):
     """Return what a sensor of `quantum` m reads; 0 is an ideal sensor."""
     return quantum * math.floor(position / quantum) if quantum > 0.0 else position
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def configure(dev, queue, mass, viscous, coulomb, hand_mass, hand_damping, hand_stiffness, period, delay):
     """Take new constants; motion and pending commands stay. A hand of zeros has let go.
 
@@ -106,13 +106,13 @@ def configure(dev, queue, mass, viscous, coulomb, hand_mass, hand_damping, hand_
         dev[HAND_FORCE] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _store(dev, at, m):
     for i in range(8):
         dev[at + i] = m[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _retime(dev, queue, period, delay):
     """Keep the pending forces at their times, to within a period, when period or delay changes."""
     size = queue.size // 2
@@ -126,18 +126,18 @@ def _retime(dev, queue, period, delay):
         queue[(now - i) & (size - 1)] = queue[size + i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def command(dev, queue, force):
     """Issue a force in N at the present sample instant; it acts one delay later."""
     queue[int(dev[_SAMPLE]) & (queue.size // 2 - 1)] = force
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _map(dev, at):
     return dev[at], dev[at + 1], dev[at + 2], dev[at + 3], dev[at + 4], dev[at + 5], dev[at + 6], dev[at + 7]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def advance(dev, queue, target0, target1):
     """Move to the next sample while the hand's target goes linearly from target0 to target1 in m.
 

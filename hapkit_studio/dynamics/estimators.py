@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Parameter, resolve
 
@@ -106,14 +106,14 @@ def design(spec: Spec, rate: float, quantum: float = 0.0) -> tuple[int, np.ndarr
     return estimator.code, estimator.design(rate, quantum, **options)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def reset(memory, position):
     """Start as if the handle had rested at `position`."""
     memory[:] = 0.0
     memory[_POSITION] = position
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def step(code, coefs, memory, position, period):
     """Take one measured position, `period` s after the last; return the velocity estimate in m/s."""
     velocity = (position - memory[_POSITION]) / period
@@ -124,7 +124,7 @@ def step(code, coefs, memory, position, period):
     return velocity
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _run(code, coefs, memory, position, period, velocity):
     reset(memory, position[0])
     for k in range(position.size):

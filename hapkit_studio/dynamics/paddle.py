@@ -6,7 +6,7 @@ part is its exact discrete map, and friction is solved from event to event (stop
 
 import math
 
-from numba import njit
+from hapkit_studio.dynamics.jit import compiled
 
 # Between two zeros of the acceleration lie at least pi / omega, so a piece shorter than that has one at most.
 _PIECE_ANGLE = 3.0
@@ -15,7 +15,7 @@ _SERIES_REACH = 0.5
 _MAX_DOUBLINGS = 200
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _responses(alpha, beta, t):
     """Return the velocity impulse response b(t) and its first and second integrals, by series.
 
@@ -33,7 +33,7 @@ def _responses(alpha, beta, t):
     return b * t, once * t * t, twice * t * t * t
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def transition(mass, damping, stiffness, h):
     """Return the exact map (a, b, c, d, g0, h0, g1, h1) of m x'' + c x' + k x = F + F' t over h seconds.
 
@@ -67,7 +67,7 @@ def transition(mass, damping, stiffness, h):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def apply(m, x, v, force, force_rate):
     """Return (x, v) after one map of ``transition``."""
     return (
@@ -76,7 +76,7 @@ def apply(m, x, v, force, force_rate):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _break_away(net, rate, coulomb):
     """Return (seconds until a resting handle moves, its direction) under the pull net + rate t."""
     if net > coulomb:
@@ -90,7 +90,7 @@ def _break_away(net, rate, coulomb):
     return math.inf, 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _zero(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
     """Return when velocity (order 0) or acceleration (order 1) leaves the sign `before` in [low, high].
 
@@ -117,7 +117,7 @@ def _zero(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
     return t
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
     """Return when a slide in direction `sign` first comes to rest within h, inf if it does not.
 
@@ -140,7 +140,7 @@ def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
     return _zero(0, sign, x, v, push, rate, mass, damping, stiffness, low, high)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _advance_with_friction(x, v, force, rate, coulomb, mass, damping, stiffness, h, whole):
     """Return (x, v) after h, event by event: slide, stop, stick, break away."""
     left = h
@@ -171,7 +171,7 @@ def _advance_with_friction(x, v, force, rate, coulomb, mass, damping, stiffness,
     return x, v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def advance(x, v, force, force_rate, coulomb, mass, damping, stiffness, h, map8):
     """Return (x, v) after h seconds with Coulomb friction; map8 is ``transition`` over the same h."""
     if coulomb == 0.0:

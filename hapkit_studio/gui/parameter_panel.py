@@ -15,6 +15,7 @@ from hapkit_studio.gui.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice
 
 WIDE, NARROW = 300, 272
+_SIDE, _TOP = 16, 12
 
 Row = ParameterRow | ChoiceRow
 
@@ -162,13 +163,19 @@ class ParameterPanel(QScrollArea):
         self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
         body = QWidget()
         body.setObjectName("panelBody")
-        column = QVBoxLayout(body)
-        column.setContentsMargins(16, 12, 16, 12)
+        column = self._column = QVBoxLayout(body)
+        column.setContentsMargins(_SIDE, _TOP, _SIDE, _TOP)
         column.setSpacing(6)
         for part in (self.title, rule(), self.parameters, rule(), self.loop, rule(), self.stability):
             column.addWidget(part)
         column.addStretch(1)
         self.setWidget(body)
+        self.verticalScrollBar().rangeChanged.connect(self._make_way)
+
+    def _make_way(self, _low: int, high: int) -> None:
+        """Let the scroll bar stand in the margin, so that no row moves when it comes and goes."""
+        bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
+        self._column.setContentsMargins(_SIDE, _TOP, max(_SIDE - bar, 0), _TOP)
 
     def set_room(self, narrow: bool, height: int) -> None:
         """Give way in a narrow or low window."""

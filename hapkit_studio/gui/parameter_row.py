@@ -15,6 +15,13 @@ from hapkit_studio.parameters import Parameter
 BOX_WIDE, BOX_NARROW = 92, 84
 
 
+def _keep_place(widget: QWidget) -> None:
+    """Let a widget keep its room while it is hidden, so that nothing moves when it comes and goes."""
+    policy = widget.sizePolicy()
+    policy.setRetainSizeWhenHidden(True)
+    widget.setSizePolicy(policy)
+
+
 class ParameterRow(QWidget):
     """Emits ``changed(key, SI value)`` for every accepted number; a bad one stays in the box, marked."""
 
@@ -34,6 +41,7 @@ class ParameterRow(QWidget):
         self.unit.setProperty("role", "hint")
         self.reset = QToolButton()
         icons.bind(self.reset, "reset", "ink2", 16)
+        _keep_place(self.reset)
         self.slider = ValueSlider(self.quantity)
         self.error = QLabel()
         self.error.setProperty("role", "error")
@@ -113,7 +121,6 @@ class ParameterRow(QWidget):
         grid.addWidget(self.error, 2, 0, 1, 4)
         grid.setColumnStretch(0, 1)
         grid.setColumnMinimumWidth(2, 42)
-        grid.setColumnMinimumWidth(3, 24)
         self.error.hide()
 
     def set_locked(self, reason: str) -> None:

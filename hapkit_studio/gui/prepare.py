@@ -6,6 +6,7 @@ compiled afterwards and with the lowest priority, is what a board waits for.
 
 import hashlib
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -33,13 +34,16 @@ def prepared(part: str) -> bool:
 
 
 def compile_loop() -> None:
-    """Compile laws, the simulated loop and what the window calls, by running a loop for a moment."""
+    """Compile the loop on the simulated device, on two processors: paddle and laws aside, the tick here."""
     from hapkit_studio.devices.simulated import SimulatedHapkit
-    from hapkit_studio.environments import discover
+    from hapkit_studio.environments import named
+    from hapkit_studio.haptics import headless, ring
     from hapkit_studio.haptics.engine import Engine
+    from hapkit_studio.haptics.tick import tick
 
-    for environment in discover().values():
-        environment.force.compiled()
+    with subprocess.Popen([sys.executable, "-m", __spec__.name, "paddle"]):
+        r, _ = headless.Scene(named("free"), {}).prepare()
+        tick(r, 0.0, 1e-3, 0.0, ring.new_ring(r.control, 2).rows[0])
     engine = Engine(SimulatedHapkit(), realtime=False)
     reader = engine.reader()
     engine.start()
@@ -47,6 +51,26 @@ def compile_loop() -> None:
     engine.health()
     reader.read()
     engine.close()
+
+
+def compile_paddle() -> None:
+    """Compile the laws, the simulated paddle and what else the loop calls beside the tick."""
+    from hapkit_studio.devices import simulated
+    from hapkit_studio.environments import discover
+    from hapkit_studio.haptics import headless, histogram, plant, ring, sleep
+
+    library = discover()
+    r, body = headless.Scene(library["free"], {}).prepare()
+    r.values[:] = r.block_values
+    plant.follow_settings(body, r)
+    plant.write_truth(body, plant.measure(body), ring.new_ring(r.control, 2).rows[0])
+    simulated.command(body.dev, body.queue, 0.0)
+    simulated.advance(body.dev, body.queue, 0.0, plant.next_target(body, 0.0, 1e-3))
+    plant.cut(body)
+    histogram.add(histogram.new_histogram(), 0.0)
+    sleep.until(sleep.now())
+    for environment in library.values():
+        environment.force.compiled()
 
 
 def compile_boards() -> None:
@@ -64,7 +88,9 @@ def main(part: str = "loop") -> None:
     if part == "boards" and hasattr(os, "nice"):
         os.nice(19)
     mark = stamp(part)
-    {"loop": compile_loop, "boards": compile_boards}[part]()
+    {"loop": compile_loop, "paddle": compile_paddle, "boards": compile_boards}[part]()
+    if part not in PARTS:
+        return
     mark.parent.mkdir(parents=True, exist_ok=True)
     for old in mark.parent.glob(f"prepared-{part}-*"):
         old.unlink(missing_ok=True)

@@ -10,7 +10,8 @@ from hapkit_studio.gui.margin import Answer
 from hapkit_studio.gui.theme import theme
 
 _HEIGHT = 150
-_LEFT, _TOP, _RIGHT, _BOTTOM = 44, 8, 8, 34
+_LEFT, _TOP, _RIGHT, _BOTTOM = 48, 8, 10, 34
+_DOT_ROOM = 13  # px: as far as the ring round a dot on the frame stands out
 
 
 def nice_top(value: float) -> float:
@@ -92,7 +93,7 @@ class StabilityMap(QWidget):
             bottom = QRectF(x, frame.bottom() + 2, 60, 16)
             flag = Qt.AlignmentFlag.AlignRight if part == 1.0 else Qt.AlignmentFlag.AlignHCenter
             painter.drawText(bottom, flag, f"{part * right:g}")
-            left = QRectF(0, place.y() - 8, _LEFT - 6, 16)
+            left = QRectF(0, place.y() - 8, _LEFT - _DOT_ROOM, 16)
             painter.drawText(
                 left, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, f"{part * top:g}"
             )

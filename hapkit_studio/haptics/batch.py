@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from hapkit_studio.devices import simulated
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import block, plant, rig, rows
 from hapkit_studio.haptics.fences import load_acquire
-from hapkit_studio.haptics.jit import compiled
 from hapkit_studio.haptics.tick import tick
 
 

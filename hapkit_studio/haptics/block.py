@@ -6,8 +6,8 @@ the word has moved simply tries at its next tick. The newest block wins.
 
 import numpy as np
 
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics.fences import fence, load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled
 
 PARAMS = 0
 INITIAL_STATE = 32

@@ -7,7 +7,7 @@ from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from hapkit_studio.haptics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled
 
 
 def _word(context, builder, kind, array, index):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hapkit_studio.haptics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled
 
 _PER_DECADE = 1000
 BINS = _PER_DECADE + 2 * 900 + 1

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import block, rig, ring, rows
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled
 from hapkit_studio.haptics.tick import STALE_AFTER, mark_stale, tick
 from hapkit_studio.protocol import codec
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import block, rows
-from hapkit_studio.haptics.jit import compiled
 
 MASS, VISCOUS, COULOMB, QUANTUM = range(4)
 HAND, PERIOD, TARGET = 4, 7, 9

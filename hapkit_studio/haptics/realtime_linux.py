@@ -12,8 +12,7 @@ import subprocess
 import threading
 from pathlib import Path
 
-from numba import njit
-
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import clib, overrun
 
 FIFO_LEVEL = 80
@@ -54,7 +53,7 @@ def release() -> None:
     let_processors_sleep()
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def demote():
     """Give the calling thread normal priority at once, from compiled code."""
     clib.sched_setscheduler(0, _OTHER_RESET_ON_FORK, clib.word_pair())

@@ -5,8 +5,7 @@ Source: <mach/thread_policy.h>; the kernel itself demotes a thread that exceeds 
 
 import ctypes
 
-from numba import njit
-
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import clib
 
 _STANDARD_POLICY = 1
@@ -33,7 +32,7 @@ def release(library=None) -> None:
     library.thread_policy_set(_thread(library), _STANDARD_POLICY, (ctypes.c_uint32 * 1)(), 0)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def demote():
     """Give the calling thread the standard policy at once, from compiled code."""
     clib.thread_policy_set(

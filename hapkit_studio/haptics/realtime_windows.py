@@ -6,8 +6,7 @@ Source: avrt.h; the scheduler itself keeps a share of the processor for other th
 import ctypes
 import threading
 
-from numba import njit
-
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import clib
 
 _PRIORITY_CRITICAL = 2
@@ -35,7 +34,7 @@ def release(library=None) -> None:
         _task.handle = None
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def demote():
     """Give the calling thread normal priority at once, from compiled code."""
     clib.SetThreadPriority(clib.GetCurrentThread(), _PRIORITY_NORMAL)

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import rig, rows
 from hapkit_studio.haptics.fences import fence, load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled
 
 CAPACITY = 1 << 16
 

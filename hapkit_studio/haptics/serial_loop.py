@@ -7,9 +7,9 @@ import errno
 
 import numpy as np
 
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import block, clib, histogram, line, rig, ring, rows, settings, sleep
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled
 from hapkit_studio.haptics.priority import demote
 from hapkit_studio.haptics.simulated_loop import MOST_PASSES_WITHOUT_WAITING
 from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale

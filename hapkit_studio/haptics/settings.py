@@ -1,9 +1,9 @@
 """How new settings come into force inside the tick: numbers ramp, choices and laws cross-fade."""
 
 from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import block, rig, rows
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled
 
 _ROUNDING = 1e-9
 

@@ -1,9 +1,9 @@
 """The live loop on the simulated Hapkit: sleeps to absolute deadlines, renders, moves the paddle on."""
 
 from hapkit_studio.devices import simulated
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import block, histogram, plant, rig, ring, rows, settings, sleep
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled
 from hapkit_studio.haptics.priority import demote
 from hapkit_studio.haptics.tick import latch, tick
 

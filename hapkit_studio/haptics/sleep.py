@@ -7,8 +7,9 @@ after that instant, at once when it has passed. Both are called from compiled co
 import sys
 import time
 
-from numba import config, njit
+from numba import config
 
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import clib
 
 _CLOCK_MONOTONIC = 1
@@ -18,10 +19,8 @@ _HIGH_RESOLUTION_TIMER = 2
 _TIMER_ALL_ACCESS = 0x1F0003
 _INFINITE = 0xFFFFFFFF
 
-_compiled = njit(cache=True, nogil=True, error_model="numpy")
 
-
-@_compiled
+@compiled
 def linux_now():
     """Return CLOCK_MONOTONIC in s."""
     spec = clib.word_pair()
@@ -29,7 +28,7 @@ def linux_now():
     return clib.get_word(spec, 0) + 1e-9 * clib.get_word(spec, 1)
 
 
-@_compiled
+@compiled
 def linux_until(deadline):
     """Sleep to an absolute time in s; a signal does not cut it short (clock_nanosleep(2))."""
     if not deadline > 0.0:
@@ -42,7 +41,7 @@ def linux_until(deadline):
         pass
 
 
-@_compiled
+@compiled
 def macos_tick():
     """Return the length of a Mach tick in s; mach_timebase_info fills two uint32: numerator, denominator."""
     pair = clib.word_pair()
@@ -51,20 +50,20 @@ def macos_tick():
     return 1e-9 * (word & 0xFFFFFFFF) / ((word >> 32) & 0xFFFFFFFF)
 
 
-@_compiled
+@compiled
 def macos_now():
     """Return Mach's absolute time in s."""
     return clib.mach_absolute_time() * macos_tick()
 
 
-@_compiled
+@compiled
 def macos_until(deadline):
     """Sleep to an absolute time in s (mach_wait_until)."""
     if deadline > 0.0:
         clib.mach_wait_until(int(deadline / macos_tick()))
 
 
-@_compiled
+@compiled
 def windows_now():
     """Return the performance counter in s."""
     pair = clib.word_pair()
@@ -73,7 +72,7 @@ def windows_now():
     return clib.get_word(pair, 0) / clib.get_word(pair, 1)
 
 
-@_compiled
+@compiled
 def windows_until(deadline):
     """Sleep to an absolute time in s on a high-resolution waitable timer (relative, in 100 ns, negative)."""
     remaining = int((deadline - windows_now()) * 1e7)

@@ -6,9 +6,9 @@ position -> velocity estimate -> law -> fade -> safety -> motor command -> telem
 import math
 
 from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.jit import compiled, inlined
 from hapkit_studio.haptics import block, rig, rows, settings
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled, inlined
 from hapkit_studio.laws.native import call
 
 STALE_AFTER = 0.020

@@ -4,8 +4,8 @@ A reader is two arrays, zero at the start: ``state`` (int64, STATE_WIDTH) and ``
 """
 
 import numpy as np
-from numba import njit
 
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.protocol.framing import CRC_SIZE, CRC_START
 from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Sample, Stop
 
@@ -58,7 +58,7 @@ def rows_for(size: int) -> int:
     return size // (_SAMPLE_BODY + CRC_SIZE + 2) + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def crc_update(crc, byte):
     """Return the CRC-16/CCITT-FALSE after one more byte."""
     mix = ((crc >> 8) ^ byte) & 0xFF
@@ -66,7 +66,7 @@ def crc_update(crc, byte):
     return ((crc << 8) ^ (mix << 12) ^ (mix << 5) ^ mix) & 0xFFFF
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _unsigned(buffer, at, size):
     value = 0
     for i in range(size):
@@ -74,14 +74,14 @@ def _unsigned(buffer, at, size):
     return value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _signed(buffer, at, size):
     value = _unsigned(buffer, at, size)
     half = 1 << (8 * size - 1)
     return value - 2 * half if value >= half else value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _store(state, buffer, byte):
     size = state[_SIZE]
     if size < buffer.shape[0]:
@@ -90,7 +90,7 @@ def _store(state, buffer, byte):
     state[_CRC] = crc_update(state[_CRC], byte)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _begin(state):
     state[_SIZE] = 0
     state[_LEFT] = 0
@@ -99,7 +99,7 @@ def _begin(state):
     state[_CRC] = CRC_START
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _push(state, buffer, byte):
     """Take a byte that is not the delimiter."""
     if state[_STARTED] == 0:
@@ -115,7 +115,7 @@ def _push(state, buffer, byte):
         _store(state, buffer, byte)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _lost_before(state, seq):
     """Return how many samples are missing since the last one."""
     lost = (seq - state[_LAST_SEQ] - 1) & 0xFFFF if state[FRAMES] > 0 else 0
@@ -124,7 +124,7 @@ def _lost_before(state, seq):
     return lost
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _unwrapped(state, time_us):
     """Return the board's time in s, continued where its 32 bits of microseconds overflow."""
     if time_us < state[_LAST_TIME]:
@@ -133,7 +133,7 @@ def _unwrapped(state, time_us):
     return (state[_EPOCH] + time_us) * _US
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _read_sample(state, buffer, row):
     seq = _unsigned(buffer, _AT_SEQ, 2)
     row[SEQ] = seq
@@ -148,7 +148,7 @@ def _read_sample(state, buffer, row):
     state[FRAMES] += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _finish(state, buffer, out, rows):
     """End a frame at its delimiter; return 1 if it was a sample and out had room for it."""
     started = state[_STARTED]
@@ -168,7 +168,7 @@ def _finish(state, buffer, out, rows):
     return 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def feed(state, buffer, data, n, out):
     """Decode the first n received bytes; return the number of rows of out that were filled.
 
@@ -184,7 +184,7 @@ def feed(state, buffer, data, n, out):
     return rows
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _frame(out, size):
     """Turn the body at out[1 : 1 + size] into its frame in place; return the frame's length.
 
@@ -206,7 +206,7 @@ def _frame(out, size):
     return end + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def encode_force(out, seq, force):
     """Write the frame of Force to out (uint8, FRAME_SIZE); return its length."""
     bits = int(np.float32(force).view(np.uint32))
@@ -218,7 +218,7 @@ def encode_force(out, seq, force):
     return _frame(out, 1 + 2 + 4)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def encode_simple(out, message_id):
     """Write the frame of a message without fields, STOP or RELEASE, to out; return its length."""
     out[1] = message_id

@@ -35,6 +35,11 @@ class Axis(pg.AxisItem):
         values = ticks(minVal, maxVal, self.most(size))
         return [(step(minVal, maxVal, self.most(size)), values)]
 
+    def resizeEvent(self, ev=None):
+        """Write the labels anew: the base class forgets to say so, and the cache keeps them where they were."""
+        super().resizeEvent(ev)
+        self.update()
+
     def generateDrawSpecs(self, p):
         """Leave out the tick lines: the grid says the same."""
         specs = super().generateDrawSpecs(p)

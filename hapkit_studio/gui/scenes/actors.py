@@ -105,12 +105,33 @@ def _arrow(stage: Stage, start: float, tip: float, y: float, d: int) -> None:
     stage.p.drawPath(path)
 
 
+def beyond(stage: Stage, motion: Motion) -> bool:
+    """Point to a handle that has left the picture and say where it is; return False while it is in sight."""
+    x = stage.x(motion.position)
+    if 0.0 <= x <= stage.width:
+        return False
+    u, y, d = stage.u, stage.knob_middle, 1 if x > 0.0 else -1
+    edge = stage.width / 2 + d * (stage.width / 2 - 8 * u)
+    back = edge - d * 11 * u
+    stage.p.setPen(Qt.PenStyle.NoPen)
+    stage.p.setBrush(theme.color("handle"))
+    stage.p.drawPolygon(QPolygonF([QPointF(edge, y), QPointF(back, y - 10 * u), QPointF(back, y + 10 * u)]))
+    text = f"handle at {number(motion.position_text, 1)} mm"
+    stage.say(text, [(back - d * 10 * u, y + 4.8 * u, -d)], "ink", 13, 600, must=True)
+    return True
+
+
+def _ring_place(stage: Stage, hand: float) -> float:
+    """Return the ring's column: at the hand, but whole inside the picture."""
+    return min(max(stage.x(hand), 11 * stage.u), stage.width - 11 * stage.u)
+
+
 def hand_ring(stage: Stage, motion: Motion) -> None:
     """Draw the hand's ring at its target with a dotted line to the knob; round the knob when they meet."""
     if motion.hand is None:
         return
     u, y = stage.u, stage.knob_middle
-    x, ring = stage.x(motion.position), stage.x(motion.hand)
+    x, ring = stage.x(motion.position), _ring_place(stage, motion.hand)
     stage.p.setBrush(Qt.BrushStyle.NoBrush)
     if abs(ring - x) < stage.knob_width / 2 + 9 * u:
         stage.p.setPen(stage.pen("accent", 2.2))
@@ -136,7 +157,7 @@ def hand_label(stage: Stage, motion: Motion) -> None:
     """Name the hand beside its ring, where there is room."""
     if motion.hand is None:
         return
-    u, x, ring = stage.u, stage.x(motion.position), stage.x(motion.hand)
+    u, x, ring = stage.u, stage.x(motion.position), _ring_place(stage, motion.hand)
     if abs(ring - x) < stage.knob_width / 2 + 9 * u:
         return
     d = 1 if ring > x else -1

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from hapkit_studio.gui.scenes.actors import (
     Motion,
+    beyond,
     force,
     force_words,
     hand_label,
@@ -188,6 +189,9 @@ class SceneView(QWidget):
         scene, values, motion = self._scene, self._values, self._motion
         scene.moving(stage, values, motion)
         hand_ring(stage, motion)
+        if beyond(stage, motion):
+            hand_label(stage, motion)
+            return
         handle(stage, motion.position, scene.tip(stage, values, motion) if scene.tip else None)
         force(stage, motion, scene.per_newton)
         if self._hint and self._hand_enabled:
