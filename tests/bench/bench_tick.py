@@ -7,8 +7,8 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.dynamics.hand import GRIPS
-from hapkit_studio.haptics import batch, headless
-from hapkit_studio.haptics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.haptics import batch, headless, rows
 from hapkit_studio.haptics.tick import tick
 from tests.bench.frame import Row
 
@@ -59,7 +59,10 @@ def tick_alone() -> float:
     r, _ = wall().prepare()
     positions = 0.005 + 0.003 * np.sin(2.0 * np.pi * 1e-3 * np.arange(TICKS))
     out = batch.new_rows(TICKS)
-    return nanoseconds(lambda: many_ticks(r, positions, 1e-3, out), TICKS)
+    per_tick = nanoseconds(lambda: many_ticks(r, positions, 1e-3, out), TICKS)
+    if not 0.4 < np.mean(out[:, rows.APPLIED] < 0.0) < 0.6:
+        raise RuntimeError("the wall does not push back")
+    return per_tick
 
 
 def tick_with_paddle() -> float:
