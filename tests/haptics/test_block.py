@@ -7,7 +7,7 @@ import pytest
 
 from hapkit_studio.haptics import block, rig, settings
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled
 
 STOP = 0
 WANTED = 5000

@@ -7,7 +7,7 @@ import pytest
 
 from hapkit_studio.haptics import rig, ring, rows
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled
 
 
 @compiled
