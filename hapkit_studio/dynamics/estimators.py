@@ -114,6 +114,13 @@ def reset(memory, position):
 
 
 @compiled
+def resume(memory, position, velocity):
+    """Start as if the handle had come to `position` at `velocity`: a change of method makes no jump."""
+    reset(memory, position)
+    memory[_VELOCITY] = velocity
+
+
+@compiled
 def step(code, coefs, memory, position, period):
     """Take one measured position, `period` s after the last; return the velocity estimate in m/s."""
     velocity = (position - memory[_POSITION]) / period

@@ -225,7 +225,7 @@ class Engine:
             crc_errors=int(control[rig.CRC_ERRORS]),
             stale_count=int(control[rig.STALE_COUNT]),
             stale=bool(self._rig.word[rig.STALE]),
-            priority=self._priority,
+            priority=priority.held(self._priority, self._thread.native_id) if running else self._priority,
             delay=self._driver.delay(self._rig) if self._driver else self.loop.delay,
             running=running,
             connected=running and not gone,

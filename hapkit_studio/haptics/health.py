@@ -28,7 +28,6 @@ class Health:
     running: bool
     connected: bool
     message: str = ""
-    clamped_recently: bool = False
 
 
 @dataclass

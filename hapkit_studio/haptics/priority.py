@@ -33,6 +33,13 @@ def obtain() -> Priority:
     return Priority(text, level > 0, system.how_to_get_more(level), level)
 
 
+def held(obtained: Priority, thread: int) -> Priority:
+    """Return what is left of an obtained priority: a thread that did not let go was demoted meanwhile."""
+    if not obtained.realtime or system.is_realtime(thread):
+        return obtained
+    return Priority("Normal priority, demoted", False, "Lower the rate, then connect again.")
+
+
 def release() -> None:
     """Give the calling thread normal priority back."""
     system.release()

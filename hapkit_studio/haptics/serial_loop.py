@@ -5,8 +5,6 @@ What hangs up, errs or ends (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the 
 
 import errno
 
-import errno
-
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled

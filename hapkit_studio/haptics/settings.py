@@ -51,7 +51,7 @@ def adopt(r, position):
         begin(r, position)
         return
     if r.words[block.ESTIMATOR] != estimator:
-        estimators.reset(r.memory, position)
+        estimators.resume(r.memory, real[rig.LAST_POSITION], real[rig.VELOCITY])
     if other_form(r):
         switch(r)
     elif other_numbers(r):

@@ -5,9 +5,9 @@ import threading
 import numpy as np
 import pytest
 
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import block, rig, settings
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.dynamics.jit import compiled
 
 STOP = 0
 WANTED = 5000

@@ -246,3 +246,23 @@ def test_other_systems_demote_through_their_documented_calls():
     calls.clear()
     realtime_windows.demote()
     assert calls == [(), (2**64 - 2, 0)]
+
+
+def test_a_demoted_thread_is_said():
+    if not priority.probe().realtime:
+        pytest.skip("no real-time priority here")
+    said = []
+
+    def work():
+        obtained = priority.obtain()
+        said.append(priority.held(obtained, threading.get_native_id()))
+        priority.demote()
+        said.append(priority.held(obtained, threading.get_native_id()))
+        priority.release()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert said[0].realtime
+    assert not said[1].realtime
+    assert "demoted" in said[1].text

@@ -149,15 +149,20 @@ def test_a_block_in_writing_is_left_for_the_next_tick():
     assert asked(bench.ticks(0.03))[-1] == 2.0
 
 
-def test_other_estimator_starts_from_rest():
-    bench = Bench(CONSTANT, level(1.0))
-    bench.run(np.linspace(0.0, 0.01, 20))
-    bench.set(CONSTANT, level(1.0), estimator="iir")
-    assert bench.tick(0.0105)[rows.VELOCITY] == 0.0
-
-
 def test_what_rounding_leaves_is_done():
     share = 0.0
     for _ in range(300):
         share = settings.advanced(share, 1e-4 / FADE)
     assert share == 1.0
+
+
+@pytest.mark.parametrize("change", [("difference", "iir"), ("iir", "difference")])
+def test_another_estimator_makes_no_jump_in_the_velocity(change):
+    """A handle at constant speed: the estimate stays there through the change of method."""
+    speed = 0.1
+    bench = Bench(CONSTANT, level(1.0), estimator=change[0])
+    before = bench.run(1e-3 * speed * np.arange(200))
+    bench.set(CONSTANT, level(1.0), estimator=change[1])
+    after = bench.run(1e-3 * speed * np.arange(200, 400))
+    assert before[-1, rows.VELOCITY] == pytest.approx(speed, rel=1e-6)
+    np.testing.assert_allclose(after[:, rows.VELOCITY], speed, rtol=1e-6)
