@@ -115,6 +115,25 @@ def test_the_wall_gives_way_exactly_under_the_handle(view):
         assert first == pytest.approx(stage.x(face), abs=5 * stage.u)
 
 
+@pytest.mark.parametrize("position", [-0.0619, 0.0901])
+def test_a_handle_out_of_sight_is_pointed_to(view, position):
+    stage = Stage(880, 236)
+    columns = pixels_of(show(view, position, -1.0, hand=0.0), "handle", int(stage.knob_middle))
+    edge = 0 if position < 0 else 880
+    assert columns
+    assert all(abs(x - edge) < 25 * stage.u for x in columns)
+    assert any(abs(box.center().x() - edge) < 220 for box in view.text_boxes())
+    show(view, 0.05)
+    assert len(view.text_boxes()) > 1
+
+
+def test_the_hands_ring_is_whole_at_the_edge(view):
+    stage = Stage(880, 236)
+    columns = pixels_of(show(view, 0.0, hand=0.06), "accent", int(stage.knob_middle))
+    assert max(columns) < 880 - 2 * stage.u
+    assert min(x for x in columns if x > 700) < stage.x(50.0)
+
+
 def test_stopped_shows_no_arrow(view):
     stage = Stage(880, 236)
     row = int(stage.knob_middle)

@@ -116,7 +116,7 @@ def beyond(stage: Stage, motion: Motion) -> bool:
     stage.p.setPen(Qt.PenStyle.NoPen)
     stage.p.setBrush(theme.color("handle"))
     stage.p.drawPolygon(QPolygonF([QPointF(edge, y), QPointF(back, y - 10 * u), QPointF(back, y + 10 * u)]))
-    text = f"handle at {number(motion.position_text, 1)} mm"
+    text = f"handle at {number(motion.position_text, 1)} mm, {motion.force_text}"
     stage.say(text, [(back - d * 10 * u, y + 4.8 * u, -d)], "ink", 13, 600, must=True)
     return True
 
