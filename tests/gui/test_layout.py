@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QToolButton,
 
 from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.gallery import GalleryRow
+from hapkit_studio.gui.parameter_row import ParameterRow
 
 SIZES = [(1280, 720), (1366, 768), (1440, 900), (1920, 1080), (2560, 1440), (960, 600), (800, 560)]
 WORST = "Hapkit on ttyUSB0 is gone."
@@ -86,6 +87,22 @@ def test_nothing_is_cut_off_or_overlaps(window, qapp, size):
         assert window.header.stop.height() == 40
         assert window.header.devices.isVisible()
         assert window.status.clamp.isVisible()
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1440, 1200)])
+def test_boxes_stand_in_one_column_whether_changed_or_scrolled(window, qapp, size):
+    def columns():
+        settle(qapp, window, size)
+        rows = [*window.panel.parameters.rows.values(), window.loop.rate, window.loop.delay]
+        boxes = [place(row.box, window) for row in rows if isinstance(row, ParameterRow) and row.isVisible()]
+        return {(box.left(), box.right()) for box in boxes}
+
+    before = columns()
+    assert len(before) == 1
+    window.studio.set_value("stiffness", 900.0)
+    window.studio.set_loop(delay=0.002)
+    window.panel.title.help.setChecked(True)
+    assert columns() == before
 
 
 @pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
