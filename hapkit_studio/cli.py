@@ -84,9 +84,12 @@ def _scene_options(command: argparse.ArgumentParser) -> None:
 def _window(given: Sequence[str]) -> int:
     if not _has_display():
         return _demo()
+    from hapkit_studio.gui import prepare
+
+    preparing = prepare.begin("loop")  # compiles while Qt is still being loaded
     from hapkit_studio.gui import app
 
-    return app.run(given)
+    return app.run(given, preparing)
 
 
 def _has_display() -> bool:

@@ -3,8 +3,9 @@
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from subprocess import Popen
 
-from PySide6.QtCore import QObject, QProcess, QSettings, QSize, QTimer
+from PySide6.QtCore import QObject, QSettings, QSize, QTimer
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio import devices
@@ -15,10 +16,14 @@ from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.window import MainWindow
 
 FIRST_SIZE = QSize(1440, 900)
+LOOK_MS = 50
 
 
-def run(argv: Sequence[str] | None = None) -> int:
-    """Open the window and return the exit code; see ``arguments`` for what argv may hold."""
+def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> int:
+    """Open the window and return the exit code; see ``arguments`` for what argv may hold.
+
+    preparing is the program that compiles the loop, if it was started before Qt was even imported.
+    """
     options = arguments().parse_args(list(sys.argv[1:] if argv is None else argv))
     application = QApplication.instance() or QApplication(["hapkit-studio"])
     assert isinstance(application, QApplication)
@@ -32,7 +37,7 @@ def run(argv: Sequence[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return 2
     window.show()
-    QTimer.singleShot(0, lambda: begin(window, options))
+    QTimer.singleShot(0, lambda: begin(window, options, preparing))
     return application.exec()
 
 
@@ -78,40 +83,38 @@ def build(options: argparse.Namespace) -> MainWindow:
     return window
 
 
-def begin(window: MainWindow, options: argparse.Namespace) -> None:
+def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | None = None) -> None:
     """Prepare the loop if it never was, then open the device; the window is up and usable meanwhile."""
     window.live.start()
     if options.screenshot:
         window.studio.engine_changed.connect(lambda: _pose(window, options))
-    Preparation(window, "loop", lambda: _open(window, options.device)).run()
+    Preparation(window, preparing or prepare.begin("loop"), lambda: _open(window, options.device)).run()
 
 
 class Preparation(QObject):
-    """Compiles a part in a program of its own, unless that was done before; then calls ``done`` once."""
+    """Waits for a program that compiles, if any, then calls ``done`` once; ends it with the window."""
 
-    def __init__(self, window: MainWindow, part: str, done: Callable[[], None]):
+    def __init__(self, window: MainWindow, process: Popen | None, done: Callable[[], None]):
         super().__init__(window)
-        self._part, self._done = part, done
-        self._process = QProcess(self)
-        self._process.finished.connect(self._finish)
-        self._process.errorOccurred.connect(self._finish)
+        self._process, self._done = process, done
+        self._watch = QTimer(self, interval=LOOK_MS)
+        self._watch.timeout.connect(self.run)
         window.closed.connect(self._give_up)
 
     def run(self) -> None:
-        """Begin, or finish at once where there is nothing to do or no way to do it."""
-        if prepare.prepared(self._part) or getattr(sys, "frozen", False):
-            self._finish()
-        else:
-            self._process.start(sys.executable, ["-m", "hapkit_studio.gui.prepare", self._part])
-
-    def _finish(self, *_: object) -> None:
+        """Finish if the program has ended, else look again."""
+        if self._process is not None and self._process.poll() is None:
+            self._watch.start()
+            return
+        self._watch.stop()
         done, self._done = self._done, _nothing
         done()
 
     def _give_up(self) -> None:
         self._done = _nothing
-        self._process.kill()
-        self._process.waitForFinished()
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
 
 
 def _nothing() -> None:
@@ -123,7 +126,7 @@ def _open(window: MainWindow, key: str) -> None:
         entries = {entry.key: entry for entry in window.studio.entries()}
         other = devices.DeviceEntry(key, key, lambda: devices.named(key))
         window.studio.open(entries.get(key, other))
-        Preparation(window, "boards", _nothing).run()
+        Preparation(window, prepare.begin("boards"), _nothing).run()
 
 
 def _pose(window: MainWindow, options: argparse.Namespace) -> None:

@@ -16,6 +16,7 @@ PARTS = ("loop", "boards")
 _SOURCES = ("devices", "dynamics", "environments", "haptics", "laws", "protocol")
 _QUANTUM = 20.7e-6
 _NO_FILE = -1
+_MODULE = "hapkit_studio.gui.prepare"
 
 
 def stamp(part: str) -> Path:
@@ -33,6 +34,13 @@ def prepared(part: str) -> bool:
     return stamp(part).exists()
 
 
+def begin(part: str) -> "subprocess.Popen | None":
+    """Start compiling a part in a program of its own; None where that was done before or cannot be."""
+    if prepared(part) or getattr(sys, "frozen", False):
+        return None
+    return subprocess.Popen([sys.executable, "-m", _MODULE, part])
+
+
 def compile_loop() -> None:
     """Compile the loop on the simulated device, on two processors: paddle and laws aside, the tick here."""
     from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -41,7 +49,7 @@ def compile_loop() -> None:
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.tick import tick
 
-    with subprocess.Popen([sys.executable, "-m", __spec__.name, "paddle"]):
+    with subprocess.Popen([sys.executable, "-m", _MODULE, "paddle"]):
         r, _ = headless.Scene(named("free"), {}).prepare()
         tick(r, 0.0, 1e-3, 0.0, ring.new_ring(r.control, 2).rows[0])
     engine = Engine(SimulatedHapkit(), realtime=False)
@@ -57,8 +65,9 @@ def compile_paddle() -> None:
     """Compile the laws, the simulated paddle and what else the loop calls beside the tick."""
     from hapkit_studio.devices import simulated
     from hapkit_studio.environments import discover
-    from hapkit_studio.haptics import headless, histogram, plant, ring, sleep
+    from hapkit_studio.haptics import headless, histogram, plant, priority, ring, sleep
 
+    priority.probe()
     library = discover()
     r, body = headless.Scene(library["free"], {}).prepare()
     r.values[:] = r.block_values

@@ -225,12 +225,18 @@ class Engine:
             crc_errors=int(control[rig.CRC_ERRORS]),
             stale_count=int(control[rig.STALE_COUNT]),
             stale=bool(self._rig.word[rig.STALE]),
-            priority=priority.held(self._priority, self._thread.native_id) if running else self._priority,
+            priority=self._priority_now(),
             delay=self._driver.delay(self._rig) if self._driver else self.loop.delay,
             running=running,
             connected=running and not gone,
             message=self._message,
         )
+
+    def _priority_now(self) -> Priority:
+        thread = self._thread
+        if thread is None or not thread.is_alive() or thread.native_id is None:
+            return self._priority
+        return priority.held(self._priority, thread.native_id)
 
     @property
     def arrays(self) -> rig.Rig:

@@ -4,10 +4,14 @@ import json
 import sys
 import time
 
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication, QLabel
+from hapkit_studio.gui import prepare
 
-from hapkit_studio.gui import app
+PREPARING = prepare.begin("loop")  # as the command line does, before Qt is loaded
+
+from PySide6.QtCore import QTimer  # noqa: E402
+from PySide6.QtWidgets import QApplication, QLabel  # noqa: E402
+
+from hapkit_studio.gui import app  # noqa: E402
 
 
 def main() -> None:
@@ -35,7 +39,7 @@ def main() -> None:
 
     window.live.frame.connect(first)
     QTimer.singleShot(300, look)
-    app.begin(window, options)
+    app.begin(window, options, PREPARING)
     application.exec()
 
 

@@ -10,6 +10,11 @@ from PySide6.QtGui import QImage
 from hapkit_studio.gui import app, prepare
 
 
+def waiting_program() -> subprocess.Popen:
+    """Start a program that ends once its input does."""
+    return subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE)
+
+
 def test_it_starts_prepares_once_and_saves_a_picture(tmp_path):
     picture = tmp_path / "window.png"
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
@@ -44,9 +49,26 @@ def test_the_stamp_follows_sources_and_cache(monkeypatch, tmp_path):
 def test_what_was_prepared_is_not_prepared_again(idle_window, monkeypatch, tmp_path):
     monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
     prepare.stamp("loop").touch()
+    assert prepare.begin("loop") is None
     done = []
-    app.Preparation(idle_window, "loop", lambda: done.append(1)).run()
+    app.Preparation(idle_window, None, lambda: done.append(1)).run()
     assert done == [1]
+
+
+def test_the_window_goes_on_while_a_program_compiles(idle_window, qtbot):
+    process, done = waiting_program(), []
+    app.Preparation(idle_window, process, lambda: done.append(process.poll())).run()
+    assert done == []
+    process.stdin.close()
+    qtbot.waitUntil(lambda: done == [0])
+
+
+def test_closing_the_window_ends_the_program_that_compiles(idle_window):
+    process, done = waiting_program(), []
+    app.Preparation(idle_window, process, lambda: done.append(1)).run()
+    idle_window.close()
+    assert process.poll() is not None
+    assert done == []
 
 
 @pytest.mark.parametrize("mode", ["light", "dark", "contrast"])
