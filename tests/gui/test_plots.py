@@ -328,6 +328,32 @@ def test_heights_are_shared_as_designed(plots, qapp):
     assert shares == pytest.approx([0.30, 0.27, 0.43], abs=0.02)
 
 
+def test_tick_labels_stand_at_their_values_after_any_change_of_height(plots, qapp):
+    for height in (400, 500, 430):
+        plots.resize(560, height)
+        qapp.processEvents()
+        shown = plots.grab().toImage()
+        for canvas in plots.canvases:
+            canvas.left.setCacheMode(canvas.left.CacheMode.NoCache)
+            canvas.left.picture = None
+        assert shown == plots.grab().toImage()
+        for canvas in plots.canvases:
+            canvas.left.setCacheMode(canvas.left.CacheMode.DeviceCoordinateCache)
+
+
+@pytest.mark.parametrize("edge", [-10.0, 10.0])
+def test_a_tick_label_at_the_edge_is_whole(plots, edge, qapp):
+    canvas = plots.canvases[0]
+    canvas.show_range(min(edge, 0.0), max(edge, 0.0))
+    qapp.processEvents()
+    picture = QImage(canvas.size(), QImage.Format.Format_ARGB32)
+    painter = QPainter(picture)
+    boxes = [canvas.left.mapRectToScene(box) for box, *_ in canvas.left.generateDrawSpecs(painter)[2]]
+    painter.end()
+    assert len(boxes) > 1
+    assert all(box.top() >= 0 and box.bottom() <= canvas.viewport().height() for box in boxes)
+
+
 def test_colours_follow_the_theme(plots):
     canvas = canvas_of(plots, "velocity")
     assert len(colored(canvas.viewport().grab().toImage(), "velocity")) > 50

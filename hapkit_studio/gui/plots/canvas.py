@@ -36,14 +36,24 @@ class Axis(pg.AxisItem):
         return [(step(minVal, maxVal, self.most(size)), values)]
 
     def resizeEvent(self, ev=None):
-        """Write the labels anew: the base class forgets to say so, and the cache keeps them where they were."""
+        """Write the labels anew: an update alone leaves those of the old height in Qt's cached picture."""
         super().resizeEvent(ev)
-        self.update()
+        mode = self.cacheMode()
+        self.setCacheMode(pg.QtWidgets.QGraphicsItem.CacheMode.NoCache)
+        self.setCacheMode(mode)
 
     def generateDrawSpecs(self, p):
-        """Leave out the tick lines: the grid says the same."""
+        """Leave out the tick lines, the grid says the same; keep labels at the edge whole."""
         specs = super().generateDrawSpecs(p)
-        return specs and (specs[0], [], specs[2])
+        return specs and (specs[0], [], [(self._whole(box), *rest) for box, *rest in specs[2]])
+
+    def _whole(self, box: QRectF) -> QRectF:
+        """Return a label's box moved into the widget from above and below."""
+        view = self.getViewWidget()
+        if self.orientation == "left" and view is not None:
+            room = self.mapRectFromScene(QRectF(view.viewport().rect()))
+            box.moveTop(max(min(box.top(), room.bottom() - box.height()), room.top()))
+        return box
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         texts = labels(list(values))
