@@ -232,6 +232,14 @@ def test_ticks_are_few_round_and_inside(low, high, most):
         assert round(mantissa) in (1, 2, 5)
 
 
+def test_ticks_keep_their_distance_and_are_more_than_one_where_there_is_room():
+    assert ticks(-72.0, 61.0, 5, 50 / 15) == [-50.0, 0.0, 50.0]
+    assert ticks(-72.0, 61.0, 5, 30 / 15) == [0.0]
+    for gaps in (1.0, 1.7, 3.3, 12.0):
+        for high in (1.0, 3.7, 42.0):
+            assert np.all(np.diff(ticks(-1.0, high, 5, gaps)) >= (high + 1.0) / gaps - 1e-9)
+
+
 def test_tick_labels_have_a_true_minus_and_enough_decimals():
     assert labels([-0.5, 0.0, 0.5]) == ["−0.5", "0.0", "0.5"]
     assert labels([-100.0, 0.0, 100.0]) == ["−100", "0", "100"]

@@ -12,7 +12,8 @@ from hapkit_studio.gui.theme import theme
 
 RIGHT = 16  # px kept free beside the frame, for the last label and the mark of now
 _OVERHANG = 40  # px a label may stand out beside the frame
-_TICK_ROOM = 20.0
+_TICK_ROOM = {"left": 15.0, "bottom": 64.0}  # px from one label to the next
+_MOST = {"left": 5, "bottom": 6}
 
 
 class Axis(pg.AxisItem):
@@ -26,14 +27,13 @@ class Axis(pg.AxisItem):
         self.setStyle(tickTextOffset=offset, autoExpandTextSpace=False, hideOverlappingLabels=_OVERHANG)
         self.setPen(pg.mkPen(None))
 
-    def most(self, size: float) -> int:
-        """Return how many ticks fit into so many pixels."""
-        room = _TICK_ROOM if self.orientation == "left" else 64.0
-        return int(np.clip(size / room, 1, 6 if self.orientation == "bottom" else 5))
+    def room(self, size: float) -> tuple[int, float]:
+        """Return how many ticks fit into so many pixels, and how many steps."""
+        return _MOST[self.orientation], max(size / _TICK_ROOM[self.orientation], 1.0)
 
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list:
-        values = ticks(minVal, maxVal, self.most(size))
-        return [(step(minVal, maxVal, self.most(size)), values)]
+        room = self.room(size)
+        return [(step(minVal, maxVal, *room), ticks(minVal, maxVal, *room))]
 
     def resizeEvent(self, ev=None):
         """Write the labels anew: an update alone leaves those of the old height in Qt's cached picture."""
@@ -122,8 +122,8 @@ class Canvas(pg.PlotWidget):
         (x0, x1), (y0, y1) = self.view.viewRange()
         across, up = box.width() / (x1 - x0), box.height() / (y1 - y0)
         self._map = box.left() - x0 * across, across, box.bottom() + y0 * up, -up
-        columns = np.array(ticks(x0, x1, self.bottom.most(box.width())))
-        levels = np.array(ticks(y0, y1, self.left.most(box.height())))
+        columns = np.array(ticks(x0, x1, *self.bottom.room(box.width())))
+        levels = np.array(ticks(y0, y1, *self.left.room(box.height())))
         columns, levels = self.to_pixels(columns, levels)
         self._grid = [QLineF(x, box.top(), x, box.bottom()) for x in np.round(columns)]
         self._grid += [QLineF(box.left(), y, box.right(), y) for y in np.round(levels)]

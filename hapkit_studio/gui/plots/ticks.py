@@ -7,11 +7,15 @@ import numpy as np
 from hapkit_studio.gui.theme import number
 
 
-def step(low: float, high: float, most: int = 5) -> float:
-    """Return the least step of 1, 2, 5 × 10ⁿ that puts at most so many ticks into [low, high]."""
-    raw = max(high - low, 1e-12) / max(most, 1)
+def step(low: float, high: float, most: int = 5, gaps: float = math.inf) -> float:
+    """Return the least step of 1, 2, 5 × 10ⁿ that puts at most so many ticks into [low, high].
+
+    gaps: how many steps may lie side by side there, so that labels keep their distance.
+    """
+    least = max(high - low, 1e-12) / gaps
+    raw = max(max(high - low, 1e-12) / max(most, 1), least)
     power = 10.0 ** math.floor(math.log10(raw))
-    sizes = [factor * power for factor in (1.0, 2.0, 5.0, 10.0, 20.0)]
+    sizes = [factor * power for factor in (1.0, 2.0, 5.0, 10.0, 20.0) if factor * power >= least]
     return next((size for size in sizes if len(_within(low, high, size)) <= most), sizes[-1])
 
 
@@ -20,9 +24,9 @@ def _within(low: float, high: float, size: float) -> np.ndarray:
     return np.arange(math.ceil((low - slack) / size), math.floor((high + slack) / size) + 1)
 
 
-def ticks(low: float, high: float, most: int = 5) -> list[float]:
-    """Return the tick values inside [low, high]."""
-    size = step(low, high, most)
+def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> list[float]:
+    """Return the tick values inside [low, high]; most and gaps as in ``step``."""
+    size = step(low, high, most, gaps)
     return [float(k * size) for k in _within(low, high, size)]
 
 

@@ -10,7 +10,7 @@ from hapkit_studio.gui.history import Window
 from hapkit_studio.gui.plots import strokes
 from hapkit_studio.gui.plots.canvas import Canvas
 from hapkit_studio.gui.plots.declared import TimePlot
-from hapkit_studio.gui.plots.ticks import ticks, widened
+from hapkit_studio.gui.plots.ticks import widened
 from hapkit_studio.gui.theme import number, theme
 
 _SAME = 0.3  # px: closer than this, two lines are one
@@ -141,11 +141,6 @@ class TraceCanvas(Canvas):
         left = x > box.center().x()
         beside = x + (-8 if left else 8)
         self.note(painter, beside, box.bottom() - 6, text, trace.color, right=left)
-
-    def tick_values(self) -> list[float]:
-        """Return the values that carry a label."""
-        low, high = self.view.viewRange()[1]
-        return ticks(low, high, self.left.most(self.frame().height()))
 
 
 def _apart(line: np.ndarray, above: np.ndarray) -> np.ndarray:
