@@ -11,7 +11,7 @@ import numpy as np
 
 from hapkit_studio.devices.base import DeviceEntry, DeviceKind
 from hapkit_studio.dynamics import paddle
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
 
 X, V, HAND_FORCE, EFFECT = 0, 1, 2, 13
@@ -106,13 +106,13 @@ def configure(dev, queue, mass, viscous, coulomb, hand_mass, hand_damping, hand_
         dev[HAND_FORCE] = 0.0
 
 
-@compiled
+@internal
 def _store(dev, at, m):
     for i in range(8):
         dev[at + i] = m[i]
 
 
-@compiled
+@internal
 def _retime(dev, queue, period, delay):
     """Keep the pending forces at their times, to within a period, when period or delay changes."""
     size = queue.size // 2
@@ -132,7 +132,7 @@ def command(dev, queue, force):
     queue[int(dev[_SAMPLE]) & (queue.size // 2 - 1)] = force
 
 
-@compiled
+@internal
 def _map(dev, at):
     return dev[at], dev[at + 1], dev[at + 2], dev[at + 3], dev[at + 4], dev[at + 5], dev[at + 6], dev[at + 7]
 

@@ -11,5 +11,7 @@ from numba import njit
 _options = partial(njit, cache=True, nogil=True, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
 
 compiled = _options()
+# For what only compiled code calls: a way in from Python costs as much compiling as the function itself.
+internal = _options(no_cpython_wrapper=True)
 # A call hands over every array of a rig, a hundred words: what runs at every tick is copied into its caller.
 inlined = _options(forceinline=True)

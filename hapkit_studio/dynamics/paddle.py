@@ -6,7 +6,7 @@ part is its exact discrete map, and friction is solved from event to event (stop
 
 import math
 
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 
 # Between two zeros of the acceleration lie at least pi / omega, so a piece shorter than that has one at most.
 _PIECE_ANGLE = 3.0
@@ -15,7 +15,7 @@ _SERIES_REACH = 0.5
 _MAX_DOUBLINGS = 200
 
 
-@compiled
+@internal
 def _responses(alpha, beta, t):
     """Return the velocity impulse response b(t) and its first and second integrals, by series.
 
@@ -76,7 +76,7 @@ def apply(m, x, v, force, force_rate):
     )
 
 
-@compiled
+@internal
 def _break_away(net, rate, coulomb):
     """Return (seconds until a resting handle moves, its direction) under the pull net + rate t."""
     if net > coulomb:
@@ -90,7 +90,7 @@ def _break_away(net, rate, coulomb):
     return math.inf, 1.0
 
 
-@compiled
+@internal
 def _zero(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
     """Return when velocity (order 0) or acceleration (order 1) leaves the sign `before` in [low, high].
 
@@ -117,7 +117,7 @@ def _zero(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
     return t
 
 
-@compiled
+@internal
 def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
     """Return when a slide in direction `sign` first comes to rest within h, inf if it does not.
 
@@ -140,7 +140,7 @@ def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
     return _zero(0, sign, x, v, push, rate, mass, damping, stiffness, low, high)
 
 
-@compiled
+@internal
 def _advance_with_friction(x, v, force, rate, coulomb, mass, damping, stiffness, h, whole):
     """Return (x, v) after h, event by event: slide, stop, stick, break away."""
     left = h

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hapkit_studio.dynamics import estimators
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import block, rig, ring, rows
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.tick import STALE_AFTER, mark_stale, tick
@@ -67,14 +67,14 @@ def new_line(quantum: float) -> Line:
     )
 
 
-@compiled
+@internal
 def position_of(line, count):
     """Return the handle's position in m for a sensor count."""
     n = line.numbers
     return n[SIGN] * (count - n[ZERO]) * n[QUANTUM]
 
 
-@compiled
+@internal
 def start_over(r, line, count):
     """Forget motion and fade the force in from zero: position has another meaning from here."""
     position = position_of(line, count)
@@ -83,7 +83,7 @@ def start_over(r, line, count):
     r.real[rig.GAIN] = 0.0
 
 
-@compiled
+@internal
 def obey(r, line, count):
     """Set zero and direction when the window asked for it; the first sample is zero."""
     n, words = line.numbers, line.words
@@ -100,7 +100,7 @@ def obey(r, line, count):
     start_over(r, line, count)
 
 
-@compiled
+@internal
 def effect(line, sample, period):
     """Return the mean force in N over the last period: the old one until the answer came, then that."""
     old = line.numbers[EFFECT]
@@ -113,7 +113,7 @@ def effect(line, sample, period):
     return new + (old - new) * share
 
 
-@compiled
+@internal
 def keep(line, seq, lost, force):
     """Keep the answer to sample seq; lost samples before it count as answered by the same."""
     for back in range(min(int(lost), HISTORY - 1) + 1):
@@ -127,7 +127,7 @@ def overslept(r, line, now):
         mark_stale(r, now)
 
 
-@compiled
+@internal
 def note_delay(line, delay):
     """Average the measured delay in s over about the last thousand answers."""
     n = line.numbers

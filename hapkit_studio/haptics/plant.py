@@ -7,7 +7,7 @@ import numpy as np
 
 from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import block, rows
 
 MASS, VISCOUS, COULOMB, QUANTUM = range(4)
@@ -33,7 +33,7 @@ def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
     return Plant(dev, queue, constants)
 
 
-@compiled
+@internal
 def configure(plant, hand_mass, hand_damping, hand_stiffness, period, delay):
     """Bring hand, period and delay into force where any of them changed."""
     now = plant.constants

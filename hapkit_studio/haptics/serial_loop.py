@@ -7,7 +7,7 @@ import errno
 
 import numpy as np
 
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import block, clib, histogram, line, rig, ring, rows, settings, sleep
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.priority import demote
@@ -23,13 +23,13 @@ _TIMEOUT_MS = int(1e3 * STALE_AFTER)
 _NO_WAIT = 10e-6
 
 
-@compiled
+@internal
 def send(fd, frame, size):
     """Write a frame; a full line drops it, the board's watchdog covers that."""
     clib.write(fd, frame.ctypes.data, size)
 
 
-@compiled
+@internal
 def wait(fd, spec):
     """Wait for bytes for up to STALE_AFTER; return 1 for bytes, 0 for none, -1 where the line has ended."""
     spec[0] = fd | (_POLLIN << 32)
@@ -42,7 +42,7 @@ def wait(fd, spec):
     return -1 if events & _POLL_ENDED else 0
 
 
-@compiled
+@internal
 def answer_all(r, conn, out, late, fd, count):
     """Render every decoded sample, answer the newest; older ones of the same chunk count as missed."""
     now = sleep.now()
@@ -64,7 +64,7 @@ def answer_all(r, conn, out, late, fd, count):
         store_release(r.control, rig.MISSED, r.control[rig.MISSED] + count - 1)
 
 
-@compiled
+@internal
 def silent(r, conn, fd):
     """No sample within STALE_AFTER: zero force, and say so to the board."""
     now = sleep.now()

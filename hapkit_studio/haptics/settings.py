@@ -1,14 +1,14 @@
 """How new settings come into force inside the tick: numbers ramp, choices and laws cross-fade."""
 
 from hapkit_studio.dynamics import estimators
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import block, rig, rows
 from hapkit_studio.haptics.fences import load_acquire, store_release
 
 _ROUNDING = 1e-9
 
 
-@compiled
+@internal
 def due(r):
     """Return whether ``refresh`` has anything to do; at nearly every tick it has not."""
     if load_acquire(r.block_words, block.SEQUENCE) != r.words[block.SEQUENCE]:
@@ -19,7 +19,7 @@ def due(r):
     return moving or r.word[rig.GENERATION] != r.words[block.GENERATION]
 
 
-@compiled
+@internal
 def refresh(r, position, period):
     """Take a newer block, move ramp and cross-fade on by a period, obey a cleared fault."""
     if load_acquire(r.block_words, block.SEQUENCE) != r.words[block.SEQUENCE]:
@@ -62,7 +62,7 @@ def adopt(r, position):
         real[rig.RAMP] = 0.0
 
 
-@compiled
+@internal
 def begin(r, position):
     """Start at full parameters: the first block is not a change."""
     r.word[rig.STARTED] = 1
@@ -72,7 +72,7 @@ def begin(r, position):
     r.real[rig.BLEND] = 1.0
 
 
-@compiled
+@internal
 def other_form(r):
     """Return whether the new block has another law or another choice than the one in force."""
     slot = r.word[rig.SLOT]
@@ -85,7 +85,7 @@ def other_form(r):
     return False
 
 
-@compiled
+@internal
 def other_numbers(r):
     """Return whether a number has another goal than the one it ramps to."""
     for i in range(r.words[block.N_PARAMS]):
@@ -94,7 +94,7 @@ def other_numbers(r):
     return False
 
 
-@compiled
+@internal
 def switch(r):
     """Put the new form into the other slot and begin to fade over to it; a kept law keeps its state."""
     old = r.word[rig.SLOT]
@@ -108,7 +108,7 @@ def switch(r):
     r.real[rig.BLEND] = 0.0
 
 
-@compiled
+@internal
 def enter(r, slot, fresh):
     """Load law, parameters and, for a fresh law, its first state into a slot."""
     r.laws[slot] = r.words[block.LAW]
@@ -120,7 +120,7 @@ def enter(r, slot, fresh):
     r.real[rig.RAMP] = 1.0
 
 
-@compiled
+@internal
 def restore(r, slot):
     """Give a slot its law's first state."""
     for i in range(rows.STATES):
@@ -134,7 +134,7 @@ def advanced(share, step):
     return share if share < 1.0 - _ROUNDING else 1.0
 
 
-@compiled
+@internal
 def move(r, step):
     """Move the ramp of the numbers and the cross-fade by a step, a share of the whole."""
     real = r.real
@@ -149,7 +149,7 @@ def move(r, step):
         real[rig.BLEND] = advanced(real[rig.BLEND], step)
 
 
-@compiled
+@internal
 def clear_fault(r):
     """Forget a latched fault; the law starts from its first state, the force fades in from zero."""
     if load_acquire(r.control, rig.FAULT) == rig.NO_FAULT:

@@ -1,7 +1,7 @@
 """The live loop on the simulated Hapkit: sleeps to absolute deadlines, renders, moves the paddle on."""
 
 from hapkit_studio.devices import simulated
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import block, histogram, plant, rig, ring, rows, settings, sleep
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.priority import demote
@@ -11,7 +11,7 @@ from hapkit_studio.haptics.tick import latch, tick
 MOST_PASSES_WITHOUT_WAITING = 100
 
 
-@compiled
+@internal
 def sample(r, body, out, now, lateness):
     """Render one sample at the clock's now, publish its row, move the paddle on to the next one.
 

@@ -6,7 +6,7 @@ position -> velocity estimate -> law -> fade -> safety -> motor command -> telem
 import math
 
 from hapkit_studio.dynamics import estimators
-from hapkit_studio.dynamics.jit import compiled, inlined
+from hapkit_studio.dynamics.jit import compiled, inlined, internal
 from hapkit_studio.haptics import block, rig, rows, settings
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.laws.native import call
@@ -16,7 +16,7 @@ RECOVER_AFTER = 0.100
 STALE_WINDOW = 10.0
 
 
-@compiled
+@internal
 def render(r, position, velocity, period):
     """Return the force in N the law asks for, both laws weighted while a switch fades over."""
     real = r.real
@@ -57,7 +57,7 @@ def mark_stale(r, now):
     store_release(r.control, rig.STALE_COUNT, count + 1)
 
 
-@compiled
+@internal
 def recover(r, period):
     """Count good frames after a gap, lost ones not; after RECOVER_AFTER the force fades in again."""
     real = r.real
@@ -66,7 +66,7 @@ def recover(r, period):
         r.word[rig.STALE] = 0
 
 
-@compiled
+@internal
 def blocked(r, period):
     """Return the flags that hold the force at zero now: stop, fault, stale sensor, hold after connecting."""
     flags = 0
@@ -80,7 +80,7 @@ def blocked(r, period):
     return flags
 
 
-@compiled
+@internal
 def guard(r, asked, velocity, position, period):
     """Return the force in N that may reach the motor: the last line before it. Sets the row's flags."""
     real = r.real
