@@ -52,7 +52,7 @@ class Field(QWidget):
 
     def _look(self) -> None:
         weight = 600 if self._token in ("ink", "warn", "danger") else 400
-        dress(self.words, f"QLabel {{ color: @{self._token}; font-size: 12px; font-weight: {weight}; }}")
+        dress(self.words, f".QLabel {{ color: @{self._token}; font-size: 12px; font-weight: {weight}; }}")
         self.sign.setVisible(bool(self._sign_name))
         if self._sign_name:
             self.sign.setPixmap(icons.pixmap(self._sign_name, 16, self._token, self.devicePixelRatioF()))

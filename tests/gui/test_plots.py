@@ -170,6 +170,20 @@ def test_lost_frames_leave_a_gap_in_the_picture(plots, history):
     assert (time > 15.5).any()
 
 
+def test_traces_are_paler_all_along_while_the_device_is_gone(plots, history):
+    frozen = telemetry(12_000, start=20_000)
+    frozen[:, rows.POSITION] = 0.001
+    history.append(frozen)
+    for stale, share in ((False, 1.0), (True, 0.45)):
+        plots.set_stale(stale)
+        plots.refresh()
+        canvas = plots.canvases[0]
+        line = canvas.grab().toImage()
+        row = round(canvas.pixel(0.0, 1.0).y())
+        seen = {line.pixelColor(x, row).name() for x in range(120, 400)}
+        assert seen == {theme.paler("position", "plot", share).name()}
+
+
 def test_asked_is_drawn_only_where_it_is_not_what_was_applied(plots):
     canvas = canvas_of(plots, "force")
     found = colored(canvas.viewport().grab().toImage(), "asked")

@@ -81,14 +81,14 @@ class Header(QWidget):
         self.value.setFont(theme.font("readout"))
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.value.setToolTip(plot.traces[-1].help)
-        dress(self.value, f"color: @{plot.traces[-1].color};")
+        dress(self.value, f".QLabel {{ color: @{plot.traces[-1].color}; }}")  # tooltips are QLabels too
         row.addWidget(self.value)
         self.show_surface(False)
         self.show_value(0.0)
 
     def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
         parts: list[QWidget] = [Sample(token, width, dash), QLabel(text)]
-        dress(parts[1], "color: @axis;")
+        dress(parts[1], ".QLabel { color: @axis; }")
         for part in parts:
             part.setToolTip(help)
             self._row.addWidget(part)

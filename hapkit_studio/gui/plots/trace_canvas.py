@@ -13,6 +13,7 @@ from hapkit_studio.gui.plots.declared import TimePlot
 from hapkit_studio.gui.plots.ticks import widened
 from hapkit_studio.gui.theme import number, theme
 
+_PALE = 0.45  # of a trace's colour while the device is gone
 _SAME = 0.3  # px: closer than this, two lines are one
 _EMPTY = Window(np.empty(0), {}, False)
 
@@ -83,7 +84,6 @@ class TraceCanvas(Canvas):
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint level lines, then traces."""
         self._lines(painter, box)
-        painter.setOpacity(0.45 if self.shown.stale else 1.0)
         if len(self.shown.window.x):
             self._traces(painter)
 
@@ -109,7 +109,7 @@ class TraceCanvas(Canvas):
         x = self.shown.window.x - self.shown.zero
         lines = [self.to_pixels(x, self.values(trace.channel)) for trace in self.plot_of.traces]
         for index, (trace, (across, down)) in enumerate(zip(self.plot_of.traces, lines, strict=True)):
-            color = theme.color(trace.color)
+            color = theme.paler(trace.color, "plot", _PALE if self.shown.stale else 1.0)
             if trace.dashed:
                 painter.setPen(strokes.pen(color, 2.0))
                 above = lines[-1][1] if index + 1 < len(lines) else None
