@@ -54,6 +54,7 @@ class DeviceList(QPushButton):
             part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.menu_of_devices = QMenu(self)
         self.menu_of_devices.aboutToShow.connect(lambda: fill_menu(self.menu_of_devices, studio))
+        self.menu_of_devices.aboutToHide.connect(self._forget_pointer)
         self.clicked.connect(self._open_menu)
         studio.link_changed.connect(self.show_state)
         theme.changed.connect(self.show_state)
@@ -75,6 +76,11 @@ class DeviceList(QPushButton):
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
+
+    def _forget_pointer(self) -> None:
+        """Look as if the pointer had left: while the menu had it, nobody said so."""
+        self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
+        self.update()
 
     def _open_menu(self) -> None:
         self.menu_of_devices.popup(self.mapToGlobal(self.rect().bottomLeft()))
