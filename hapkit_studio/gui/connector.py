@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.errors import StudioError
+from hapkit_studio.errors import PortGoneError, StudioError
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
@@ -24,10 +24,13 @@ def build_engine(entry: "DeviceEntry") -> "Engine":
 
 
 class Connector(QObject):
-    """Emits ``opened`` with a started engine, or ``failed`` with one line; only the newest wish counts."""
+    """Emits ``opened`` with a started engine, or ``failed`` with one line; only the newest wish counts.
+
+    The second argument of ``failed`` says whether the port is just not there.
+    """
 
     opened = Signal(object)
-    failed = Signal(str)
+    failed = Signal(str, bool)
     _finished = Signal(int, object)
 
     def __init__(self, build: Build = build_engine, parent: QObject | None = None):
@@ -73,7 +76,7 @@ class Connector(QObject):
         if error is not None:
             if wish == self._wish:
                 text = str(error) if isinstance(error, StudioError) else f"The device failed: {error!r}."
-                self.failed.emit(text)
+                self.failed.emit(text, isinstance(error, PortGoneError))
             return
         engine = job.result()
         if engine is None or engine not in self._started:

@@ -97,6 +97,7 @@ class StatusBar(QWidget):
         self.priority.show_words(words)
         self.priority.link.hide()
         self.clamp.show_words("No force", "circle")
+        self.kept.show_words("")
         self._give_way()
 
     def show_health(self, health) -> None:

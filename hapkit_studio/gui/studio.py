@@ -215,7 +215,9 @@ class Studio(QObject):
         self._set_link(Link("running", engine.device.title))
         self.engine_changed.emit()
 
-    def _fail(self, text: str) -> None:
+    def _fail(self, text: str, absent: bool) -> None:
+        if absent:
+            self._again.start()
         if self.link.state != "gone":
             self._set_link(Link("failed", self.entry.title if self.entry else "", text))
 

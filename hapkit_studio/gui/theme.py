@@ -65,8 +65,8 @@ class Theme(QObject):
     def paler(self, token: str, ground: str, share: float) -> QColor:
         """Return an opaque mixture, ``share`` of a token's colour on the ground's: may overlap itself."""
         over, under = self.color(token), self.color(ground)
-        parts = zip(over.getRgb()[:3], under.getRgb()[:3], strict=True)
-        return QColor(*(round(share * a + (1.0 - share) * b) for a, b in parts))
+        parts = (over.redF(), under.redF()), (over.greenF(), under.greenF()), (over.blueF(), under.blueF())
+        return QColor.fromRgbF(*(share * a + (1.0 - share) * b for a, b in parts))
 
     def apply(self, app: QApplication) -> None:
         """Dress the application and follow the system from now on."""

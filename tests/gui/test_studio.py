@@ -131,6 +131,30 @@ def test_a_device_that_went_away_is_looked_for_until_it_is_back(make_window, qtb
     assert window.banners.banners == []
 
 
+def test_a_port_that_never_was_there_is_looked_for_as_its_banner_says(make_window, qtbot, monkeypatch):
+    monkeypatch.setattr(studio_module, "LOOK_AGAIN_MS", 10)
+    plugged, tries = threading.Event(), []
+
+    def make():
+        tries.append(1)
+        if not plugged.is_set():
+            raise errors.PortGoneError(
+                "Hapkit on ttyUSB0 is gone. Force is zero. Looking again every second."
+            )
+        return SimulatedHapkit()
+
+    window = make_window()
+    window.studio.open(DeviceEntry("/dev/ttyUSB0", "Hapkit on ttyUSB0", make))
+    qtbot.waitUntil(lambda: len(tries) >= 3, timeout=PATIENCE_MS)
+    assert window.studio.link.state == "failed"
+    (banner,) = window.banners.banners
+    assert "Looking again" in banner.text.text()
+    plugged.set()
+    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
+    assert window.banners.banners == []
+    assert not window.studio._again.isActive()
+
+
 def test_a_fault_shows_its_reason_and_is_cleared_by_hand(window, qtbot):
     from hapkit_studio.haptics import rig
 
