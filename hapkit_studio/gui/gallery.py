@@ -52,7 +52,7 @@ class GalleryRow(QAbstractButton):
         words = max(
             self._metrics("strong", self.environment.title), self._metrics("hint", self.environment.summary)
         )
-        return QSize(48 + words + (40 if self.environment.shortcut else 8), _ROW)
+        return QSize(48 + words + (36 if self.environment.shortcut else 8), _ROW)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
@@ -68,7 +68,8 @@ class GalleryRow(QAbstractButton):
         self._paint_key(painter)
         if self.hasFocus():
             painter.setPen(QPen(theme.color("accent"), 2))
-            painter.drawRect(self.rect().adjusted(2, 2, -2, -2))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRoundedRect(QRectF(self.rect()).adjusted(4, 3, -4, -3), 6, 6)
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
         picture = _picture(self.environment.scene, theme.color(color).name(), color, self.devicePixelRatioF())

@@ -176,10 +176,11 @@ class StabilityCard(QWidget):
 def margin_notice(answer: Answer) -> tuple[str, str]:
     """Return title and line of the banner for an unstable answer."""
     question = answer.question
-    delay = number(question.loop.delay * 1e3, 2)
+    rate, delay = number(question.loop.rate, 0), number(question.loop.delay * 1e3, 2)
+    loop = f"At {rate} Hz and the measured delay of {delay} ms"
     if answer.limit <= 0.0:
-        return "Unstable at this damping.", f"At {delay} ms no stiffness is stable. Lower damping."
+        return "Unstable at this damping.", f"{loop} no stiffness is stable. Lower damping."
     title = (
         f"Stiffness {number(question.stiffness, 0)} N/m is above the limit of {number(answer.limit, 0)} N/m."
     )
-    return title, f"At the measured delay of {delay} ms a released handle would not come to rest."
+    return title, f"{loop} a released handle would not come to rest."

@@ -10,7 +10,7 @@ from hapkit_studio.gui.margin import Answer
 from hapkit_studio.gui.theme import theme
 
 _HEIGHT = 150
-_LEFT, _TOP, _RIGHT, _BOTTOM = 48, 8, 10, 34
+_LEFT, _TOP, _RIGHT, _BOTTOM = 56, 8, 10, 36
 _DOT_ROOM = 13  # px: as far as the ring round a dot on the frame stands out
 
 
@@ -90,7 +90,7 @@ class StabilityMap(QWidget):
         for part in (0.0, 0.5, 1.0):
             place = _at(frame, part, part)
             x = min(place.x() - 30, self.width() - 60)
-            bottom = QRectF(x, frame.bottom() + 2, 60, 16)
+            bottom = QRectF(x, frame.bottom() + 5, 60, 16)
             flag = Qt.AlignmentFlag.AlignRight if part == 1.0 else Qt.AlignmentFlag.AlignHCenter
             painter.drawText(bottom, flag, f"{part * right:g}")
             left = QRectF(0, place.y() - 8, _LEFT - _DOT_ROOM, 16)
@@ -98,7 +98,7 @@ class StabilityMap(QWidget):
                 left, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, f"{part * top:g}"
             )
         painter.setPen(theme.color("ink3"))
-        below = QRectF(frame.left(), frame.bottom() + 16, frame.width(), 18)
+        below = QRectF(frame.left(), frame.bottom() + 18, frame.width(), 18)
         painter.drawText(below, Qt.AlignmentFlag.AlignHCenter, "damping, N·s/m")
 
     def _place(self, frame: QRectF, right: float, top: float) -> QPointF:

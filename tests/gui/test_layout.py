@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from PySide6.QtCore import QPoint, QRect
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QToolButton, QWidget
 
 from hapkit_studio.gui.banners import Notice
@@ -232,3 +232,15 @@ def test_banners_find_room_in_a_narrow_window_with_the_panel_open(window, qapp):
     assert window.banners.banners[0].width() == 800
     assert cut_off(window) == []
     assert overlapping(window) == []
+
+
+def test_a_row_of_the_gallery_is_seen_whole_and_keeps_its_words_under_the_focus_ring(window, qapp):
+    settle(qapp, window, (1440, 900))
+    row = window.gallery.rows["spring"]
+    assert row.width() <= window.gallery.viewport().width()
+    before = row.grab().toImage()
+    row.setFocus(Qt.FocusReason.TabFocusReason)
+    after = row.grab().toImage()
+    edge, inside = 10, QRect(10, 8, row.width() - 20, row.height() - 16)
+    assert before.copy(inside) == after.copy(inside)
+    assert before.copy(0, 0, row.width(), edge) != after.copy(0, 0, row.width(), edge)

@@ -79,7 +79,7 @@ def test_no_limit_is_named_where_none_applies(window):
 def test_the_notice_names_stiffness_limit_and_delay():
     title, text = margin_notice(judged(1127.0, 867.0))
     assert title == "Stiffness 1127 N/m is above the limit of 867 N/m."
-    assert "0.00 ms" in text
+    assert text.startswith("At 1000 Hz and the measured delay of 0.00 ms")
     assert "Stiffness limit" not in conditions(judged(10.0, 0.0))
 
 
