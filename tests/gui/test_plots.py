@@ -410,6 +410,19 @@ def test_a_changed_parameter_moves_the_theory_soon(phase, qtbot):
     qtbot.waitUntil(lambda: phase.canvas._theory[1].min() == pytest.approx(-100.0 * 0.055))
 
 
+def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase, qtbot):
+    view = phase.canvas.view
+    left = LIBRARY["wall"].values({"side": 1.0})
+    assert view.viewRange()[1][1] < 3.0
+    phase.set_environment(LIBRARY["wall"], left, 3.0)
+    qtbot.waitUntil(lambda: view.viewRange()[1][1] > 3.0)
+    phase.fit()
+    fitted = view.viewRange()
+    phase.set_environment(LIBRARY["wall"], left | {"stiffness": 2000.0}, 3.0)
+    qtbot.waitUntil(lambda: phase.canvas._theory[1].max() > 80.0)
+    assert view.viewRange() == fitted
+
+
 def test_the_measured_force_lies_where_the_samples_say(phase, qapp):
     settle(phase)
     image = phase.canvas.viewport().grab().toImage()

@@ -110,5 +110,6 @@ class ForcePosition(QWidget):
             grid = self.canvas.theory_grid(plot)
             force = plot.theory(self._environment, self._values, grid)
             self.canvas.set_theory(grid, force, self._max_force)
+            self.canvas.widen_theory()
             for part in self.theory:
                 part.setVisible(force is not None)

@@ -32,6 +32,7 @@ class PhaseCanvas(Canvas):
         self._under: QPixmap | None = None
         self._theory: tuple[np.ndarray, np.ndarray] | None = None
         self._pointed: dict[str, float] | None = None
+        self._fitted = False
         self.bottom.setHeight(38)
         self.bottom.label.setCacheMode(self.bottom.cacheMode())
         self.set_plot(plot)
@@ -73,6 +74,19 @@ class PhaseCanvas(Canvas):
 
     def fit_theory(self) -> None:
         """Show the plot's reach, and of the theory what the motor can give."""
+        reach = self.plot_of.reach
+        self.view.setRange(xRange=(-reach, reach), yRange=self._theory_range(), padding=0)
+        self._fitted = False
+
+    def widen_theory(self) -> None:
+        """Make room for a changed theory at once, unless a person has fitted the axes to the data."""
+        low, high = self._theory_range()
+        bottom, top = self.view.viewRange()[1]
+        if not self._fitted and (low < bottom or high > top):
+            self.view.setYRange(min(low, bottom), max(high, top), padding=0)
+
+    def _theory_range(self) -> tuple[float, float]:
+        """Return the forces in N to show of the theory within the plot's reach, with a margin."""
         reach, low, high = self.plot_of.reach, -_LEAST_FORCE, _LEAST_FORCE
         if self._theory is not None:
             x, force = self._theory
@@ -81,7 +95,7 @@ class PhaseCanvas(Canvas):
         most = 1.35 * self.max_force
         low, high = max(low, -most), min(high, most)
         margin = 0.12 * (high - low)
-        self.view.setRange(xRange=(-reach, reach), yRange=(low - margin, high + margin), padding=0)
+        return low - margin, high + margin
 
     def fit(self) -> None:
         """Narrow the axes to the last seconds."""
@@ -94,6 +108,7 @@ class PhaseCanvas(Canvas):
             half = max((high - low) / 2 * 1.15, least)
             ranges.append(((low + high) / 2 - half, (low + high) / 2 + half))
         self.view.setRange(xRange=ranges[0], yRange=ranges[1], padding=0)
+        self._fitted = True
 
     def _widen(self, x: np.ndarray, y: np.ndarray) -> None:
         across, up = self.view.viewRange()
