@@ -49,7 +49,15 @@ class Segmented(QWidget):
         blocked = self._group.blockSignals(True)
         self._group.button(index).setChecked(True)
         self._group.blockSignals(blocked)
+        self._lead_tab()
+
+    def _lead_tab(self) -> None:
+        """Let Tab stop at the chosen option alone."""
+        for button in self._group.buttons():
+            policy = Qt.FocusPolicy.StrongFocus if button.isChecked() else Qt.FocusPolicy.ClickFocus
+            button.setFocusPolicy(policy)
 
     def _toggled(self, index: int, on: bool) -> None:
         if on:
+            self._lead_tab()
             self.chosen.emit(index)

@@ -9,6 +9,7 @@ from hapkit_studio.gui.theme import theme
 
 _HEIGHT = 20
 _THUMB = 16.0
+_END = 11.0  # from the thumb at a limit to the slider's end: its focus ring stays whole
 _GROOVE = 4.0
 
 
@@ -97,7 +98,7 @@ class ValueSlider(QSlider):
         self.picked.emit(self._exact)
 
     def _fraction_at(self, x: float) -> float:
-        return (x - _THUMB / 2) / max(1.0, self.width() - _THUMB)
+        return (x - _END) / max(1.0, self.width() - 2 * _END)
 
     def _place(self, value: float) -> float:
-        return _THUMB / 2 + self._quantity.fraction(value) * (self.width() - _THUMB)
+        return _END + self._quantity.fraction(value) * (self.width() - 2 * _END)

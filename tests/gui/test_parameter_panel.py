@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtTest import QTest
 
 from hapkit_studio.gui.choice_row import ChoiceRow
@@ -156,6 +156,24 @@ def test_double_click_and_reset_give_the_default_and_reset_shows_only_when_chang
     enter(row, "900")
     QTest.mouseDClick(row.slider, Qt.MouseButton.LeftButton)
     assert window.studio.engine.values["stiffness"] == 250.0
+
+
+@pytest.mark.parametrize(("value", "right"), [(0.0, False), (5000.0, True)])
+def test_a_thumb_at_a_limit_shows_its_focus_ring_whole(window, value, right):
+    slider, body = rows(window)["stiffness"].slider, window.panel.widget()
+    edge = QRect(slider.mapTo(body, QPoint(slider.width() - 1 if right else 0, 0)), QSize(1, slider.height()))
+    slider.show_value(value)
+    before = body.grab(edge).toImage()
+    slider.setFocus(Qt.FocusReason.TabFocusReason)
+    assert body.grab(edge).toImage() == before
+
+
+def test_tab_stops_at_the_chosen_option_alone(window):
+    picker = window.loop.estimator.picker
+    for index in (1, 0):
+        picker.show_index(index)
+        stops = [bool(b.focusPolicy() & Qt.FocusPolicy.TabFocus) for b in picker.buttons]
+        assert stops == [index == 0, index == 1]
 
 
 def test_a_choice_reaches_the_loop(window):
