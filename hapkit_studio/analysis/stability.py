@@ -28,6 +28,8 @@ _RELEASED_AT = 1e-6
 _LOST_AT = 1.0
 _SECONDS = 12.0
 _TURNS = 80.0
+_SAMPLES = 12_000
+_MOST_SAMPLES = 5_000_000
 _SOFTEST, _STIFFEST = 1e-3, 1e9
 _PRECISION = 1e-4
 
@@ -72,11 +74,15 @@ def _loop(
         ("rate", rate, "Hz", True),
         ("delay", delay, "s", False),
     ):
+        if not isinstance(value, int | float | np.number):
+            raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
         if not math.isfinite(value) or value < 0.0 or (above and value == 0.0):
             bound = "more than 0" if above else "0 or more"
             raise ParameterError(f"The {name} must be {bound} {unit}, not {value:g} {unit}.")
     if isinstance(hand, str):
         hand = GRIPS[hand] if hand in GRIPS else hand_named(hand)
+    if hand is not None and not isinstance(hand, Hand | Grip):
+        raise ParameterError(f"hand takes a Hand, a Grip, a name or None, not {hand!r}.")
     held = Grip(hand.mass, hand.damping, hand.stiffness) if hand else Grip(0.0, 0.0, 0.0)
     return _Loop(mass, viscous, held, damping, rate, delay, estimator)
 
@@ -168,7 +174,9 @@ def _settles(loop: _Loop, stiffness: float) -> bool:
     settings = LoopSettings(loop.rate, loop.delay, loop.estimator)
     values = {"stiffness": stiffness, "damping": loop.damping, "center": 0.0}
     slowest = math.sqrt((stiffness + loop.hand.stiffness) / loop.mass)
-    count = 3 * math.ceil(max(_SECONDS, _TURNS / slowest) * loop.rate / 3.0)
+    count = 3 * math.ceil(max(_SECONDS * loop.rate, _TURNS / slowest * loop.rate, _SAMPLES) / 3.0)
+    if count > _MOST_SAMPLES:
+        raise ParameterError(f"Measuring at {loop.rate:g} Hz takes {count} samples; {_MOST_SAMPLES} at most.")
     out = headless.spring_rows(environments.named("spring"), values, device, settings, loop.hand, count)
     if not np.abs(out[:, rows.TRUE_POSITION]).max() < _LOST_AT:
         return False

@@ -257,6 +257,18 @@ def test_is_quick_enough_for_a_status_bar():
         assert min(took) < longest
 
 
+@pytest.mark.parametrize("rate", [0.1, 1.0, 2.0])
+def test_measured_limit_of_a_slow_loop_is_the_exact_one(rate):
+    assert measured_stiffness_limit(0.05, 0.5, rate=rate) == pytest.approx(
+        stiffness_limit(0.05, 0.5, rate=rate), rel=2e-4
+    )
+
+
+def test_measuring_refuses_what_would_not_fit_into_memory():
+    with pytest.raises(ParameterError, match=r"1e\+06 Hz takes \d+ samples; 5000000 at most"):
+        measured_stiffness_limit(0.05, 0.5, rate=1e6)
+
+
 @pytest.mark.parametrize("find", [stiffness_limit, measured_stiffness_limit])
 @pytest.mark.parametrize(
     ("bad", "names"),
@@ -268,6 +280,9 @@ def test_is_quick_enough_for_a_status_bar():
         ({"delay": -1e-3}, "delay must be 0 or more s"),
         ({"estimator": "guess"}, "guess"),
         ({"hand": "glove"}, "glove"),
+        ({"hand": 3}, "hand takes a Hand, a Grip, a name or None, not 3"),
+        ({"mass": "50 g"}, "mass takes a number in kg, not '50 g'"),
+        ({"rate": None}, "rate takes a number in Hz, not None"),
     ],
 )
 def test_refuses_loops_that_cannot_be(find, bad, names):
