@@ -98,8 +98,10 @@ def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
 def design(spec: Spec, rate: float, quantum: float = 0.0) -> tuple[int, np.ndarray]:
     """Return (code, float64[8]) for ``step`` at `rate` Hz and a sensor of `quantum` m.
 
-    Raise ParameterError as ``parse``, and for a rate that is not positive.
+    Raise ParameterError as ``parse``, and for a rate that is no positive number.
     """
+    if not isinstance(rate, int | float | np.number):
+        raise ParameterError(f"The rate takes a number in Hz, not {rate!r}.")
     if not (math.isfinite(rate) and rate > 0.0):
         raise ParameterError(f"The rate must be more than 0 Hz, not {rate:g} Hz.")
     estimator, options = parse(spec)
@@ -145,7 +147,12 @@ def estimate_velocity(
 
     `quantum` is the resolution the positions were measured with; they are not rounded again.
     """
-    samples = np.ascontiguousarray(position, dtype=np.float64)
+    try:
+        samples = np.ascontiguousarray(position, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError("The positions must be numbers of m; they are not.") from None
+    if samples.ndim != 1:
+        raise ParameterError(f"The positions must be one row of numbers, not of shape {samples.shape}.")
     code, coefs = design(estimator, rate, quantum)
     velocity = np.zeros(samples.size)
     if samples.size:

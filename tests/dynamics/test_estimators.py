@@ -108,3 +108,16 @@ def test_refuses_a_rate_of_zero():
 
 def test_nothing_in_nothing_out():
     assert estimate_velocity([], 1000.0).size == 0
+
+
+@pytest.mark.parametrize(
+    ("position", "rate", "names"),
+    [
+        ([[1.0, 2.0], [3.0, 4.0]], 1000.0, r"one row of numbers, not of shape \(2, 2\)"),
+        (["here"], 1000.0, "must be numbers of m"),
+        ([0.0, 1.0], "fast", "rate takes a number in Hz, not 'fast'"),
+    ],
+)
+def test_refuses_what_is_no_row_of_numbers(position, rate, names):
+    with pytest.raises(ParameterError, match=names):
+        estimate_velocity(position, rate)
