@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
@@ -16,14 +16,14 @@ ENTRY_POINTS = "hapkit_studio.environments"
 
 
 @cache
-def discover() -> dict[str, Environment]:
+def discover() -> Mapping[str, Environment]:
     """Return every environment by its key: this folder's, then those of installed packages."""
     found: list[object] = []
     for info in pkgutil.iter_modules(__path__, __name__ + "."):
         found.append(getattr(importlib.import_module(info.name), "ENVIRONMENT", None))
     found += [_from_elsewhere(point) for point in entry_points(group=ENTRY_POINTS)]
     known = [e for e in found if isinstance(e, Environment)]
-    return {e.key: e for e in sorted(known, key=lambda e: (e.order, e.title))}
+    return MappingProxyType({e.key: e for e in sorted(known, key=lambda e: (e.order, e.title))})
 
 
 def _from_elsewhere(point: EntryPoint) -> object:
