@@ -27,7 +27,7 @@ class Parameter:
         """Return value as float; raise ParameterError naming value, limit and unit."""
         try:
             number = float(value)  # type: ignore[arg-type]
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             wanted = f"a number in {self.unit}" if self.unit else "a number"
             raise ParameterError(f"{self.label} takes {wanted}, not {value!r}.") from None
         if not math.isfinite(number) or not self.low <= number <= self.high:
