@@ -286,3 +286,14 @@ def test_help_and_version(capsys):
     code, out, _ = run(capsys, "run", "--help")
     assert code == 0
     assert "--estimator" in out
+
+
+def test_a_console_that_knows_few_letters_gets_question_marks():
+    done = subprocess.run(
+        [sys.executable, "-m", "hapkit_studio", "environments"],
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"N?s/m" in done.stdout
