@@ -10,6 +10,7 @@ from hapkit_studio.gui.theme import theme
 HAND_KEYS = (
     ("Hand 1 mm left, right", "← →"),
     ("Hand 0.1 mm left, right", "Shift+← →"),
+    ("Hand lets go", "↓"),
     ("Slider, number: one step", "← → ↑ ↓"),
     ("Slider, number: ten steps", "Page Up, Page Down"),
     ("Slider, number: limits", "Home, End"),

@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 
 from hapkit_studio.gui.centre import Centre
 from hapkit_studio.gui.live import KEPT_SECONDS, Live
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 _MAX_FORCE = 3.0
+_USUAL_S = 12.0  # how long the first compile takes on two processors
+_NEARLY = 0.95  # where the bar waits if it takes longer
+_BAR_MS = 250
 _WORDS = {
     "preparing": "Preparing the loop, once only",
     "connecting": "Connecting…",
@@ -30,6 +33,9 @@ class Pictures(QObject):
     def __init__(self, studio: Studio, live: Live, centre: Centre, status: StatusBar):
         super().__init__()
         self._studio, self._live, self._centre, self._status = studio, live, centre, status
+        self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
+        self._since.start()
+        self._bar.timeout.connect(self._show_preparing)
         centre.time.set_history(live.history)
         centre.phase.set_history(live.history)
         live.frame.connect(self.show_frame)
@@ -97,8 +103,18 @@ class Pictures(QObject):
     def show_link(self) -> None:
         """Show whether there is a device."""
         state = self._studio.link.state
-        self._centre.scene.set_preparing(state == "preparing")
+        self._show_preparing()
         self._centre.scene.set_hand_enabled(self._studio.hand_is_ours)
         self._centre.time.set_stale(state == "gone")
         if state != "running":
             self._status.show_nothing(_WORDS.get(state, ""))
+
+    def _show_preparing(self) -> None:
+        """Show how far the loop's first compile usually is by now."""
+        preparing = self._studio.link.state == "preparing"
+        fraction = min(1e-3 * self._since.elapsed() / _USUAL_S, _NEARLY)
+        self._centre.scene.set_preparing(preparing, fraction if preparing else None)
+        if preparing and not self._bar.isActive():
+            self._bar.start()
+        elif not preparing:
+            self._bar.stop()

@@ -155,6 +155,16 @@ def test_a_port_that_never_was_there_is_looked_for_as_its_banner_says(make_windo
     assert not window.studio._again.isActive()
 
 
+def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_window, qtbot):
+    scene = idle_window.centre.scene
+    first = scene._fraction
+    qtbot.waitUntil(lambda: first < scene._fraction < 1.0, timeout=PATIENCE_MS)
+    idle_window.studio.open(SIMULATED)
+    qtbot.waitUntil(lambda: idle_window.studio.engine is not None, timeout=PATIENCE_MS)
+    assert scene._fraction is None
+    assert not idle_window.pictures._bar.isActive()
+
+
 def test_a_fault_shows_its_reason_and_is_cleared_by_hand(window, qtbot):
     from hapkit_studio.haptics import rig
 
