@@ -47,6 +47,7 @@ class Pictures(QObject):
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         studio.environment_changed.connect(self.show_environment)
         studio.values_changed.connect(self.show_values)
+        studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
         studio.engine_changed.connect(self.show_environment)
         studio.engine_changed.connect(self.show_link)
         studio.link_changed.connect(self.show_link)

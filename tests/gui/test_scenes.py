@@ -134,6 +134,15 @@ def test_the_hands_ring_is_whole_at_the_edge(view):
     assert min(x for x in columns if x > 700) < stage.x(50.0)
 
 
+def test_a_released_grip_draws_no_line_to_the_hand(view):
+    stage = Stage(880, 236)
+    between = range(int(stage.x(-35) + 12 * stage.u), int(stage.x(0) - 30 * stage.u))
+    for grip, pulls in (("released", False), ("medium", True)):
+        view.set_grip(grip)
+        columns = pixels_of(show(view, 0.0, hand=-0.035), "accent", int(stage.knob_middle))
+        assert bool(set(columns) & set(between)) == pulls
+
+
 def test_stopped_shows_no_arrow(view):
     stage = Stage(880, 236)
     row = int(stage.knob_middle)

@@ -23,6 +23,7 @@ class Motion:
     force: float = 0.0
     asked: float = 0.0
     hand: float | None = None
+    loose: bool = False
     clamped: bool = False
     stopped: bool = False
     state: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -142,7 +143,7 @@ def hand_ring(stage: Stage, motion: Motion) -> None:
         return
     d = 1 if ring > x else -1
     start, stop = x + d * (stage.knob_width / 2 + 2 * u), ring - d * 9 * u
-    if d * (stop - start) > 0:
+    if d * (stop - start) > 0 and not motion.loose:
         stage.line(start, y, stop, y, stage.pen("accent", 2.0, (2.5, 3.0)))
     stage.p.setPen(stage.pen("accent", 2.2))
     stage.p.setBrush(theme.color("scene"))
@@ -161,7 +162,8 @@ def hand_label(stage: Stage, motion: Motion) -> None:
     if abs(ring - x) < stage.knob_width / 2 + 9 * u:
         return
     d = 1 if ring > x else -1
-    stage.say("your hand", [(ring + d * 15 * u, stage.knob_middle + 4.5 * u, d)], "accent", 12, 600)
+    text = "your hand, grip released" if motion.loose else "your hand"
+    stage.say(text, [(ring + d * 15 * u, stage.knob_middle + 4.5 * u, d)], "accent", 12, 600)
 
 
 def force_words(newtons: float) -> str:

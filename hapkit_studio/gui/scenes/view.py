@@ -124,6 +124,11 @@ class SceneView(QWidget):
         if not enabled:
             self._let_go()
 
+    def set_grip(self, grip: str) -> None:
+        """Say how the hand holds: released, it goes to the pointer but pulls nothing."""
+        self._motion.loose = grip == "released"
+        self.update()
+
     def set_preparing(self, preparing: bool, fraction: float | None = None) -> None:
         """Show words and a bar in the scene's place; fraction 0..1, None if unknown."""
         changed = preparing != self._preparing
