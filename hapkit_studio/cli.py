@@ -4,20 +4,15 @@ import argparse
 import json
 import os
 import sys
+import tempfile
 from collections.abc import Sequence
 from io import TextIOWrapper
 
 from hapkit_studio import commands
+from hapkit_studio.arguments import LineParser, window_parser
 from hapkit_studio.errors import StudioError
 
 INTERRUPTED = 130
-
-
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line."""
-
-    def error(self, message: str):
-        self.exit(2, f"{self.prog}: {message}\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -31,15 +26,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser().parse_args(given)
     try:
         result = options.command(options)
+        print(json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text, flush=True)
     except StudioError as error:
         print(f"hapkit-studio: {error}", file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"hapkit-studio: {error.filename or ''}: {error.strerror}", file=sys.stderr)
+        print(f"hapkit-studio: {error.filename or 'output'}: {error.strerror}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return INTERRUPTED
-    print(json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text)
     return 0
 
 
@@ -47,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of every command."""
     from hapkit_studio import __version__
 
-    top = _Parser(
+    top = LineParser(
         prog="hapkit-studio",
         description="Virtual environments on a Hapkit, real or simulated. Without a command: the window.",
     )
@@ -86,6 +81,7 @@ def _scene_options(command: argparse.ArgumentParser) -> None:
 
 
 def _window(given: Sequence[str]) -> int:
+    window_parser().parse_args(given)  # bad options are said before anything starts
     if not _has_display():
         return _demo()
     from hapkit_studio.gui import prepare
@@ -105,8 +101,9 @@ def _has_display() -> bool:
 def _demo() -> int:
     """Say that there is no display, render a hand pressing into the wall, write the picture."""
     print("No display here, so the window cannot open. Running the demo headless instead.")
+    folder = "." if os.access(".", os.W_OK) else tempfile.mkdtemp(prefix="hapkit-studio-")
     try:
-        print(commands.demo("hapkit-studio-demo.png").text)
+        print(commands.demo(os.path.join(folder, "hapkit-studio-demo.png")).text)
     except (StudioError, OSError) as error:
         print(f"hapkit-studio: {error}", file=sys.stderr)
         return 2

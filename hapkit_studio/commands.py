@@ -15,8 +15,10 @@ from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.parameters import Parameter
 
 FRAME_SECONDS = 1 / 60
+TEST_SECONDS = Parameter("seconds", "Seconds", "s", 5.0, 0.1, 86_400.0)
 
 
 @dataclass(frozen=True)
@@ -117,8 +119,9 @@ def environments(options: argparse.Namespace) -> Result:
         described = []
         for p in e.parameters:
             word = p.options if p.discrete else [p.low, p.high]  # type: ignore[union-attr]
+            default = p.text(p.default) if p.discrete else p.default
             described.append(
-                {"key": p.key, "label": p.label, "unit": p.unit, "default": p.text(p.default), "range": word}
+                {"key": p.key, "label": p.label, "unit": p.unit, "default": default, "range": word}
             )
             limits = " | ".join(p.options) if p.discrete else f"{p.low:g} to {p.high:g} {p.unit}"  # type: ignore[union-attr]
             lines.append(f"    {p.key:<14} {p.text(p.default):<12} [{limits}]")
@@ -135,7 +138,7 @@ def devices(options: argparse.Namespace) -> Result:
 
 def loop_test(options: argparse.Namespace) -> Result:
     """Run the loop on a device with a hand pressing into the wall; measure lateness and period."""
-    seconds = api.SECONDS.check(options.seconds)
+    seconds = TEST_SECONDS.check(options.seconds)
     engine = Engine(device_list.named(options.device), "wall")
     reader = engine.reader()
     engine.set_loop(rate=options.rate)

@@ -10,7 +10,8 @@ import pytest
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("MPLBACKEND", "Agg")
-os.environ["XDG_CONFIG_HOME"] = tempfile.mkdtemp(prefix="hapkit-studio-tests-")
+_settings = tempfile.TemporaryDirectory(prefix="hapkit-studio-tests-")
+os.environ["XDG_CONFIG_HOME"] = _settings.name
 # the first example compiles, and a run must find what the last one found
 hypothesis.settings.register_profile("studio", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("studio")

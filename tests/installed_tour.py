@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 
 import hapkit_studio
 from hapkit_studio import resources
+from hapkit_studio.arguments import window_parser
 from hapkit_studio.gui import app
 from hapkit_studio.haptics import rows
 
@@ -43,7 +44,7 @@ def visit(application, window, key, folder):
 def main():
     folder = Path(sys.argv[1])
     application = QApplication([])
-    options = app.arguments().parse_args([])
+    options = window_parser().parse_args([])
     window = app.build(options)
     window.show()
     app.begin(window, options)

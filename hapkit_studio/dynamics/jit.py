@@ -4,10 +4,33 @@ Without numba's reference counting too: it allocates nothing, and counting the a
 call took ten times as long as a tick itself. Nothing calls it as a C function, so none is made.
 """
 
+import atexit
+import os
+import shutil
+import tempfile
 from functools import partial
 
-from numba import njit
+from numba import config, njit
 
+
+def _probe():
+    """Stand in for any function that is to be cached."""
+
+
+def find_cache() -> None:
+    """Give numba a folder for as long as this program runs where it finds none that it may write to.
+
+    Otherwise it keeps compiled code beside the source or in the user's cache. Programs started from here use
+    the same folder.
+    """
+    try:
+        njit(cache=True)(_probe)
+    except RuntimeError:
+        config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = tempfile.mkdtemp(prefix="hapkit-studio-")
+        atexit.register(shutil.rmtree, config.CACHE_DIR, ignore_errors=True)
+
+
+find_cache()
 _options = partial(njit, cache=True, nogil=True, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
 
 compiled = _options()

@@ -1,6 +1,7 @@
 """Starts the window: application, theme, first picture, then the loop in the background."""
 
 import argparse
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from subprocess import Popen
@@ -9,6 +10,7 @@ from PySide6.QtCore import QObject, QSettings, QSize, QTimer
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio import devices
+from hapkit_studio.arguments import window_parser
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import prepare
 from hapkit_studio.gui.studio import Studio
@@ -20,11 +22,11 @@ LOOK_MS = 50
 
 
 def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> int:
-    """Open the window and return the exit code; see ``arguments`` for what argv may hold.
+    """Open the window and return the exit code; see ``window_parser`` for what argv may hold.
 
     preparing is the program that compiles the loop, if it was started before Qt was even imported.
     """
-    options = arguments().parse_args(list(sys.argv[1:] if argv is None else argv))
+    options = window_parser().parse_args(list(sys.argv[1:] if argv is None else argv))
     application = QApplication.instance() or QApplication(["hapkit-studio"])
     assert isinstance(application, QApplication)
     application.setApplicationName("hapkit-studio")
@@ -37,38 +39,18 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
         print(error, file=sys.stderr)
         return 2
     window.show()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: window.close())  # closing ends the loop with a zero command
     QTimer.singleShot(0, lambda: begin(window, options, preparing))
     return application.exec()
 
 
-def arguments() -> argparse.ArgumentParser:
-    """Return the options; those from --screenshot on are for pictures in documents and for developers."""
-    parser = argparse.ArgumentParser(prog="hapkit-studio", description="The studio's window.")
-    parser.add_argument("--environment", default="wall", help="environment to begin with")
-    parser.add_argument("--device", default="simulated", help="device to begin with")
-    parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
-    parser.add_argument("--size", type=_size, metavar="WxH", help="window size in pixels, e.g. 1280x720")
-    parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then leave")
-    parser.add_argument(
-        "--seconds", type=float, default=5.0, help="how long the loop runs before the picture"
-    )
-    parser.add_argument("--push", type=float, metavar="MM", help="for the picture: push the handle to MM")
-    return parser
-
-
-def _place(window: MainWindow, size: QSize | None) -> None:
+def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
     """Give the window the size asked for, else the one it had, else one that fits the screen."""
     geometry = window.settings.value("geometry")
     if size is None and geometry is not None and window.restoreGeometry(geometry):
         return
-    window.resize(size or FIRST_SIZE.boundedTo(window.screen().availableSize()))
-
-
-def _size(text: str) -> QSize:
-    width, _, height = text.partition("x")
-    if not (width.isdecimal() and height.isdecimal()):
-        raise argparse.ArgumentTypeError(f"a size is written 1280x720, not {text!r}")
-    return QSize(int(width), int(height))
+    window.resize(QSize(*size) if size else FIRST_SIZE.boundedTo(window.screen().availableSize()))
 
 
 def build(options: argparse.Namespace) -> MainWindow:

@@ -11,13 +11,14 @@ PREPARING = prepare.begin("loop")  # as the command line does, before Qt is load
 from PySide6.QtCore import QTimer  # noqa: E402
 from PySide6.QtWidgets import QApplication, QLabel  # noqa: E402
 
+from hapkit_studio.arguments import window_parser  # noqa: E402
 from hapkit_studio.gui import app  # noqa: E402
 
 
 def main() -> None:
     """Print one JSON object: clocks in s of time.perf_counter, and what the window said while it prepared."""
     application = QApplication(["bench"])
-    options = app.arguments().parse_args(sys.argv[1:])
+    options = window_parser().parse_args(sys.argv[1:])
     window = app.build(options)
     window.show()
     application.processEvents()

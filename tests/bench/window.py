@@ -10,6 +10,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
+from hapkit_studio.arguments import window_parser
 from hapkit_studio.gui import app
 from hapkit_studio.gui.window import MainWindow
 
@@ -19,7 +20,7 @@ FRAME_MS = 16
 def open_window(*arguments: str) -> tuple[QApplication, MainWindow]:
     """Return application and window once rows arrive from the loop; raise TimeoutError after two minutes."""
     application = QApplication.instance() or QApplication(["bench"])
-    options = app.arguments().parse_args(list(arguments))
+    options = window_parser().parse_args(list(arguments))
     window = app.build(options)
     window.show()
     app.begin(window, options)
