@@ -101,7 +101,7 @@ def _has_display() -> bool:
 def _demo() -> int:
     """Say that there is no display, render a hand pressing into the wall, write the picture."""
     print("No display here, so the window cannot open. Running the demo headless instead.")
-    folder = "." if os.access(".", os.W_OK) else tempfile.mkdtemp(prefix="hapkit-studio-")
+    folder = "" if os.access(".", os.W_OK) else tempfile.mkdtemp(prefix="hapkit-studio-")
     try:
         print(commands.demo(os.path.join(folder, "hapkit-studio-demo.png")).text)
     except (StudioError, OSError) as error:

@@ -106,7 +106,8 @@ class StatusBar(QWidget):
         self.rate.show_words(f"{number(health.rate, 1)} Hz" if health.rate else "– Hz", "", "ink")
         self.late.show_words(f"Late p99 {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.lost_frames
-        self.missed.show_words(f"Missed {lost}", "triangle" if lost else "", "warn" if lost else "ink2")
+        lately = health.missed_lately > 0
+        self.missed.show_words(f"Missed {lost}", "triangle" if lately else "", "warn" if lately else "ink2")
         if health.priority.realtime:
             self.priority.show_words(health.priority.text, "check", "ok")
         else:

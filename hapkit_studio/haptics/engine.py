@@ -214,7 +214,7 @@ class Engine:
     def health(self) -> Health:
         """Return how the loop is doing; call it at a few hertz."""
         control = self._rig.control
-        rate, late = self._watch.look(control, self._late)
+        rate, late, missed_lately = self._watch.look(control, self._late)
         running = self._thread is not None and self._thread.is_alive()
         gone = int(control[rig.FAULT]) == rig.DEVICE_GONE
         return Health(
@@ -230,6 +230,7 @@ class Engine:
             running=running,
             connected=running and not gone,
             message=self._message,
+            missed_lately=missed_lately,
         )
 
     def _priority_now(self) -> Priority:

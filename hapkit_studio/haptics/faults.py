@@ -25,7 +25,7 @@ def describe(code: int, r: Rig) -> Fault | None:
         rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at x = {_signed(position)} mm.",
         rig.LAW_INDEX: f"Fault: line {line} of the law reads beyond its state.",
         rig.LAW_FUEL: f"Fault: line {line} of the law does not come to an end.",
-        rig.OVER_SPEED: f"Fault: over-speed, {abs(value):.1f} m/s (limit {limit:.1f} m/s).",
+        rig.OVER_SPEED: f"Fault: over-speed, {_beyond(abs(value), limit)} m/s (limit {limit:.1f} m/s).",
         rig.STALE_SENSOR: f"Fault: no sensor frame for {1e3 * value:.0f} ms, three times in 10 s.",
         rig.RUNAWAY: f"Fault: this machine cannot keep {value:.0f} Hz.",
         rig.DEVICE_GONE: "The device is gone.",
@@ -37,6 +37,11 @@ def describe(code: int, r: Rig) -> Fault | None:
     if code not in texts:
         return None
     return Fault(code, texts[code], details.get(code, HOLD_THEN_CLEAR))
+
+
+def _beyond(value: float, limit: float) -> str:
+    """Write a value with as many decimals as show that it is above the limit."""
+    return next((t for t in (f"{value:.{d}f}" for d in (1, 2, 3)) if float(t) > limit), f"{value:.4f}")
 
 
 def _name(value: float) -> str:

@@ -14,7 +14,10 @@ WINDOW_SECONDS = 10.0
 
 @dataclass(frozen=True)
 class Health:
-    """A snapshot for status bar and command line; lateness in µs over the last 10 s, delay in s."""
+    """A snapshot for status bar and command line; delay in s.
+
+    Rate, lateness in µs and missed_lately (lost frames too) are of the last 10 s, other counts of the whole run.
+    """
 
     rate: float
     lateness_us: dict[str, float]
@@ -28,6 +31,7 @@ class Health:
     running: bool
     connected: bool
     message: str = ""
+    missed_lately: int = 0
 
 
 @dataclass
@@ -36,17 +40,18 @@ class Watch:
 
     past: deque = field(default_factory=deque)
 
-    def look(self, control: np.ndarray, bins: np.ndarray) -> tuple[float, dict[str, float]]:
-        """Return (rate in Hz, lateness percentiles in µs) since about WINDOW_SECONDS ago."""
+    def look(self, control: np.ndarray, bins: np.ndarray) -> tuple[float, dict[str, float], int]:
+        """Return (rate in Hz, lateness percentiles in µs, ticks missed or lost) of about WINDOW_SECONDS."""
         now, head, counts = time.perf_counter(), int(control[rig.HEAD]), bins.copy()
-        self.past.append((now, head, counts))
+        missed = int(control[rig.MISSED] + control[rig.LOST_FRAMES])
+        self.past.append((now, head, counts, missed))
         while len(self.past) > 2 and now - self.past[1][0] > WINDOW_SECONDS:
             self.past.popleft()
-        then, before, old = self.past[0]
+        then, before, old, missed_before = self.past[0]
         if now - then < 1e-3:
-            return 0.0, histogram.percentiles(counts)
-        recent = counts - old
-        return (head - before) / (now - then), histogram.percentiles(recent)
+            return 0.0, histogram.percentiles(counts), 0
+        recent = histogram.percentiles(counts - old)
+        return (head - before) / (now - then), recent, missed - missed_before
 
     def forget(self) -> None:
         """Start anew, e.g. after another device or rate."""

@@ -77,3 +77,12 @@ def test_the_value_said_is_the_one_that_latched():
     bench.run([0.0, 0.0034])
     assert bench.r.values[block.MAX_SPEED] == 3.0
     assert "3.4 m/s" in faults.describe(rig.OVER_SPEED, bench.r).text
+
+
+@pytest.mark.parametrize(("speed", "said"), [(3.4, "3.4"), (3.04, "3.04"), (3.0004, "3.0004")])
+def test_a_speed_is_written_so_that_it_is_above_its_limit(speed, said):
+    bench = Bench(CONSTANT, max_speed=3.0)
+    rig_of = bench.r
+    bench.tick()
+    bench.tick(speed * 1e-3)
+    assert faults.describe(rig.OVER_SPEED, rig_of).text == f"Fault: over-speed, {said} m/s (limit 3.0 m/s)."
