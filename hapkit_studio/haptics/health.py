@@ -16,7 +16,7 @@ WINDOW_SECONDS = 10.0
 class Health:
     """A snapshot for status bar and command line; delay in s.
 
-    Rate, lateness in µs and missed_lately (lost frames too) are of the last 10 s, other counts of the whole run.
+    Rate, lateness in µs and missed_lately (lost frames too) are of the last 10 s, other counts of all time.
     """
 
     rate: float
