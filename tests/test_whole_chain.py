@@ -59,8 +59,8 @@ def session(tmp_path, qtbot, qapp):
 
 def last_command(engine: Engine) -> float:
     """Return the force of the frame that was written last."""
-    (body,) = Decoder().bodies(engine.driver.conn.frame.tobytes())
-    return Force.unpack(body).force
+    first = Decoder().bodies(engine.driver.conn.frame.tobytes())[0]
+    return Force.unpack(first).force
 
 
 def aligned(table: np.ndarray, log: np.recarray) -> np.recarray:

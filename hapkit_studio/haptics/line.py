@@ -59,7 +59,7 @@ def new_line(quantum: float) -> Line:
         reader=reader,
         buffer=buffer,
         data=np.zeros(CHUNK, dtype=np.uint8),
-        frame=np.zeros(codec.FRAME_SIZE, dtype=np.uint8),
+        frame=np.zeros(2 * codec.FRAME_SIZE, dtype=np.uint8),  # a stop or release, and a force
         samples=np.zeros((codec.rows_for(CHUNK), codec.SAMPLE_WIDTH)),
         forces=np.zeros(HISTORY),
         numbers=numbers,
@@ -178,12 +178,12 @@ def render(r, line, out, k, now):
 
 
 @compiled
-def answer(r, line, k, now):
-    """Encode the frame that answers sample k, an added delay of whole periods ago; return its length."""
+def answer(r, line, k, now, frame):
+    """Encode into frame what answers sample k, an added delay of whole periods ago; return its length."""
     line.numbers[LAST_ANSWER] = now
     behind = int(r.values[block.DELAY] / r.values[block.PERIOD] + 0.5)
     seq = int(line.samples[k, codec.SEQ]) - min(behind, HISTORY - 1)
-    return codec.encode_force(line.frame, seq & 0xFFFF, line.forces[seq % HISTORY])
+    return codec.encode_force(frame, seq & 0xFFFF, line.forces[seq % HISTORY])
 
 
 @compiled

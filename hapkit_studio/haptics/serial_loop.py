@@ -8,12 +8,11 @@ import errno
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import block, clib, histogram, line, rig, ring, rows, settings, sleep
+from hapkit_studio.haptics import block, clib, exchange, line, rig, settings, sleep
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.priority import demote
 from hapkit_studio.haptics.simulated_loop import MOST_PASSES_WITHOUT_WAITING
-from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale
-from hapkit_studio.protocol import codec
+from hapkit_studio.haptics.tick import STALE_AFTER, latch
 
 _POLLIN = 1
 _POLL_ENDED = 8 | 16 | 32
@@ -25,8 +24,9 @@ _NO_WAIT = 10e-6
 
 @internal
 def send(fd, frame, size):
-    """Write a frame; a full line drops it, the board's watchdog covers that."""
-    clib.write(fd, frame.ctypes.data, size)
+    """Write what is to be sent, if anything; a full line drops it, the board's watchdog covers that."""
+    if size > 0:
+        clib.write(fd, frame.ctypes.data, size)
 
 
 @internal
@@ -40,40 +40,6 @@ def wait(fd, spec):
     if events & _POLLIN:
         return 1
     return -1 if events & _POLL_ENDED else 0
-
-
-@internal
-def answer_all(r, conn, out, late, fd, count):
-    """Render every decoded sample, answer the newest; older ones of the same chunk count as missed."""
-    now = sleep.now()
-    for k in range(count):
-        newest = k == count - 1
-        if newest:
-            line.overslept(r, conn, now)
-        line.render(r, conn, out, k, now)
-        if newest:
-            word = line.stop_word(r, conn)
-            if word:
-                send(fd, conn.frame, codec.encode_simple(conn.frame, word))
-            send(fd, conn.frame, line.answer(r, conn, k, now))
-        row = out.rows[ring.next_index(out)]
-        row[rows.COMPUTE] = sleep.now() - now
-        histogram.add(late, row[rows.LATENESS])
-        ring.publish(out)
-    if count > 1:
-        store_release(r.control, rig.MISSED, r.control[rig.MISSED] + count - 1)
-
-
-@internal
-def silent(r, conn, fd):
-    """No sample within STALE_AFTER: zero force, and say so to the board."""
-    now = sleep.now()
-    if now - conn.numbers[line.LAST_ANSWER] < STALE_AFTER:
-        return
-    if conn.words[line.STARTED]:
-        mark_stale(r, now)
-    send(fd, conn.frame, codec.encode_force(conn.frame, 0, 0.0))
-    conn.numbers[line.LAST_ANSWER] = now
 
 
 @compiled
@@ -95,14 +61,13 @@ def run(r, conn, out, late, fd, spec):
             latch(r, rig.DEVICE_GONE, 0.0, r.real[rig.LAST_POSITION])
             break
         if size > 0:
-            count = codec.feed(conn.reader, conn.buffer, conn.data, size, conn.samples)
-            answer_all(r, conn, out, late, fd, count)
-        silent(r, conn, fd)
+            send(fd, conn.frame, exchange.take(r, conn, out, late, size))
+        send(fd, conn.frame, exchange.silence(r, conn))
         if hurried > MOST_PASSES_WITHOUT_WAITING:
             latch(r, rig.RUNAWAY, 1.0 / r.values[block.PERIOD], 0.0)
             demote()
             sleep.until(before + r.values[block.PERIOD])
-    send(fd, conn.frame, codec.encode_force(conn.frame, 0, 0.0))
+    send(fd, conn.frame, exchange.zero(conn))
     store_release(r.control, rig.DONE, 1)
 
 

@@ -1,0 +1,42 @@
+"""What the tests of the plots share: telemetry of a wall, pixels of a colour."""
+
+import numpy as np
+from PySide6.QtGui import QColor, QImage
+
+from hapkit_studio.environments import discover
+from hapkit_studio.gui.theme import theme
+from hapkit_studio.haptics import rows
+
+RATE = 1000.0
+LIBRARY = discover()
+
+
+def telemetry(count, start=0, rate=RATE):
+    """Return rows of a handle that swings in and out of a wall at 5 mm, the force clamped at 3 N."""
+    tick = start + np.arange(count)
+    table = np.zeros((count, rows.ROW_WIDTH))
+    table[:, rows.TICK], table[:, rows.HOST_TIME] = tick, tick / rate
+    table[:, rows.POSITION] = 0.015 * np.sin(3.0 * tick / rate)
+    table[:, rows.VELOCITY] = 0.045 * np.cos(3.0 * tick / rate)
+    table[:, rows.ASKED] = -400.0 * np.maximum(table[:, rows.POSITION] - 0.005, 0.0)
+    table[:, rows.APPLIED] = np.maximum(table[:, rows.ASKED], -3.0)
+    return table
+
+
+def settle(phase):
+    """Let the older seconds be painted, one a frame."""
+    for _ in range(12):
+        phase.canvas.refresh()
+
+
+def canvas_of(plots, key):
+    return next(c for c in plots.canvases if c.plot_of.key == key)
+
+
+def colored(image: QImage, token: str) -> np.ndarray:
+    """Return (n, 2) columns and rows of the pixels that have exactly a token's colour."""
+    image = image.convertToFormat(QImage.Format.Format_RGB32)
+    raw = np.frombuffer(image.constBits(), np.uint32).reshape(image.height(), -1)[:, : image.width()]
+    wanted = np.uint32(QColor(getattr(theme.c, token)).rgb())
+    down, across = np.nonzero(raw == wanted)
+    return np.column_stack([across, down])
