@@ -3,15 +3,11 @@
 import contextlib
 import os
 import time
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import serial
-from serial.tools import list_ports
 
-from hapkit_studio.devices.base import DeviceEntry, DeviceKind
 from hapkit_studio.devices.port_errors import gone, not_a_hapkit, port_name, unopened, wrong_version
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.protocol.declare import Message
@@ -33,21 +29,6 @@ HELLO_PERIOD = 0.2
 READ_TIME = 0.05
 WRITE_TIME = 0.2
 _VERSION = slice(1, 3)
-
-
-@dataclass(frozen=True)
-class SerialPort:
-    """A serial port of this computer: path to open, name to show."""
-
-    path: str
-    title: str
-
-
-def serial_ports() -> list[SerialPort]:
-    """Return the ports that have hardware behind them, with their names, in the order of their paths."""
-    found = [p for p in list_ports.comports() if p.hwid and p.hwid != "n/a"]
-    titles = {p.device: p.product or p.description.replace("n/a", "") for p in found}
-    return [SerialPort(path, f"{port_name(path)}: {titles[path]}".rstrip(": ")) for path in sorted(titles)]
 
 
 class HapkitBoard:
@@ -192,15 +173,3 @@ def _open_port(port: str) -> serial.Serial:
         return serial.Serial(port, BAUD, timeout=READ_TIME, write_timeout=WRITE_TIME, exclusive=True)
     except (serial.SerialException, OSError) as error:
         raise unopened(port, error) from error
-
-
-def _entries() -> list[DeviceEntry]:
-    return [DeviceEntry(p.path, p.title, partial(HapkitBoard, p.path, p.title)) for p in serial_ports()]
-
-
-def _unlisted(key: str) -> HapkitBoard | None:
-    """Take what looks like a port for one, e.g. a pseudo-terminal, which no list holds."""
-    return HapkitBoard(key) if "/" in key or key.upper().startswith("COM") else None
-
-
-DEVICE = DeviceKind(2, _entries, _unlisted)

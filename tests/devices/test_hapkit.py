@@ -7,8 +7,8 @@ import pytest
 import serial
 
 from hapkit_studio import errors
-from hapkit_studio.devices import hapkit
-from hapkit_studio.devices.hapkit import HapkitBoard, serial_ports
+from hapkit_studio.devices import hapkit, ports
+from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.protocol.framing import encode, frame
 from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Release, Stream
 from tests.devices.fake_board import HELLO_FIELDS, UNPLUG, FakeBoard
@@ -172,13 +172,13 @@ def test_unplugged_while_open(fake):
 
 
 def test_ports_are_listed_with_their_names(monkeypatch):
-    ports = [
+    known = [
         SimpleNamespace(device="/dev/ttyUSB1", product=None, description="n/a", hwid="USB VID:PID=1A86:7523"),
         SimpleNamespace(
             device="/dev/ttyUSB0", product="FT232R USB UART", description="x", hwid="USB 0403:6001"
         ),
         SimpleNamespace(device="/dev/ttyS0", product=None, description="n/a", hwid="n/a"),
     ]
-    monkeypatch.setattr(hapkit.list_ports, "comports", lambda: ports)
-    found = [(p.path, p.title) for p in serial_ports()]
+    monkeypatch.setattr(ports.list_ports, "comports", lambda: known)
+    found = [(p.key, p.title) for p in ports.entries()]
     assert found == [("/dev/ttyUSB0", "ttyUSB0: FT232R USB UART"), ("/dev/ttyUSB1", "ttyUSB1")]
