@@ -36,7 +36,7 @@ class HapkitBoard:
 
     simulated = False
     mass = 0.044
-    """kg at the handle; the board cannot know it, this is the kit's usual value (DESIGN §3)."""
+    """kg at the handle; the board cannot know it, this is the kit's usual value."""
     viscous = 0.5
     """N·s/m at the handle, usual value."""
 
