@@ -53,8 +53,12 @@ def test_the_card_judges_the_loop_in_force(window, qtbot):
     qtbot.waitUntil(lambda: "1.1 × below" in window.stability.headline.text(), timeout=PATIENCE_MS)
     assert "Stiffness limit 1002 N/m." in window.stability.words.text()
     window.studio.set_loop(delay=0.002)
-    window.live.look()
-    qtbot.waitUntil(lambda: "above the limit" in window.stability.headline.text(), timeout=PATIENCE_MS)
+
+    def judged() -> bool:
+        window.live.look()  # the loop takes the new delay at its next tick
+        return "above the limit" in window.stability.headline.text()
+
+    qtbot.waitUntil(judged, timeout=PATIENCE_MS)
     bound = limit(Loop(0.044, 0.5, 1000.0, 0.002, "iir"), 0.0)
     assert f"Lower stiffness below {bound:.0f} N/m." in window.stability.headline.text()
     assert window.status.margin.words.text() == f"{900.0 / bound:.1f} × above the limit"
