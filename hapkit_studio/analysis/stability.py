@@ -109,10 +109,14 @@ def _inverse_plant(loop: _Loop, w: np.ndarray) -> np.ndarray:
 
 
 def _frequencies(loop: _Loop) -> np.ndarray:
-    """Return rad/sample from nearly 0 to pi, dense enough for every turn the delay puts into the phase."""
+    """Return rad/sample from nearly 0 to pi, dense enough for every turn the delay puts into the phase.
+
+    Without delay or hand the crossing lies near sqrt(2 b T / m), so the sweep starts well below that.
+    """
     turns = loop.delay * loop.rate + 2.0
+    slowest = min(_SLOWEST, 0.1 * math.sqrt(loop.viscous / (loop.mass * loop.rate))) or _SLOWEST
     even = np.linspace(0.0, math.pi, int(1000 + 24 * turns))[1:]
-    return np.union1d(np.geomspace(_SLOWEST, 1.0, 600), even)
+    return np.union1d(np.geomspace(slowest, 1.0, 600), even)
 
 
 def _lowest_crossing(curve: Curve, w: np.ndarray) -> float:

@@ -246,6 +246,14 @@ def test_without_any_damping_no_spring_is_stable():
 
 
 @pytest.mark.alone
+@pytest.mark.parametrize(("mass", "viscous"), [(0.05, 1e-12), (1e6, 1e-6), (1e6, 1e-9)])
+def test_a_handle_that_hardly_loses_energy_has_the_passive_limit(mass, viscous):
+    for late in (0.0, 1e-3):
+        assert stiffness_limit(mass, viscous, delay=late) == pytest.approx(
+            viscous / (0.5e-3 + late), rel=1e-9
+        )
+
+
 def test_is_quick_enough_for_a_status_bar():
     """Takes a few ms, tens of ms with 100 ms of delay at 10 kHz; the best of five."""
     for loop, longest in (({"damping": 2.0}, 0.02), ({"rate": 1e4, "delay": 0.1, "damping": 0.1}, 0.1)):
