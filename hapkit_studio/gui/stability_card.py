@@ -183,4 +183,4 @@ def margin_notice(answer: Answer) -> tuple[str, str]:
     title = (
         f"Stiffness {number(question.stiffness, 0)} N/m is above the limit of {number(answer.limit, 0)} N/m."
     )
-    return title, f"{loop} a released handle would not come to rest."
+    return title, f"{loop} contact without a hand grows instead of settling."
