@@ -1,6 +1,6 @@
 """What an environment is: a force law with its parameters, its words and its picture's name."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,6 +9,30 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.laws import Law
 from hapkit_studio.parameters import AnyParameter, resolve
 
+Values = Mapping[str, float]
+Curve = Callable[[Values, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a scene is rendered with: period s, sensor quantum m, the device's damping N·s/m, speed m/s.
+
+    speed is the handle's highest of late, 0 where it is unknown.
+    """
+
+    period: float = 1e-3
+    quantum: float = 20.7e-6
+    viscous: float = 0.5
+    speed: float = 0.0
+
+
+def _no_complaint(values: Values) -> str:
+    return ""
+
+
+def _no_warnings(values: Values, conditions: Conditions) -> Iterable[str]:
+    return ()
+
 
 @dataclass(frozen=True)
 class Environment:
@@ -16,6 +40,11 @@ class Environment:
 
     formula is short HTML; impedance maps named values to the (stiffness N/m, damping N·s/m) that bound
     stability, None where no linear limit applies; shades says whether contact is shaded in the plots.
+    check says in one line why values do not go together, "" where they do; warnings says what cannot be
+    rendered well under given conditions. over_position and over_velocity return the theory drawn beneath the
+    data, (n,) or one row a branch, nan where there is none; without them it is the law at rest. restless says
+    why the scene with its defaults does not come to rest, "" where it does. outcomes and hands are what
+    fidelity is judged by, needs the device terms it found that they depend on.
     """
 
     key: str
@@ -27,8 +56,15 @@ class Environment:
     formula: str = ""
     explanation: str = ""
     scene: str = ""
-    impedance: Callable[[Mapping[str, float]], tuple[float, float]] | None = None
+    impedance: Callable[[Values], tuple[float, float]] | None = None
+    check: Callable[[Values], str] = _no_complaint
+    warnings: Callable[[Values, Conditions], Iterable[str]] = _no_warnings
+    over_position: Curve | None = None
+    over_velocity: Curve | None = None
+    restless: str = ""
     shades: bool = False
+    outcomes: tuple[str, ...] = ()
+    hands: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     order: int = 100
     state_names: tuple[str, ...] = field(init=False)
@@ -46,8 +82,12 @@ class Environment:
                 f"{self.title} takes its parameters by name, as {{key: value}}, not {given!r}."
             )
         numbers = resolve(self.parameters, given, self.title)
-        return {p.key: n for p, n in zip(self.parameters, numbers, strict=True)}
+        values = {p.key: n for p, n in zip(self.parameters, numbers, strict=True)}
+        complaint = self.check(values)
+        if complaint:
+            raise ParameterError(complaint)
+        return values
 
-    def curve(self, values: Mapping[str, float], position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
+    def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
         """Return the law's static force (n,) in N over position (n,) in m, its state at the start."""
         return np.array([self.force.plain(values, x, velocity) for x in map(float, position)])
