@@ -22,9 +22,10 @@ def describe(code: int, r: Rig) -> Fault | None:
     value, position = float(r.real[rig.FAULT_VALUE]), 1e3 * float(r.real[rig.FAULT_POSITION])
     line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
     texts = {
-        rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at x = {_signed(position)} mm.",
+        rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at x = {_signed(position)} mm{_at(line)}.",
         rig.LAW_INDEX: f"Fault: line {line} of the law reads beyond its state.",
         rig.LAW_FUEL: f"Fault: line {line} of the law does not come to an end.",
+        rig.LAW_DIVISION: f"Fault: line {line} of the law divides by zero at x = {_signed(position)} mm.",
         rig.OVER_SPEED: f"Fault: over-speed, {_beyond(abs(value), limit)} m/s (limit {limit:.1f} m/s).",
         rig.STALE_SENSOR: f"Fault: no sensor frame for {1e3 * value:.0f} ms, three times in 10 s.",
         rig.RUNAWAY: f"Fault: this machine cannot keep {value:.0f} Hz.",
@@ -42,6 +43,11 @@ def describe(code: int, r: Rig) -> Fault | None:
 def _beyond(value: float, limit: float) -> str:
     """Write a value with as many decimals as show that it is above the limit."""
     return next((t for t in (f"{value:.{d}f}" for d in (1, 2, 3)) if float(t) > limit), f"{value:.4f}")
+
+
+def _at(line: int) -> str:
+    """Write the line of a value that is not finite, where it is known."""
+    return f" (line {line})" if line else ""
 
 
 def _name(value: float) -> str:

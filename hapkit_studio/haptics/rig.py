@@ -51,6 +51,7 @@ FLIP = 12 * STRIDE
 CONTROL = 13 * STRIDE
 
 NO_FAULT, NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = range(8)
+LAW_DIVISION = 8
 
 
 class Rig(NamedTuple):
@@ -64,7 +65,7 @@ class Rig(NamedTuple):
     states: np.ndarray  # (2, 16): one row a slot
     laws: np.ndarray  # (2,): addresses
     memory: np.ndarray  # the velocity estimator's
-    fault: np.ndarray  # (2,): code and line, set by laws
+    fault: np.ndarray  # (3,): code, line, line of the first value not finite; set by laws
     values: np.ndarray  # the block in force
     words: np.ndarray
     draft_values: np.ndarray  # the block being read, perhaps torn
@@ -87,7 +88,7 @@ def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
         states=np.zeros((2, rows.STATES)),
         laws=np.zeros(2, dtype=np.int64),
         memory=np.zeros(estimators.MEMORY),
-        fault=np.zeros(2, dtype=np.int64),
+        fault=np.zeros(3, dtype=np.int64),
         values=values,
         words=words,
         draft_values=draft_values,

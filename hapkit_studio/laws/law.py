@@ -71,13 +71,31 @@ class Law:
     def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
         """Return the force in N by the Python function itself, its state at the start, nan if none."""
         named = {
-            p.key: p.text(values[p.key]) if isinstance(p, Choice) else values[p.key] for p in self.parameters
+            p.key: _Option(values[p.key], p) if isinstance(p, Choice) else values[p.key]
+            for p in self.parameters
         }
         state = {k: _Values(v) if isinstance(v, tuple) else v for k, v in self.state.items()}
         try:
             return float(self.function(SimpleNamespace(**named), SimpleNamespace(**state), x, v, dt))
         except (ArithmeticError, ValueError, LookupError):
             return math.nan
+
+
+class _Option(float):
+    """A choice as a law sees it: compared by its name, and by its number where a helper was given it."""
+
+    def __new__(cls, value: float, choice: Choice):
+        made = super().__new__(cls, value)
+        made.name = choice.text(value)  # type: ignore[attr-defined]
+        return made
+
+    def __eq__(self, other):
+        return self.name == other if isinstance(other, str) else float(self) == other  # type: ignore
+
+    def __ne__(self, other):
+        return not self == other
+
+    __hash__ = float.__hash__
 
 
 class _Values(list):

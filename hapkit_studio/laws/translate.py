@@ -1,14 +1,12 @@
 """Turn a law and its helpers into bare source for numba."""
 
 import ast
-import inspect
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 
-from hapkit_studio.errors import LawError
 from hapkit_studio.laws import subset
-from hapkit_studio.laws.body import BURN, HELPER, Body
+from hapkit_studio.laws.body import Body
+from hapkit_studio.laws.helpers import Helpers, function_tree, values_returned
 from hapkit_studio.laws.names import Names
 from hapkit_studio.laws.subset import fail
 from hapkit_studio.parameters import AnyParameter
@@ -53,27 +51,37 @@ def _spent(line, fault):
             fault[0] = 3
             fault[1] = line
     return fault[0] != 0
+
+
+@njit(cache=True, error_model="numpy")
+def _divisor(a, line, fault):
+    if a == 0.0 and fault[0] == 0:
+        fault[0] = 8
+        fault[1] = line
+    return a * 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def _noted(a, line, fault):
+    if fault[2] == 0 and not _math.isfinite(a):
+        fault[2] = line
+    return a * 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def _force(a, line, fault):
+    if fault[0] == 0 and not _math.isfinite(a):
+        fault[0] = 1
+        fault[1] = fault[2] if fault[2] else line
+    return a * 1.0
 '''
-# A law's two fault words: the code, and the line; without a fault the second one holds the fuel left.
-LAW_START = f"if _fault[0] != 0:\n    return _math.nan\n_fault[1] = {FUEL}"
-
-
-def function_tree(function: Callable) -> ast.FunctionDef:
-    """Return a function's syntax tree with the line numbers of its file."""
-    if not isinstance(function, FunctionType):
-        raise LawError(f"A law is a function (p, s, x, v, dt), not {function!r}.")
-    try:
-        lines, first = inspect.getsourcelines(function)
-        tree = ast.parse(textwrap.dedent("".join(lines)))
-    except (OSError, SyntaxError):
-        raise LawError(f"The source of {function.__name__!r} cannot be read; write it in a file.") from None
-    ast.increment_lineno(tree, first - 1)
-    node = tree.body[0]
-    if not isinstance(node, ast.FunctionDef):
-        raise fail(node, "a law is a function")
-    for name in function.__code__.co_freevars:
-        raise fail(node, f"'{name}' belongs to the function around the law: write it at the file's top level")
-    return node
+# A law's three fault words: the code; the line, without a fault the fuel left; the line of the first value
+# that was not finite.
+LAW_START = f"""\
+if _fault[0] != 0:
+    return _math.nan
+_fault[1] = {FUEL}
+_fault[2] = 0"""
 
 
 def _returns(statements: list[ast.stmt]) -> bool:
@@ -83,43 +91,57 @@ def _returns(statements: list[ast.stmt]) -> bool:
     return isinstance(last, ast.Return)
 
 
-def _translate_one(tree: ast.FunctionDef, names: Names, is_law: bool) -> tuple[str, list[str]]:
+def _translate_one(
+    function: FunctionType, names: Names, helpers: Helpers, is_law: bool
+) -> tuple[str, list[FunctionType]]:
     """Return a function's bare source and the helpers it calls."""
+    tree = function_tree(function)
     subset.check_arguments(tree, is_law)
+    if not is_law and not all(map(names.is_compiling, tree.decorator_list)):
+        raise fail(tree, f"`{tree.name}` is called by a law: it may not have a decorator")
     if not _returns(tree.body):
         what = "a law must return a force" if is_law else f"`{tree.name}` must return a number"
         raise fail(tree.body[-1], f"{what} on every path: end it with `return 0.0`")
-    body = Body(names, tree, is_law)
-    statements = ast.parse(LAW_START if is_law else BURN.format(line=tree.lineno)).body + body.block(
-        tree.body
-    )
+    body = Body(names, tree, function, helpers, is_law)
+    body.size = 1 if is_law else values_returned(tree)
+    start = ast.parse(LAW_START).body if is_law else body.burn(tree)
+    statements = start + body.block(tree.body)
     arguments = [ast.arg(a.arg) for a in (*tree.args.args, ast.arg("_fault"))]
     signature = ast.arguments([], arguments, None, [], [], None, [])
-    new = ast.FunctionDef("law" if is_law else HELPER + tree.name, signature, statements, [], None)
-    return ast.unparse(ast.fix_missing_locations(new)), body.helpers
+    name = "law" if is_law else helpers.name(function)
+    new = ast.FunctionDef(name, signature, statements, [], None)
+    return ast.unparse(ast.fix_missing_locations(new)), body.called
 
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:
     """Return the bare source of a law and its helpers; raise LawError with the line of what is wrong."""
-    tree = function_tree(function)
-    names = Names(parameters, state, function.__globals__)  # type: ignore[attr-defined]
-    source, wanted = _translate_one(tree, names, is_law=True)
-    helpers: dict[str, str] = {}
-    _add_helpers(wanted, names, helpers, ())
+    function_tree(function)
+    assert isinstance(function, FunctionType)
+    helpers = Helpers()
+    names = Names(parameters, state, function.__globals__)
+    source, wanted = _translate_one(function, names, helpers, is_law=True)
+    sources: dict[FunctionType, str] = {}
+    _add_helpers(wanted, helpers, sources, ())
     options = 'cache=True, error_model="numpy"'
     parts = [HEADER]
-    parts += [f"@njit({options})\n{helper}" for helper in helpers.values()]
+    parts += [f"@njit({options})\n{helper}" for helper in sources.values()]
     parts.append(f"@cfunc(_SIGNATURE, {options})\n{source}")
     return "\n\n".join(parts) + "\n"
 
 
-def _add_helpers(wanted: list[str], names: Names, done: dict[str, str], callers: tuple[str, ...]) -> None:
-    for name in wanted:
-        tree = function_tree(names.globals[name])
-        if name in callers:
-            raise fail(tree, f"`{name}` calls itself; a law's functions may not")
-        if name in done:
+def _add_helpers(
+    wanted: list[FunctionType],
+    helpers: Helpers,
+    done: dict[FunctionType, str],
+    callers: tuple[FunctionType, ...],
+) -> None:
+    for function in wanted:
+        if function in callers:
+            tree = function_tree(function)
+            raise fail(tree, f"`{function.__name__}` calls itself; a law's functions may not")
+        if function in done:
             continue
-        source, inner = _translate_one(tree, names, is_law=False)
-        _add_helpers(inner, names, done, (*callers, name))
-        done[name] = source
+        names = Names((), {}, function.__globals__)
+        source, inner = _translate_one(function, names, helpers, is_law=False)
+        _add_helpers(inner, helpers, done, (*callers, function))
+        done[function] = source

@@ -24,9 +24,18 @@ REFUSED = [
     ("def inner(): return 1.0", "a function inside a law"),
     ("class Inner: pass", "a class is not allowed"),
     ("a = (1.0, 2.0)", "several values at once"),
-    ("a, b = x, v", "several values at once"),
+    ("a, b = x, v, dt", "there are 2 names here, but 3 values"),
+    ("a, b = x", "there are 2 names here, but one value"),
+    ("a, b = half(x)", "`half` returns 1 value, taken apart with `a = half(…)`"),
+    ("a, b, c = both(x)", "`both` returns 2 values, taken apart with `a, b = both(…)`"),
+    ("a = both(x)", "`both` returns 2 values, taken apart with `a, b = both(…)`"),
+    ("a = 1.0 + both(x)", "`both` returns 2 values"),
+    ("a, x = v, 1.0", "`x` cannot be assigned"),
+    ("a, s.memory = v, 1.0", "'s.memory' is not a state"),
+    ("a, b = max(x, v)", "there are 2 names here, but one value"),
+    ("return x, v", "several values at once stand only in"),
     ("a = b = 1.0", "one name at a time"),
-    ("*a, b = x", "only names and the state"),
+    ("*a, b = x, v", "only names and the state"),
     ("a = max(*x)", "`*` before a name"),
     ("a = -p.stifness * x", "'p.stifness' is not a parameter; there is: stiffness, damping, side"),
     ("a = stifness * x", "'stifness' is not defined"),
@@ -109,7 +118,7 @@ REFUSED = [
     ("a = yield x", "`yield` is not allowed"),
     ("return", "a law returns a force"),
 ]
-BESIDE = "GAIN = 2.0\n\ndef half(a):\n    return 0.5 * a\n"
+BESIDE = "GAIN = 2.0\n\ndef half(a):\n    return 0.5 * a\n\ndef both(a):\n    return a, -a\n"
 STATE = "{'last': 0.0, 'ring': (0.0, 0.0)}"
 
 
@@ -169,6 +178,10 @@ def test_a_law_takes_its_five_arguments(tmp_path, signature, words):
         ("def help(a):\n    return s.last", "only its own arguments"),
         ("def help(a):\n    return a.real", "only its own arguments"),
         ("def keep(f):\n    return f\n\n@keep\ndef help(a):\n    return a", "may not have a decorator"),
+        (
+            "def help(a):\n    if a > 0:\n        return a, a\n    return a",
+            "returns 2 values before and 1 here",
+        ),
         ("from math import sin as help", "'help' is not a function that a law can call"),
         ("from textwrap import dedent as help", "'help' is not a function that a law can call"),
         ("help = 2.0", "'help' is not a function that a law can call"),

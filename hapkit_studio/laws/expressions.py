@@ -1,0 +1,247 @@
+"""Rewrites the expressions of a law for numba: names become indices, what may fail is watched."""
+
+import ast
+import math
+from types import FunctionType
+
+from hapkit_studio.laws import subset
+from hapkit_studio.laws.helpers import Helpers, function_tree, is_proven, values_returned
+from hapkit_studio.laws.names import Names
+from hapkit_studio.laws.subset import fail
+from hapkit_studio.parameters import Choice
+
+# Whole numbers stay floats: what has no end, or is no number, remains so.
+FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil": "_np.ceil"}
+FUNCTIONS |= {"fmod": "_np.fmod"}
+# What has no value, or no end, for some arguments.
+RISKY = frozenset(("sqrt", "tan", "asin", "acos", "exp", "expm1", "log", "log1p", "sinh", "cosh", "pow"))
+
+
+class Expressions(ast.NodeTransformer):
+    """Rewrites the expressions of one function, knowing which names are surely set."""
+
+    def __init__(
+        self, names: Names, tree: ast.FunctionDef, function: FunctionType, helpers: Helpers, is_law: bool
+    ):
+        self.names, self.helpers, self.is_law = names, helpers, is_law
+        self.proven = is_proven(function)
+        self.known = {a.arg for a in tree.args.args}
+        self.local = {
+            n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+        }
+        self.local |= self.known
+        self.called: list[FunctionType] = []
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        subset.check_operator(node)
+        return self._arithmetic(self.visit(node.left), node.op, self.visit(node.right), node.lineno)
+
+    def _arithmetic(self, left: ast.expr, op: ast.operator, right: ast.expr, line: int) -> ast.expr:
+        """Return left op right; what differs between whole numbers and floats is done on floats."""
+        if isinstance(op, ast.FloorDiv | ast.Mod | ast.Pow):
+            left, right = _as_float(left), _as_float(right)
+        if isinstance(op, ast.Div | ast.FloorDiv | ast.Mod) and not self.proven and not _never_zero(right):
+            right = _watched("_divisor", right, line)
+        result = ast.BinOp(left, op, right)
+        return self._noted(result, line) if isinstance(op, ast.Pow) else result
+
+    def _noted(self, value: ast.expr, line: int) -> ast.expr:
+        """Return a value whose line is remembered where it is not finite."""
+        return value if self.proven else _watched("_noted", value, line)
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
+        if isinstance(node.op, ast.Invert):
+            raise fail(node, "`~` is not allowed in a law")
+        return ast.UnaryOp(node.op, self.visit(node.operand))
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
+        return ast.BoolOp(node.op, [self.visit(v) for v in node.values])
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        return ast.IfExp(self.visit(node.test), self.visit(node.body), self.visit(node.orelse))
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        subset.check_comparison(node)
+        sides = [node.left, *node.comparators]
+        choice = next((c for c in map(self.names.choice, sides) if c), None)
+        if choice is None or not all(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops):
+            new = [self.visit(s) for s in sides]
+        else:
+            new = [self._option(s, choice) for s in sides]
+        return ast.Compare(new[0], node.ops, new[1:])
+
+    def _option(self, node: ast.expr, choice: Choice) -> ast.expr:
+        """Return the index of a choice or of its option's name."""
+        if self.names.choice(node) is choice:
+            assert isinstance(node, ast.Attribute)
+            return self._parameter(node)
+        text = _constant(node)
+        if not isinstance(text, str):
+            raise fail(node, f"{choice.label} is compared with a name: {', '.join(choice.options)}")
+        if text not in choice.options:
+            raise fail(node, f"{choice.label} is one of {', '.join(choice.options)}, not {text!r}")
+        return ast.Constant(float(choice.options.index(text)))
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        if isinstance(node.value, bool):
+            return node
+        if isinstance(node.value, str):
+            raise fail(node, f"{node.value!r} can only be compared with a choice of the parameters")
+        return ast.Constant(self._number(node, node.value))
+
+    def _number(self, node: ast.expr, value: object) -> float:
+        try:
+            if isinstance(value, int | float):
+                return float(value)
+        except OverflowError:
+            raise fail(node, "this number is too large") from None
+        raise fail(node, "only numbers are allowed here")
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id in self.known:
+            if node.id in ("p", "s") and self.is_law:
+                raise fail(node, f"`{node.id}` is used with a name: `{node.id}.name`")
+            return node
+        constant = self.names.globals.get(node.id)
+        if node.id in self.local or not isinstance(constant, int | float):
+            raise fail(node, f"'{node.id}' is not defined")
+        return ast.Constant(self._number(node, constant))
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        owner = node.value.id if isinstance(node.value, ast.Name) else ""
+        if owner == "math" and node.attr in subset.MATH_CONSTANTS and self._is_math(node):
+            return ast.Constant(getattr(math, node.attr))
+        if owner == "p" and self.is_law:
+            choice = self.names.choice(node)
+            if choice:
+                raise fail(node, f"{choice.label} is compared with a name: {', '.join(choice.options)}")
+            return self._parameter(node)
+        return self._load_state(node)
+
+    def _parameter(self, node: ast.Attribute) -> ast.expr:
+        return ast.Subscript(ast.Name("p", ast.Load()), ast.Constant(self.names.parameter(node)), ast.Load())
+
+    def _is_math(self, node: ast.expr) -> bool:
+        if "math" in self.local or self.names.globals.get("math") is not math:
+            raise fail(node, "`math` is not the module: write `import math` at the top of the file")
+        return True
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        return self._load_state(node)
+
+    def _load_state(self, node: ast.expr) -> ast.expr:
+        place = self._state(node)
+        if place is None:
+            known = "`p.name`, `s.name`" if self.is_law else "its own arguments"
+            raise fail(node, f"only {known} and `math` are known here")
+        return ast.Subscript(ast.Name("s", ast.Load()), place, ast.Load())
+
+    def _state(self, node: ast.expr) -> ast.expr | None:
+        """Return the index expression of ``s.name`` or ``s.name[i]``, checked at run time if it varies."""
+        inner = node.value if isinstance(node, ast.Subscript) else node
+        if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
+            return None
+        if inner.value.id != "s" or not self.is_law:
+            return None
+        start, size = self.names.state(inner)
+        if not isinstance(node, ast.Subscript):
+            if size:
+                raise fail(node, "this state has several values: use it with an index")
+            return ast.Constant(start)
+        if not size:
+            raise fail(node, "this state has one value: use it without an index")
+        index = self.visit(node.slice)
+        call = ast.parse(f"_index(0.0, {size}, {node.lineno}, _fault)", mode="eval").body
+        assert isinstance(call, ast.Call)
+        call.args[0] = index
+        return ast.BinOp(ast.Constant(start), ast.Add(), call)
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        if node.keywords:
+            raise fail(node, "arguments are given in order in a law, without names")
+        func = node.func
+        if isinstance(func, ast.Name) and self._helper(func.id):
+            return self.call_of(node, 1)
+        args = [self.visit(a) for a in node.args]
+        if isinstance(func, ast.Attribute) and isinstance(func.value, ast.Name) and func.value.id == "math":
+            if func.attr not in subset.MATH or not self._is_math(func):
+                raise fail(func, f"math.{func.attr} is not in the law language")
+            return self._math_call(node, func.attr, args)
+        if not isinstance(func, ast.Name):
+            raise fail(func, "this call is not allowed in a law")
+        return self._builtin_call(node, func.id, args)
+
+    def _math_call(self, node: ast.Call, name: str, args: list[ast.expr]) -> ast.expr:
+        subset.check_count(node, f"math.{name}", subset.MATH[name])
+        if name == "fmod" and not self.proven:
+            args[1] = _watched("_divisor", args[1], node.lineno)
+        value = _call(FUNCTIONS.get(name, f"_math.{name}"), args)
+        return self._noted(value, node.lineno) if name in RISKY else value
+
+    def _builtin_call(self, node: ast.Call, name: str, args: list[ast.expr]) -> ast.expr:
+        if name not in self.local and self.names.math_function(name):
+            return self._math_call(node, name, args)
+        if name in self.local or name in self.names.globals or name not in subset.BUILTINS:
+            raise fail(node, f"'{name}' is not a function that a law can call")
+        subset.check_count(node, name, subset.BUILTINS[name])
+        return _call(FUNCTIONS.get(name, name), args)
+
+    def _helper(self, name: str) -> FunctionType | None:
+        return None if name in self.local else self.names.function(name)
+
+    def call_of(self, node: ast.expr, size: int) -> ast.expr:
+        """Return the call of a helper that gives so many numbers at once."""
+        call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+        found = self._helper(node.func.id) if call else None  # type: ignore[attr-defined]
+        if found is None:
+            raise fail(node, f"there are {size} names here, but one value")
+        assert isinstance(node, ast.Call)
+        name = found.__name__
+        given = values_returned(function_tree(found))
+        if given != size:
+            raise fail(
+                node, f"`{name}` returns {_count(given)}, taken apart with `{_example(given)} = {name}(…)`"
+            )
+        if node.keywords:
+            raise fail(node, "arguments are given in order in a law, without names")
+        subset.check_count(node, name, (found.__code__.co_argcount, found.__code__.co_argcount))
+        self.called.append(found)
+        args = [self._argument(a) for a in node.args]
+        return _call(self.helpers.name(found), [*args, ast.Name("_fault", ast.Load())])
+
+    def _argument(self, node: ast.expr) -> ast.expr:
+        """Return a helper's argument; a choice arrives as the number of its option."""
+        if isinstance(node, ast.Attribute) and self.is_law and self.names.choice(node):
+            return self._parameter(node)
+        return _as_float(self.visit(node))
+
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        raise subset.refuse(node)
+
+
+def _call(name: str, args: list[ast.expr]) -> ast.expr:
+    return ast.Call(ast.parse(name, mode="eval").body, args, [])
+
+
+def _as_float(node: ast.expr) -> ast.expr:
+    return _call("_float", [node])
+
+
+def _constant(node: ast.expr) -> object:
+    return node.value if isinstance(node, ast.Constant) else None
+
+
+def _watched(function: str, value: ast.expr, line: int) -> ast.expr:
+    return _call(function, [value, ast.Constant(line), ast.Name("_fault", ast.Load())])
+
+
+def _never_zero(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and bool(node.value)
+
+
+def _count(values: int) -> str:
+    return "1 value" if values == 1 else f"{values} values"
+
+
+def _example(values: int) -> str:
+    return ", ".join("abcdefghijklmnop"[:values])
