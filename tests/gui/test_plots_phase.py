@@ -1,5 +1,7 @@
 """Force over position: theory, measured force, age; strokes; discovery."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtGui import QColor, QImage, QPainter
@@ -15,7 +17,7 @@ def test_theory_is_the_laws_own_force(phase):
     grid = phase.canvas.theory_grid(phase.plots[0])
     x, force = phase.canvas._theory
     np.testing.assert_allclose(x, 1e3 * grid)
-    np.testing.assert_allclose(force, -400.0 * np.maximum(grid - 0.005, 0.0), atol=1e-12)
+    np.testing.assert_allclose(force[0], -400.0 * np.maximum(grid - 0.005, 0.0), atol=1e-12)
 
 
 def test_the_wall_is_shown_over_position_and_damping_over_velocity(phase):
@@ -23,7 +25,7 @@ def test_the_wall_is_shown_over_position_and_damping_over_velocity(phase):
     phase.set_environment(LIBRARY["damping"], LIBRARY["damping"].values({"damping": 6.0}), 3.0)
     assert phase.plots[phase.switch.index].key == "force_velocity"
     velocity, force = phase.canvas._theory
-    np.testing.assert_allclose(force, -6.0 * velocity / 1e3, atol=1e-12)
+    np.testing.assert_allclose(force[0], -6.0 * velocity / 1e3, atol=1e-12)
     phase.choose(0)
     assert phase.canvas._theory is None
 
@@ -44,6 +46,24 @@ def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase,
     phase.set_environment(LIBRARY["wall"], left | {"stiffness": 2000.0}, 3.0)
     qtbot.waitUntil(lambda: phase.canvas._theory[1].max() > 80.0)
     assert view.viewRange() == fitted
+
+
+def test_every_branch_of_a_loop_is_drawn_and_cut_where_it_has_no_value(phase, qtbot):
+    """A loop of two branches that ends at 10 mm: the band is there on both, and nowhere beyond."""
+    loop = lambda values, x: np.where(x < 0.010, np.array([[1.0], [-1.0]]), np.nan)  # noqa: E731
+    phase.set_environment(replace(LIBRARY["wall"], over_position=loop), LIBRARY["wall"].values(), 3.0)
+    assert phase.plots[phase.switch.index].key == "force_position"
+    low, high = phase.canvas.view.viewRange()[1]
+    assert low < -1.0
+    assert high > 1.0
+    settle(phase)
+    found = colored(phase.canvas.viewport().grab().toImage(), "theory")
+    phase.canvas.measure()
+    left, across, bottom, up = phase.canvas._map
+    x, force = (found[:, 0] + 0.5 - left) / across, (found[:, 1] + 0.5 - bottom) / up
+    assert {round(f) for f in force} == {-1, 1}
+    assert np.abs(np.abs(force) - 1.0).max() < 5.0 / abs(up)
+    assert x.max() < 10.0 + 6.0 / across
 
 
 def test_the_measured_force_lies_where_the_samples_say(phase, qapp):

@@ -46,7 +46,7 @@ class TimePlot:
 
 @dataclass(frozen=True)
 class PhasePlot:
-    """The applied force over another channel; theory returns the law's force over it, or None."""
+    """The applied force over another channel; theory returns the law's force over it by branch, or None."""
 
     key: str
     title: str

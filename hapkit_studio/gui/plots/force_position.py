@@ -1,4 +1,4 @@
-"""Force over position: the law's static curve, and what was rendered."""
+"""Force over position: the law's static curve, every branch of it, and what was rendered."""
 
 from collections.abc import Mapping
 
@@ -8,10 +8,14 @@ from hapkit_studio.gui.plots.declared import PhasePlot
 
 
 def theory(environment, values: Mapping[str, float], position: np.ndarray) -> np.ndarray | None:
-    """Return the force at rest (n,) in N; None where the law depends on velocity alone."""
+    """Return the force at rest in N, (branches, n); None where the law depends on velocity alone."""
+    if environment.over_position is not None:
+        return np.atleast_2d(environment.over_position(values, position))
+    if environment.over_velocity is not None:
+        return None
     still = environment.curve(values, position)
     moving = environment.curve(values, position[:1], 0.1)[0]
-    return None if not np.ptp(still) and moving != still[0] else still
+    return None if not np.ptp(still) and moving != still[0] else still[np.newaxis]
 
 
 PLOT = PhasePlot(

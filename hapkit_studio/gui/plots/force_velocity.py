@@ -1,4 +1,4 @@
-"""Force over velocity: for laws of velocity alone the theory is a line here."""
+"""Force over velocity: for friction and for laws of velocity alone the theory is a curve here."""
 
 from collections.abc import Mapping
 
@@ -8,12 +8,16 @@ from hapkit_studio.gui.plots.declared import PhasePlot
 
 
 def theory(environment, values: Mapping[str, float], velocity: np.ndarray) -> np.ndarray | None:
-    """Return the force over velocity (n,) in N; None where it depends on position."""
+    """Return the force over velocity in N, (branches, n); None where it depends on position."""
+    if environment.over_velocity is not None:
+        return np.atleast_2d(environment.over_velocity(values, velocity))
+    if environment.over_position is not None:
+        return None
     places = np.linspace(-0.05, 0.05, 21)
     if np.ptp(environment.curve(values, places)):
         return None
     origin = np.zeros(1)
-    return np.array([environment.curve(values, origin, v)[0] for v in velocity])
+    return np.array([[environment.curve(values, origin, v)[0] for v in velocity]])
 
 
 PLOT = PhasePlot(

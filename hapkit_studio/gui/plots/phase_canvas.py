@@ -67,7 +67,7 @@ class PhaseCanvas(Canvas):
         return np.linspace(-3.0, 3.0, _GRID) * plot.reach / plot.scale
 
     def set_theory(self, x: np.ndarray, force: np.ndarray | None, max_force: float) -> None:
-        """Take the law's force (n,) in N over x (n,), SI; None: no band. max_force draws the limits."""
+        """Take the law's force in N over x (n,), SI, one row a branch (None: no band), and its limit in N."""
         self._theory = None if force is None else (x * self.plot_of.scale, np.asarray(force))
         self.max_force, self._under = max_force, None
         self.viewport().update()
@@ -90,8 +90,9 @@ class PhaseCanvas(Canvas):
         reach, low, high = self.plot_of.reach, -_LEAST_FORCE, _LEAST_FORCE
         if self._theory is not None:
             x, force = self._theory
-            force = force[np.abs(x) <= reach]
-            low, high = min(low, float(force.min())), max(high, float(force.max()))
+            seen = force[:, np.abs(x) <= reach]
+            seen = seen[np.isfinite(seen)]
+            low, high = min(low, seen.min(initial=low)), max(high, seen.max(initial=high))
         most = 1.35 * self.max_force
         low, high = max(low, -most), min(high, most)
         margin = 0.12 * (high - low)
@@ -190,11 +191,19 @@ class PhaseCanvas(Canvas):
         return under
 
     def _band(self, painter: QPainter) -> None:
-        x, y = self.to_pixels(*self._theory)  # type: ignore[misc]
-        line = QPolygonF([QPointF(a, b) for a, b in zip(x, np.clip(y, -_FAR, _FAR), strict=True)])
+        x, branches = self._theory  # type: ignore[misc]
+        lines = [line for force in branches for line in self._unbroken(x, force)]
         for token, width in (("edge", 8.8), ("theory", 6.4)):
             painter.setPen(QPen(theme.color(token), width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
-            painter.drawPolyline(line)
+            for line in lines:
+                painter.drawPolyline(line)
+
+    def _unbroken(self, x: np.ndarray, force: np.ndarray) -> list[QPolygonF]:
+        """Return a branch as lines in pixels, cut where it has no value."""
+        across, up = self.to_pixels(x, force)
+        cuts = np.flatnonzero(np.diff(np.isfinite(force))) + 1
+        pieces = zip(np.split(across, cuts), np.split(np.clip(up, -_FAR, _FAR), cuts), strict=True)
+        return [QPolygonF(list(map(QPointF, a, b))) for a, b in pieces if np.isfinite(b[0])]
 
     def _limits(self, painter: QPainter, box: QRectF) -> None:
         for sign in (1, -1):
