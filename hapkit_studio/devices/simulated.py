@@ -4,12 +4,14 @@ The compiled functions work on two flat arrays from ``new_state``, so the real-t
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
 from hapkit_studio.devices.base import DeviceEntry, DeviceKind
+from hapkit_studio.devices.terms import OPTIONAL, term
 from hapkit_studio.dynamics import paddle
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
@@ -54,6 +56,20 @@ class SimulatedHapkit:
     def viscous(self) -> float:
         """Return the paddle's own damping in N·s/m."""
         return self.damping
+
+    def without(self, terms: Iterable[str]) -> "SimulatedHapkit":
+        """Return this device without the terms named, as far as they are its own; raise ParameterError."""
+        gone = [term(key) for key in terms]
+        return replace(self, **{t.field: t.off for t in gone if t.field})
+
+    def reduced(self, needs: Iterable[str]) -> "SimulatedHapkit":
+        """Return the device that a scene needs: damping, friction and sensor steps only where it names them.
+
+        Mass and force limit stay. A scene that names nothing was never looked at and gets everything.
+        Raise ParameterError.
+        """
+        needed = {term(key).key for key in needs}
+        return self.without(key for key in OPTIONAL if key not in needed) if needed else self
 
 
 def _check(

@@ -18,13 +18,14 @@ def run(r, body, hand, targets, holding, out):
     hand is mass, damping, stiffness; targets (n + 1,) in m, linear between samples; holding (n,) says
     whether the hand holds from sample k on; out is (n, ROW_WIDTH), row 0 the initial state.
     """
-    period, delay = r.block_values[block.PERIOD], r.block_values[block.DELAY]
+    settings = r.block_values
+    period = settings[block.PERIOD]
     for k in range(out.shape[0]):
         if load_acquire(r.control, rig.QUIT):
             return k
         on = holding[k] != 0
         plant.configure(
-            body, hand[0] if on else 0.0, hand[1] if on else 0.0, hand[2] if on else 0.0, period, delay
+            body, settings, hand[0] if on else 0.0, hand[1] if on else 0.0, hand[2] if on else 0.0
         )
         row = out[k]
         plant.write_truth(body, targets[k] if on else math.nan, row)
@@ -38,8 +39,8 @@ def run(r, body, hand, targets, holding, out):
 @compiled
 def run_prescribed(r, body, positions, velocities, out):
     """Fill one row a sample of a motion imposed on the handle: positions, velocities (n,) in m, m/s."""
-    period, delay = r.block_values[block.PERIOD], r.block_values[block.DELAY]
-    plant.configure(body, 0.0, 0.0, 0.0, period, delay)
+    period = r.block_values[block.PERIOD]
+    plant.configure(body, r.block_values, 0.0, 0.0, 0.0)
     for k in range(out.shape[0]):
         body.dev[simulated.X] = positions[k]
         body.dev[simulated.V] = velocities[k]

@@ -21,7 +21,10 @@ HAND_MASS = 61
 HAND_DAMPING = 62
 HAND_STIFFNESS = 63
 HAND_TARGET = 64
-VALUES = 65
+VISCOUS = 65
+COULOMB = 66
+QUANTUM = 67
+VALUES = 68
 
 SEQUENCE = 0
 LAW = 1
@@ -32,6 +35,9 @@ ESTIMATOR = 5
 GENERATION = 6
 HAND_ON = 7
 WORDS = 8
+
+# In place of an estimator's code: the velocity is the one the driver put into the row, without an estimate.
+TRUTH = -1
 
 
 def new_block() -> tuple[np.ndarray, np.ndarray]:

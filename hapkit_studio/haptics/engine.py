@@ -1,54 +1,36 @@
 """The engine: the one object the window talks to. It sends parameters, never forces, and never waits."""
 
-import math
 import threading
-from collections.abc import Mapping
 
 import numpy as np
 
-from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import Spec
-from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.errors import ParameterError, StudioError
-from hapkit_studio.haptics import block, faults, histogram, priority, rig
+from hapkit_studio.errors import StudioError
+from hapkit_studio.haptics import faults, histogram, priority, rig
+from hapkit_studio.haptics.controls import Controls
 from hapkit_studio.haptics.drivers import Driver, compile_ahead, driver_for
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.health import Health, Watch
 from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.ring import RingReader, new_ring
-from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
 
 STARTING = Priority("Starting", False, "")
 JOIN_SECONDS = 2.0
 
 
-def _environment(named: str | Environment) -> Environment:
-    return named if isinstance(named, Environment) else environments.named(named)
-
-
-class Engine:
+class Engine(Controls):
     """Runs one device's loop in a thread of its own and passes settings to it."""
 
     def __init__(self, device, environment: str | Environment = "wall", realtime: bool = True):
-        self._block = block.new_block()
-        self._rig = rig.new_rig(*self._block)
+        super().__init__(device, environment)
         self._ring = new_ring(self._rig.control)
         self._late = histogram.new_histogram()
-        self._lock = threading.RLock()
         self._watch = Watch()
         self._thread: threading.Thread | None = None
-        self._driver: Driver | None = None
         self._priority = STARTING
         self._realtime = realtime
         self._message = ""
-        # a law by its address, with the last generation of settings that wanted it
-        self._kept: dict[int, tuple[int, object]] = {}
-        self._grip_name = "medium"
-        self._target: float | None = None
-        self.device = device
-        chosen = _environment(environment)
-        self._wanted = Wanted(chosen, chosen.values())
 
     # --- life
     def start(self) -> None:
@@ -101,79 +83,14 @@ class Engine:
         self.device = device
         self.start()
 
-    # --- settings: checked here, in force at the next tick
-    def _publish(self, wanted: Wanted) -> None:
-        with self._lock:
-            wanted.generation = self._wanted.generation + 1
-            grip = grip_named(self._grip_name)
-            wanted.grip, wanted.target = grip, self._target
-            values, words = wanted.encode()
-            law = wanted.environment.force.compiled()
-            self._kept[law.address] = (wanted.generation, law)
-            block.publish(*self._block, values, words)
-            self._wanted = wanted
-            accepted = int(load_acquire(self._rig.control, rig.ACCEPTED))
-            self._kept = {address: kept for address, kept in self._kept.items() if kept[0] >= accepted}
-
-    def _changed(self, **changes) -> None:
-        with self._lock:
-            self._publish(Wanted(**{**vars(self._wanted), **changes}))
-
-    @property
-    def environment(self) -> Environment:
-        return self._wanted.environment
-
-    @property
-    def values(self) -> dict[str, float]:
-        return dict(self._wanted.values)
-
-    @property
-    def loop(self) -> LoopSettings:
-        return self._wanted.loop
-
-    @property
-    def grip(self) -> str:
-        return self._grip_name
-
-    def set_environment(self, key: str | Environment, values: Mapping[str, object] | None = None) -> None:
-        """Switch to an environment, cross-faded over 30 ms; raise ParameterError."""
-        chosen = _environment(key)
-        self._changed(environment=chosen, values=chosen.values(values))
-
-    def set_parameter(self, key: str, value: object) -> None:
-        """Change one parameter; raise ParameterError, and the loop keeps the last good value."""
-        current = {p.key: self._wanted.values[p.key] for p in self.environment.parameters}
-        self._changed(values=self.environment.values({**current, key: value}))
-
     def set_loop(
         self, rate: float | None = None, delay: float | None = None, estimator: Spec | None = None
     ) -> None:
-        """Change rate in Hz, added delay in s, velocity estimator; raise ParameterError."""
-        own_rate = self._driver.rate if self._driver is not None else None
-        if rate is not None and own_rate not in (None, rate):
-            raise ParameterError(f"{self.device.title} sets the rate: {own_rate:g} Hz, not {rate:g} Hz.")
-        self._changed(loop=self.loop.changed(rate, delay, estimator))
+        super().set_loop(rate, delay, estimator)
         if rate is not None:
             self._watch.forget()
 
-    def set_grip(self, name: str) -> None:
-        """Choose how firmly the hand holds: released, light, medium, firm; raise ParameterError."""
-        grip_named(name)
-        self._grip_name = name
-        self._hand_moved()
-
-    def move_hand(self, target: float | None) -> None:
-        """Move the hand's target to a position in m, None lets go; raise ParameterError."""
-        if target is not None and not math.isfinite(target):
-            raise ParameterError(f"The hand's target must be a finite number of m, not {target:g}.")
-        self._target = target
-        self._hand_moved()
-
-    def _hand_moved(self) -> None:
-        self._changed()
-        if self._driver is not None:
-            self._driver.move_hand(self._target, self._grip_name)
-
+    # --- the board
     def zero_here(self) -> None:
         """Make the present position the zero of a real board; the force fades in again."""
         self._count_up(rig.ZERO)

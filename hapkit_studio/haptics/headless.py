@@ -20,13 +20,17 @@ _DIFFERENCE_SECONDS = 1e-6
 
 @dataclass(frozen=True)
 class Scene:
-    """What is rendered: values may lie beyond a person's limits, they only have to be finite."""
+    """What is rendered: values may lie beyond a person's limits, they only have to be finite.
+
+    true_velocity: the law gets the paddle's own velocity in place of the loop's estimate.
+    """
 
     environment: Environment
     values: Mapping[str, float]
     device: SimulatedHapkit = field(default_factory=SimulatedHapkit)
     loop: LoopSettings = field(default_factory=LoopSettings)
     max_speed: float = math.inf
+    true_velocity: bool = False
 
     def prepare(self) -> tuple[rig.Rig, plant.Plant]:
         """Return a rig at full parameters, and the device at its initial motion."""
@@ -37,6 +41,9 @@ class Scene:
             max_force=self.device.max_force,
             max_speed=self.max_speed,
             quantum=self.device.quantum,
+            viscous=self.device.viscous,
+            coulomb=self.device.coulomb_force,
+            true_velocity=self.true_velocity,
         )
         values, words = block.new_block()
         r = rig.new_rig(values, words)
@@ -46,27 +53,50 @@ class Scene:
         return r, plant.new_plant(self.device, periods)
 
 
-def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np.ndarray, rig.Rig]:
-    """Return count telemetry rows and the rig they left; raise ParameterError for a motion not finite."""
+@dataclass(frozen=True)
+class Stage:
+    """A scene and the hand on it, made ready: ``run`` is compiled code alone, and happens once."""
+
+    rig: rig.Rig
+    body: plant.Plant
+    grip: np.ndarray
+    targets: np.ndarray
+    holding: np.ndarray
+    out: np.ndarray
+
+    def run(self) -> np.ndarray:
+        """Render; return the telemetry rows (count, ROW_WIDTH)."""
+        batch.run(self.rig, self.body, self.grip, self.targets, self.holding, self.out)
+        return self.out
+
+
+def stage(scene: Scene, hand: Hand, count: int) -> Stage:
+    """Return a scene made ready for count rows; raise ParameterError for a motion that is not finite."""
     r, body = scene.prepare()
-    out = batch.new_rows(count)
     times = np.arange(count + 1) / scene.loop.rate
-    if isinstance(hand, Prescribed):
-        _render_prescribed(r, body, hand, times[:-1], out, scene)
-        return out, r
-    hand = hand or Hand(release=0.0)
     holding = (times[:-1] < hand.release).astype(np.int64)
     targets = _sampled(hand.target, times, hand.vectorised) if holding.any() else np.zeros(count + 1)
     numbers = np.array([hand.mass, hand.damping, hand.stiffness])
-    batch.run(r, body, numbers, targets, holding, out)
-    if holding[0]:
+    return Stage(r, body, numbers, targets, holding, batch.new_rows(count))
+
+
+def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np.ndarray, rig.Rig]:
+    """Return count telemetry rows and the rig they left; raise ParameterError for a motion not finite."""
+    if isinstance(hand, Prescribed):
+        return _render_prescribed(hand, scene, count)
+    hand = hand or Hand(release=0.0)
+    made = stage(scene, hand, count)
+    out, targets = made.run(), made.targets
+    if made.holding[0]:
         away, rate = targets[0] - scene.device.initial_position, (targets[1] - targets[0]) * scene.loop.rate
         pull = hand.stiffness * away + hand.damping * (rate - scene.device.initial_velocity)
         out[0, rows.HAND_FORCE] = pull
-    return out, r
+    return out, made.rig
 
 
-def _render_prescribed(r, body, hand: Prescribed, times: np.ndarray, out: np.ndarray, scene: Scene) -> None:
+def _render_prescribed(hand: Prescribed, scene: Scene, count: int) -> tuple[np.ndarray, rig.Rig]:
+    r, body = scene.prepare()
+    times, out = np.arange(count) / scene.loop.rate, batch.new_rows(count)
     positions = _sampled(hand.position, times)
     after, before = times + _DIFFERENCE_SECONDS, np.maximum(times - _DIFFERENCE_SECONDS, 0.0)
     velocities = (_sampled(hand.position, after) - _sampled(hand.position, before)) / (after - before)
@@ -77,6 +107,7 @@ def _render_prescribed(r, body, hand: Prescribed, times: np.ndarray, out: np.nda
     late = min(math.ceil(scene.loop.delay * scene.loop.rate - 1e-9), len(times))
     motor = np.append(np.zeros(late), out[: len(times) - late, rows.APPLIED])
     out[:, rows.HAND_FORCE] = pull + friction - motor
+    return out, r
 
 
 def _sampled(motion, times: np.ndarray, vectorised: bool = False) -> np.ndarray:

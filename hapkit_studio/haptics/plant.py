@@ -7,12 +7,13 @@ import numpy as np
 
 from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import block, rows
+from hapkit_studio.haptics import block, rig, rows
 
-MASS, VISCOUS, COULOMB, QUANTUM = range(4)
-HAND, PERIOD, TARGET = 4, 7, 9
-_CONSTANTS = 12
+MASS, QUANTUM = 0, 1
+HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET = 2, 5, 6, 7, 8, 9
+_CONSTANTS = 10
 # The pointer moves in steps of a frame; a hand does not.
 POINTER_SECONDS = 0.012
 
@@ -29,25 +30,28 @@ def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
     """Return a plant at the device's initial motion, for delays of up to ``periods`` periods."""
     dev, queue = simulated.new_state(device.initial_position, device.initial_velocity, periods)
     constants = np.full(_CONSTANTS, math.nan)
-    constants[:4] = device.mass, device.viscous, device.coulomb_force, device.quantum
+    constants[MASS], constants[QUANTUM] = device.mass, device.quantum
     return Plant(dev, queue, constants)
 
 
 @internal
-def configure(plant, hand_mass, hand_damping, hand_stiffness, period, delay):
-    """Bring hand, period and delay into force where any of them changed."""
+def configure(plant, values, hand_mass, hand_damping, hand_stiffness):
+    """Bring a hand and the block's period, delay and friction into force where any of them changed."""
     now = plant.constants
+    period, delay = values[block.PERIOD], values[block.DELAY]
+    viscous, coulomb = values[block.VISCOUS], values[block.COULOMB]
     same = now[HAND] == hand_mass and now[HAND + 1] == hand_damping and now[HAND + 2] == hand_stiffness
-    if same and now[PERIOD] == period and now[PERIOD + 1] == delay:
+    same = same and now[PERIOD] == period and now[DELAY] == delay
+    if same and now[VISCOUS] == viscous and now[COULOMB] == coulomb:
         return
     now[HAND], now[HAND + 1], now[HAND + 2] = hand_mass, hand_damping, hand_stiffness
-    now[PERIOD], now[PERIOD + 1] = period, delay
+    now[PERIOD], now[DELAY], now[VISCOUS], now[COULOMB] = period, delay, viscous, coulomb
     simulated.configure(
         plant.dev,
         plant.queue,
         now[MASS],
-        now[VISCOUS],
-        now[COULOMB],
+        viscous,
+        coulomb,
         hand_mass,
         hand_damping,
         hand_stiffness,
@@ -56,9 +60,18 @@ def configure(plant, hand_mass, hand_damping, hand_stiffness, period, delay):
     )
 
 
+@internal
+def change_sensor(plant, r, quantum):
+    """Go on with another sensor: its first reading is where the handle was, so it is no motion."""
+    plant.constants[QUANTUM] = quantum
+    position = measure(plant)
+    estimators.resume(r.memory, position, r.real[rig.VELOCITY])
+    r.real[rig.LAST_POSITION] = position
+
+
 @compiled
 def follow_settings(plant, r):
-    """Bring the block's hand, period and delay into force; a hand that appears starts at the handle."""
+    """Bring the block's device, hand, period and delay into force; a hand appears where the handle is."""
     values = r.values
     on = r.words[block.HAND_ON] != 0
     if on:
@@ -66,13 +79,14 @@ def follow_settings(plant, r):
             plant.constants[TARGET] = plant.dev[simulated.X]
     else:
         plant.constants[TARGET] = math.nan
+    if plant.constants[QUANTUM] != values[block.QUANTUM]:
+        change_sensor(plant, r, values[block.QUANTUM])
     configure(
         plant,
+        values,
         values[block.HAND_MASS] if on else 0.0,
         values[block.HAND_DAMPING] if on else 0.0,
         values[block.HAND_STIFFNESS] if on else 0.0,
-        values[block.PERIOD],
-        values[block.DELAY],
     )
 
 

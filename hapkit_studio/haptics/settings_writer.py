@@ -43,7 +43,10 @@ class LoopSettings:
 
 @dataclass
 class Wanted:
-    """Everything the block holds, by name."""
+    """Everything the block holds, by name.
+
+    viscous and coulomb are a simulated device's, a board has its own; true_velocity spares the estimator.
+    """
 
     environment: Environment
     values: Mapping[str, float]
@@ -51,6 +54,9 @@ class Wanted:
     max_force: float = 3.0
     max_speed: float = MAX_SPEED
     quantum: float = 20.7e-6
+    viscous: float = 0.0
+    coulomb: float = 0.0
+    true_velocity: bool = False
     grip: Grip | None = None
     target: float | None = None
     generation: int = 0
@@ -73,12 +79,15 @@ class Wanted:
         values[block.MAX_FORCE] = self.max_force
         values[block.MAX_SPEED] = self.max_speed
         values[block.FADE] = FADE_SECONDS
+        values[block.VISCOUS] = self.viscous
+        values[block.COULOMB] = self.coulomb
+        values[block.QUANTUM] = self.quantum
         self._encode_hand(values, words)
         words[block.LAW] = law.address
         words[block.N_PARAMS] = len(numbers)
         words[block.N_STATE] = len(start)
         words[block.DISCRETE] = sum(1 << i for i, p in enumerate(self.environment.parameters) if p.discrete)
-        words[block.ESTIMATOR] = code
+        words[block.ESTIMATOR] = block.TRUTH if self.true_velocity else code
         words[block.GENERATION] = self.generation
         return values, words
 

@@ -116,12 +116,17 @@ def guard(r, asked, velocity, position, period):
 def tick(r, position, period, effect, row):
     """Render one sample; fill the row's columns that the tick knows; return the force for the motor in N.
 
-    effect is the mean force in N in effect since the last sample; the driver fills times and truth.
+    effect is the mean force in N in effect since the last sample; the driver fills times and truth, truth
+    before the tick where the block asks for the true velocity.
     """
     real, word = r.real, r.word
     if settings.due(r):
         settings.refresh(r, position, period)
-    velocity = estimators.step(r.words[block.ESTIMATOR], r.values[block.COEFS :], r.memory, position, period)
+    code = r.words[block.ESTIMATOR]
+    if code == block.TRUTH:
+        velocity = row[rows.TRUE_VELOCITY]
+    else:
+        velocity = estimators.step(code, r.values[block.COEFS :], r.memory, position, period)
     asked = 0.0
     if load_acquire(r.control, rig.FAULT) == rig.NO_FAULT:
         asked = render(r, position, velocity, period)
