@@ -12,7 +12,7 @@ from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import Hand, Prescribed, hand_named
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import faults, headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
@@ -32,6 +32,7 @@ class Run:
 
     position and velocity are what the loop saw, true_… the paddle's physics at the same instants; force is
     what the law asked at sample k, applied_force that after fade, clamp and safety; state is (n, values).
+    warnings say what could not be rendered well at these settings and speeds.
     """
 
     time: np.ndarray
@@ -47,6 +48,7 @@ class Run:
     state: np.ndarray
     state_names: tuple[str, ...]
     faults: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
     settings: dict = field(default_factory=dict)
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -123,7 +125,10 @@ def simulate(
         "device": {k: repr(v) if math.isinf(v) else v for k, v in vars(device).items()},
         "seed": seed,
     }
-    return _as_run(out, chosen, loop.rate, fault, settings)
+    speed = float(np.abs(out[:, rows.TRUE_VELOCITY]).max())
+    conditions = Conditions(1.0 / loop.rate, device.quantum, device.viscous, speed)
+    warnings = tuple(chosen.warnings(values, conditions))
+    return _as_run(out, chosen, loop.rate, fault, warnings, settings)
 
 
 def _count(seconds: float, rate: float) -> int:
@@ -143,7 +148,12 @@ def _hand(hand: str | Hand | Prescribed | None) -> Hand | Prescribed | None:
 
 
 def _as_run(
-    out: np.ndarray, chosen: Environment, rate: float, fault: faults.Fault | None, settings: dict
+    out: np.ndarray,
+    chosen: Environment,
+    rate: float,
+    fault: faults.Fault | None,
+    warnings: tuple[str, ...],
+    settings: dict,
 ) -> Run:
     def column(index: int) -> np.ndarray:
         return np.ascontiguousarray(out[:, index])
@@ -163,5 +173,6 @@ def _as_run(
         state=np.ascontiguousarray(out[:, rows.STATE : rows.STATE + len(names)]),
         state_names=names,
         faults=(fault.text,) if fault else (),
+        warnings=warnings,
         settings=settings,
     )

@@ -12,6 +12,7 @@ from hapkit_studio.gui.parameter_row import ParameterRow
 from hapkit_studio.gui.stability_card import StabilityCard
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.warning_lines import WarningLines
 from hapkit_studio.parameters import AnyParameter, Choice
 
 WIDE, NARROW = 300, 272
@@ -160,13 +161,15 @@ class ParameterPanel(QScrollArea):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.title = PanelTitle(studio)
         self.parameters = ParameterRows(studio, self.title.help)
+        self.warnings = WarningLines(studio)
         self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
         body = QWidget()
         body.setObjectName("panelBody")
         column = self._column = QVBoxLayout(body)
         column.setContentsMargins(_SIDE, _TOP, _SIDE, _TOP)
         column.setSpacing(6)
-        for part in (self.title, rule(), self.parameters, rule(), self.loop, rule(), self.stability):
+        environment = (self.title, rule(), self.parameters, self.warnings)
+        for part in (*environment, rule(), self.loop, rule(), self.stability):
             column.addWidget(part)
         column.addStretch(1)
         self.setWidget(body)

@@ -10,6 +10,7 @@ from hapkit_studio.gui.centre import Centre
 from hapkit_studio.gui.live import KEPT_SECONDS, Live
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.warning_lines import WarningLines
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
@@ -30,8 +31,9 @@ _WORDS = {
 class Pictures(QObject):
     """Passes every frame, parameter and state on to the widgets that draw them."""
 
-    def __init__(self, studio: Studio, live: Live, centre: Centre, status: StatusBar):
+    def __init__(self, studio: Studio, live: Live, centre: Centre, status: StatusBar, warnings: WarningLines):
         super().__init__()
+        self._warnings = warnings
         self._studio, self._live, self._centre, self._status = studio, live, centre, status
         self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
         self._since.start()
@@ -82,6 +84,7 @@ class Pictures(QObject):
         if self._studio.link.state == "running":
             self._status.show_health(health)
             self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
+            self._warnings.watch(self._live.history)
 
     def show_paused(self, paused: bool) -> None:
         """Hold the plots still, or let them go on."""

@@ -60,7 +60,7 @@ class MainWindow(QMainWindow):
         self.panel = ParameterPanel(studio)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(), BannerStack()
-        self.pictures = Pictures(studio, self.live, self.centre, self.status)
+        self.pictures = Pictures(studio, self.live, self.centre, self.status, self.panel.warnings)
         self.notices = Notices(studio, self.live, self.banners, self.stability)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self._drawer_open: bool | None = None
