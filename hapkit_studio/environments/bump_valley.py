@@ -1,0 +1,117 @@
+"""Bump and valley: a hill at −25 mm and a hollow at +25 mm, rendered as the force along them."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+BUMP = -0.025
+# A gaussian ends at 3 sigma: what is left of it there is taken off, so that neither force nor height jumps.
+CUT = math.exp(-4.5)
+# 1 / the largest value of t (exp(−t²/2) − CUT), reached at t = 0.9909
+GAUSSIAN_PEAK = 1.6793390230328566
+# The relief is drawn as high as makes its slope feel like the force under a finger's weight of 1 N.
+NORMAL_FORCE = 1.0
+
+
+def gaussian_push(a):
+    """Return the force of a gaussian bump, 1 at most, at `a` widths (6 sigma each) from its centre."""
+    t = 6.0 * a
+    return GAUSSIAN_PEAK * t * (math.exp(-0.5 * t * t) - CUT)
+
+
+def gaussian_rise(a):
+    """Return the height, per width, of the gaussian bump whose steepest slope is 1."""
+    half = 18.0 * a * a
+    return GAUSSIAN_PEAK / 6.0 * (math.exp(-half) - CUT * (5.5 - half))
+
+
+def cosine_rise(a):
+    """Return the height, per width, of the cosine bump whose steepest slope is 1."""
+    return (1.0 + math.cos(math.tau * a)) / math.tau
+
+
+@law
+def force(p, s, x, v, dt):
+    sign = 1.0 if x < 0.0 else -1.0
+    a = (x - sign * BUMP) / p.width
+    if abs(a) >= 0.5:
+        return 0.0
+    if p.law == "gradient":
+        push = gaussian_push(a) if p.profile == "gaussian" else math.sin(math.tau * a)
+        return sign * p.peak_force * push
+    level = gaussian_rise(a) / gaussian_rise(0.0)
+    if p.profile == "cosine":
+        level = cosine_rise(a) / cosine_rise(0.0)
+    return -sign * p.peak_force * level
+
+
+def _rise(values):
+    return cosine_rise if values["profile"] else gaussian_rise
+
+
+def height(values, x):
+    """Return the relief in m (n,) that is drawn at x (n,) in m, the flat ground at 0.
+
+    `same` is the relief that the gradient law renders for a weight of 1 N, `opposite` its mirror image.
+    """
+    sign = np.where(x < 0.0, 1.0, -1.0)
+    a = (x - sign * BUMP) / values["width"]
+    inside = np.abs(a) < 0.5
+    rise = np.vectorize(_rise(values), otypes=[float])(np.where(inside, a, 0.5))
+    drawn = (1.0, -1.0, 0.0)[int(values["picture"])]
+    scale = drawn * values["peak_force"] / NORMAL_FORCE * values["width"]
+    return np.where(inside, scale * sign * rise, 0.0)
+
+
+def impedance(values):
+    """Return the steepest slope of the force, at the centre for the gradient; no damping."""
+    per_width = values["peak_force"] / values["width"]
+    if values["law"]:
+        return per_width / _rise(values)(0.0), 0.0
+    return per_width * (math.tau if values["profile"] else 6.0 * GAUSSIAN_PEAK * (1.0 - CUT)), 0.0
+
+
+ENVIRONMENT = Environment(
+    key="bump_valley",
+    title="Bump and valley",
+    summary="Hills made of force",
+    parameters=(
+        Parameter(
+            "peak_force", "Peak force", "N", 0.7, 0.0, 3.0, "The largest force on the way", "F<sub>p</sub>"
+        ),
+        Parameter(
+            "width", "Width", "m", 0.02, 0.004, 0.04, "From where the force begins to where it ends", "w"
+        ),
+        Choice("profile", "Profile", ("gaussian", "cosine"), "gaussian", "The shape of both in section"),
+        Choice(
+            "law",
+            "Force from",
+            ("gradient", "height"),
+            "gradient",
+            "Gradient: from the slope, as a ball would roll. Height: to the left on the bump, to the right "
+            "in the valley, in proportion to height; that is the same hill only from one side.",
+        ),
+        Choice(
+            "picture",
+            "Picture",
+            ("same", "opposite", "flat"),
+            "same",
+            "What is drawn: the relief that is felt, its mirror image, or flat ground. The force stays.",
+        ),
+    ),
+    force=force,
+    shortcut="6",
+    formula="<i>F</i> = −<i>N</i> d<i>h</i>/d<i>x</i>",
+    explanation="The handle moves on a level line, and yet there is a hill: the slope of a height h pushes "
+    "against you on the way up and helps you on the way down, from both sides alike, so that crossing it "
+    "costs nothing in the end. Draw the opposite relief and feel again: most people believe the force, not "
+    "the shape they see (Robles-De-La-Torre and Hayward, 2001).",
+    impedance=impedance,
+    outcomes=("peak_force", "final_position"),
+    hands=("sweep", "released"),
+    order=6,
+)

@@ -1,0 +1,136 @@
+"""Button: the force rises, gives way at the snap and meets a stop; coming out it follows a lower curve."""
+
+import numpy as np
+
+from hapkit_studio.dynamics.friction import tether
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Parameter
+
+# The play between the way in and the way out: as stiff as a paddle renders, and faded in over the first
+# half millimetre, so that touching the cap is no jump of the force.
+PLAY_STIFFNESS = 1500.0
+FADE = 0.0005
+
+
+def curve(s, peak, snap, snap_start, travel, stop):
+    """Return the button's force in N >= 0 against a travel `s` in m >= 0, the play left out."""
+    if s >= travel:
+        return snap + stop * (s - travel)
+    if s < snap_start:
+        u = s / snap_start
+        return peak * u * (2.0 - u)
+    u = (s - snap_start) / (travel - snap_start)
+    return peak + (snap - peak) * u * u * (3.0 - 2.0 * u)
+
+
+@law(state={"anchor": 0.0, "held": 0.0, "pressed": 0.0, "downs": 0.0, "ups": 0.0})
+def force(p, s, x, v, dt):
+    if s.held < 0.5:
+        s.held = 1.0
+        s.anchor = x
+    pull, s.anchor = tether(x, s.anchor, PLAY_STIFFNESS, p.hysteresis)
+    depth = x - p.position
+    if s.pressed < 0.5:
+        if depth > 0.5 * (p.snap_start + p.travel):
+            s.pressed = 1.0
+            s.downs += 1.0
+    elif depth < 0.5 * p.snap_start:
+        s.pressed = 0.0
+        s.ups += 1.0
+    if depth <= 0.0:
+        return 0.0
+    push = curve(depth, p.peak_force, p.snap_force, p.snap_start, p.travel, p.stop_stiffness)
+    return pull * min(depth / FADE, 1.0) - push
+
+
+def check(values):
+    """Return why the snap cannot start where it does, "" if it can."""
+    start, travel = 1e3 * values["snap_start"], 1e3 * values["travel"]
+    if start < travel:
+        return ""
+    return f"The snap starts before the end of the travel: below {travel:g} mm, not at {start:g} mm."
+
+
+def warnings(values, conditions):
+    """Tell when nothing snaps."""
+    if values["snap_force"] >= values["peak_force"]:
+        yield (
+            f"Without a drop there is no click: the snap force {values['snap_force']:.3g} N is not below "
+            f"the peak force {values['peak_force']:.3g} N."
+        )
+
+
+def over_position(values, x):
+    """Return the way in and the way out (2, n) in N over x (n,) in m."""
+    names = ("peak_force", "snap_force", "snap_start", "travel", "stop_stiffness")
+    numbers = [values[name] for name in names]
+    depth = np.maximum(x - values["position"], 0.0)
+    push = np.array([curve(d, *numbers) for d in depth.tolist()])
+    play = values["hysteresis"] * np.minimum(depth / FADE, 1.0)
+    return np.array([-push - play, -push + play])
+
+
+def impedance(values):
+    """Return the steepest rise of the curve; the play adds its stiffness only within its few counts."""
+    climb = values["snap_force"] - values["peak_force"]
+    rises = [2.0 * values["peak_force"] / values["snap_start"], values["stop_stiffness"]]
+    if climb > 0.0:
+        rises.append(1.5 * climb / (values["travel"] - values["snap_start"]))
+    return max(rises), 0.0
+
+
+ENVIRONMENT = Environment(
+    key="button",
+    title="Button",
+    summary="Click in, click out",
+    parameters=(
+        Parameter(
+            "peak_force", "Peak force", "N", 1.0, 0.2, 3.0, "The force at which it snaps", "F<sub>1</sub>"
+        ),
+        Parameter(
+            "snap_force", "Snap force", "N", 0.5, 0.0, 3.0, "The force after the snap", "F<sub>2</sub>"
+        ),
+        Parameter(
+            "snap_start", "Snap starts", "m", 0.004, 0.001, 0.01, "The travel up to the peak", "s<sub>1</sub>"
+        ),
+        Parameter(
+            "travel", "Travel", "m", 0.007, 0.002, 0.015, "The travel up to the hard stop", "s<sub>2</sub>"
+        ),
+        Parameter(
+            "stop_stiffness",
+            "Stop stiffness",
+            "N/m",
+            500.0,
+            0.0,
+            2000.0,
+            "Force per metre beyond the travel",
+            "K<sub>e</sub>",
+        ),
+        Parameter(
+            "hysteresis",
+            "Hysteresis",
+            "N",
+            0.1,
+            0.0,
+            0.5,
+            "How much more the way in costs, and out less",
+            "h",
+        ),
+        Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the cap is", "x<sub>b</sub>"),
+    ),
+    force=force,
+    shortcut="8",
+    formula="<i>F</i> = −[<i>f</i>(<i>s</i>) + <i>h</i>(<i>s</i>)]",
+    explanation="A button is a hill and a stop. The force rises to its peak, then drops although you press "
+    "on: your finger, loaded for the peak, falls through to the stop, and that is the click. On the way out "
+    "the curve lies lower by twice the hysteresis, so a full cycle takes energy and the cap does not bounce.",
+    impedance=impedance,
+    check=check,
+    warnings=warnings,
+    over_position=over_position,
+    shades=True,
+    outcomes=("peak_force", "final_position", "count:downs", "count:ups"),
+    hands=("press", "tap", "released"),
+    order=8,
+)

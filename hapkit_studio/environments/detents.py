@@ -1,0 +1,67 @@
+"""Detents: a notch at every multiple of the pitch, a spring and a damper inside it, nothing between."""
+
+import math
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Parameter
+
+
+@law
+def force(p, s, x, v, dt):
+    away = x - p.pitch * math.floor(x / p.pitch + 0.5)
+    if abs(away) > p.half_width:
+        return 0.0
+    return -p.stiffness * away - p.damping * v
+
+
+ENVIRONMENT = Environment(
+    key="detents",
+    title="Detents",
+    summary="Notches every 20 mm",
+    parameters=(
+        Parameter(
+            "stiffness",
+            "Stiffness",
+            "N/m",
+            400.0,
+            0.0,
+            2000.0,
+            "Force per metre away from the centre of a notch",
+            "k",
+        ),
+        Parameter(
+            "damping", "Damping", "N·s/m", 2.0, 0.0, 50.0, "Force per metre per second inside a notch", "b"
+        ),
+        Parameter(
+            "pitch",
+            "Pitch",
+            "m",
+            0.02,
+            0.005,
+            0.04,
+            "From the centre of one notch to the next; the first is at 0",
+            "p",
+        ),
+        Parameter(
+            "half_width",
+            "Half width",
+            "m",
+            0.003,
+            0.0005,
+            0.005,
+            "How far from its centre a notch reaches; above half the pitch the notches meet",
+            "w",
+        ),
+    ),
+    force=force,
+    shortcut="9",
+    formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i><sub>n</sub>) − <i>b v</i> in a notch",
+    explanation="Each notch is a short spring to its own centre x<sub>n</sub>. Pulled out of it, the force "
+    "rises up to k·w and then drops to nothing: that drop is the click of a knob. Damping takes the energy "
+    "of the fall into the next notch; without it the handle rings.",
+    impedance=lambda p: (p["stiffness"], p["damping"]),
+    outcomes=("peak_force", "final_position"),
+    hands=("sweep", "released"),
+    order=9,
+)

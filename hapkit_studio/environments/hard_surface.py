@@ -1,0 +1,132 @@
+"""Hard surface: a wall, and at every entry a short ringing, as a tap on something solid answers.
+
+The ringing is a decaying sinusoid scaled by the speed of entry (Okamura, Cutkosky, Dennerlein 2001).
+"""
+
+import math
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+# A handle that rests on the surface flickers by one count of the Hapkit's sensor, 20.7 µm: only farther out
+# has it left, so that no flicker is a new tap.
+LEFT = 2.0 * 20.7e-6
+# The ringing is over when it has decayed to e^-30 of itself.
+OVER = 30.0
+MATERIALS = ("custom", "rubber", "wood", "aluminium")
+WOOD = 2
+# The paper's accelerations per speed, 116.7, 150 and 300 1/s, made forces by a handle of 0.044 kg.
+RUBBER_A, RUBBER_DECAY, RUBBER_HZ = 5.1, 60.0, 18.0
+WOOD_A, WOOD_DECAY, WOOD_HZ = 6.6, 80.0, 100.0
+ALUMINIUM_A, ALUMINIUM_DECAY, ALUMINIUM_HZ = 13.2, 90.0, 300.0
+
+
+def ringing(since, amplitude, decay, hertz):
+    """Return the ringing per speed of entry in N per m/s, `since` s after it."""
+    return amplitude * math.exp(-decay * since) * math.sin(math.tau * hertz * since)
+
+
+@law(state={"since": -1.0, "speed": 0.0, "armed": 1.0})
+def force(p, s, x, v, dt):
+    depth = x - p.position
+    if depth <= -LEFT:
+        s.armed = 1.0
+        s.since = -1.0
+        return 0.0
+    if s.since >= 0.0:
+        s.since += dt
+    if depth > 0.0 and s.armed > 0.5:
+        s.armed = 0.0
+        s.since = 0.0
+        s.speed = max(v, 0.0)
+    push = p.stiffness * depth + p.damping * max(v, 0.0) if depth > 0.0 else 0.0
+    if s.since < 0.0:
+        return -push
+    amplitude, decay, hertz = p.amplitude, p.decay, p.frequency
+    if p.material == "rubber":
+        amplitude, decay, hertz = RUBBER_A, RUBBER_DECAY, RUBBER_HZ
+    elif p.material == "wood":
+        amplitude, decay, hertz = WOOD_A, WOOD_DECAY, WOOD_HZ
+    elif p.material == "aluminium":
+        amplitude, decay, hertz = ALUMINIUM_A, ALUMINIUM_DECAY, ALUMINIUM_HZ
+    if decay * s.since > OVER:
+        s.since = -1.0
+        return -push
+    tap = s.speed * ringing(s.since, amplitude, decay, hertz)
+    return -push - min(max(tap, -p.limit), p.limit)
+
+
+def frequency(values):
+    """Return the frequency in Hz that rings: the material's, or the custom one."""
+    return (values["frequency"], RUBBER_HZ, WOOD_HZ, ALUMINIUM_HZ)[int(values["material"])]
+
+
+def warnings(values, conditions):
+    """Tell when a cycle of the ringing gets fewer than 10 samples."""
+    highest, hertz = 0.1 / conditions.period, frequency(values)
+    if hertz > highest * (1.0 + 1e-9):
+        yield f"{hertz:.3g} Hz gets fewer than 10 samples a cycle: above {highest:.3g} Hz it feels blurred."
+
+
+ENVIRONMENT = Environment(
+    key="hard_surface",
+    title="Hard surface",
+    summary="A tap that rings",
+    parameters=(
+        Parameter(
+            "stiffness",
+            "Stiffness",
+            "N/m",
+            250.0,
+            0.0,
+            5000.0,
+            "Force per metre of depth in the surface",
+            "k",
+        ),
+        Parameter(
+            "damping",
+            "Damping",
+            "N·s/m",
+            0.0,
+            0.0,
+            50.0,
+            "Force per metre per second inside, on the way in",
+            "b",
+        ),
+        Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the surface is", "x<sub>w</sub>"),
+        Choice(
+            "material",
+            "Material",
+            MATERIALS,
+            "custom",
+            "Rubber, wood, aluminium: their own amplitude, decay and frequency. Custom: those below.",
+        ),
+        Parameter(
+            "amplitude",
+            "Amplitude",
+            "N per m/s",
+            15.0,
+            0.0,
+            100.0,
+            "How strongly it rings, per speed of entry",
+            "A",
+        ),
+        Parameter("decay", "Decay", "1/s", 60.0, 5.0, 300.0, "How fast the ringing dies out", "γ"),
+        Parameter("frequency", "Frequency", "Hz", 50.0, 5.0, 400.0, "How fast it rings", "f"),
+        Parameter("limit", "Limit", "N", 1.5, 0.0, 3.0, "The most that the ringing alone may push or pull"),
+    ),
+    force=force,
+    shortcut="5",
+    formula="<i>F</i> = −<i>k d</i> − <i>A v</i><sub>i</sub> e<sup>−γτ</sup> sin 2π<i>f</i>τ",
+    explanation="A motor cannot be as stiff as wood, but it can answer a tap as wood does: at the moment of "
+    "entry the surface adds a short ringing, the stronger the faster you hit it, and the hand takes that for "
+    "hardness. It rings once for each entry and again only after you have clearly left.",
+    impedance=lambda p: (p["stiffness"], p["damping"]),
+    warnings=warnings,
+    over_position=lambda values, x: -values["stiffness"] * (x - values["position"]).clip(0.0),
+    shades=True,
+    outcomes=("peak_force", "peak_position"),
+    hands=("tap", "released"),
+    order=5,
+)

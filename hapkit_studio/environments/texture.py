@@ -1,0 +1,134 @@
+"""Texture: bands of damping, a grating of force, or sandpaper, each told by its wavelength."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+BANDS, GRATING = 0, 1
+# Sandpaper repeats after this many half wavelengths. Cubes of whole numbers below this prime are all
+# different modulo it, and small enough to be exact in single precision: the board draws the same grains.
+GRAINS = 251
+# the steepest slope of 16 u² (1 − u)², at u = (1 − 1/√3) / 2
+STEEPEST = 16.0 * math.sqrt(3.0) / 9.0
+
+
+def wrapped(n):
+    """Return a whole number modulo the number of grains."""
+    return n - GRAINS * math.floor(n / GRAINS)
+
+
+def grain(n, seed):
+    """Return the height, 0 to 1, of grain n: each of 251 heights once, in an order that seems random."""
+    m = wrapped(n + 17.0 * seed)
+    m = wrapped(m * m * m) + seed + 1.0
+    m = wrapped(m)
+    return wrapped(m * m * m) / (GRAINS - 1.0)
+
+
+@law
+def force(p, s, x, v, dt):
+    u = x / p.wavelength
+    if p.kind == "grating":
+        return p.amplitude * math.sin(math.tau * u)
+    if p.kind == "bands":
+        return -p.damping * v if u - math.floor(u) < 0.5 else 0.0
+    n = math.floor(2.0 * u)
+    u = 2.0 * u - n
+    seed = math.floor(p.seed)
+    bend = 4.0 * u * (1.0 - u)
+    return p.amplitude * (grain(n, seed) - grain(n + 1.0, seed)) * bend * bend
+
+
+def steepness(values):
+    """Return the most N/m by which a grating or sandpaper can rise."""
+    factor = math.tau if values["kind"] == GRATING else 2.0 * STEEPEST
+    return factor * values["amplitude"] / values["wavelength"]
+
+
+def impedance(values):
+    """Return the steepest slope of the ridges, or the damping of the bands."""
+    if values["kind"] == BANDS:
+        return 0.0, values["damping"]
+    return steepness(values), 0.0
+
+
+def warnings(values, conditions):
+    """Tell what cannot be felt as it is: ridges too fast, too fine or too steep to be sampled."""
+    wavelength, period = values["wavelength"], conditions.period
+    fastest = wavelength / (10.0 * period)
+    if conditions.speed > fastest:
+        yield (
+            f"Above {fastest:.3g} m/s a ridge gets fewer than 10 samples; "
+            f"the handle moved at {conditions.speed:.3g} m/s."
+        )
+    finest = 10.0 * conditions.quantum
+    if wavelength < finest:
+        yield f"Ridges of {1e3 * wavelength:.3g} mm are finer than 10 sensor counts, {1e3 * finest:.3g} mm."
+    highest = conditions.viscous * wavelength / (math.pi * period)
+    if values["kind"] != BANDS and values["amplitude"] > highest:
+        yield f"Ridges of {values['amplitude']:.3g} N buzz: above {highest:.3g} N they are too steep here."
+
+
+def over_position(values, x):
+    """Return the ridges' force (n,) in N; none for bands, whose force depends on the speed."""
+    if values["kind"] == BANDS:
+        return np.full(len(x), np.nan)
+    return ENVIRONMENT.curve(values, x)
+
+
+def over_velocity(values, v):
+    """Return the bands' two forces (2, n) in N, inside and between them; none for ridges."""
+    if values["kind"] == BANDS:
+        return np.array([-values["damping"] * v, 0.0 * v])
+    return np.full((2, len(v)), np.nan)
+
+
+ENVIRONMENT = Environment(
+    key="texture",
+    title="Texture",
+    summary="Ridges under the finger",
+    parameters=(
+        Choice(
+            "kind",
+            "Kind",
+            ("bands", "grating", "sandpaper"),
+            "bands",
+            "Bands: damping in every other stripe. Grating: a wave of force. Sandpaper: random grains.",
+        ),
+        Parameter(
+            "damping", "Damping", "N·s/m", 8.0, 0.0, 50.0, "Force per metre per second inside a band", "b"
+        ),
+        Parameter(
+            "amplitude", "Amplitude", "N", 0.25, 0.0, 2.0, "The most that a ridge or a grain can push", "A"
+        ),
+        Parameter(
+            "wavelength",
+            "Wavelength",
+            "m",
+            0.005,
+            0.0005,
+            0.02,
+            "From one ridge to the next; a band is half as wide, and so is a grain",
+            "λ",
+        ),
+        Parameter("seed", "Seed", "", 1.0, 0.0, 99.0, "Another whole number is another piece of sandpaper"),
+    ),
+    force=force,
+    shortcut="7",
+    formula="<i>F</i> = −<i>b v</i> | <i>A</i> sin(2π<i>x</i>/<i>λ</i>) | −d<i>h</i>/d<i>x</i>",
+    explanation="Stroked at a speed v, ridges a wavelength λ apart come v/λ times a second, and that "
+    "vibration is what a finger calls rough. The loop needs ten samples for each ridge and the sensor ten "
+    "counts; and since a high and narrow ridge is as steep as a stiff spring, there is a most that it may "
+    "push before it buzzes by itself.",
+    impedance=impedance,
+    warnings=warnings,
+    over_position=over_position,
+    over_velocity=over_velocity,
+    outcomes=("peak_force", "final_position"),
+    hands=("sweep", "released"),
+    order=7,
+)
