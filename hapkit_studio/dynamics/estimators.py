@@ -1,6 +1,6 @@
 """Velocity from sampled positions: one entry a method, designed in Python, stepped in compiled code.
 
-To add a method: a `_design` that fills 8 coefficients, a code and its branch in ``step``, an entry below.
+To add one: its coefficients in ``filter_design``, a code and a branch in ``filters.step``, an entry here.
 """
 
 import math
@@ -9,15 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hapkit_studio.dynamics import filter_design, filters, foaw
+from hapkit_studio.dynamics.filters import COEFFICIENTS, MEMORY, reset, resume, step
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Parameter, resolve
 
-MEMORY = 48
-COEFFICIENTS = 8
-
-_DIFFERENCE, _IIR = 0, 1
-_POSITION, _VELOCITY = 0, 1
+__all__ = ["COEFFICIENTS", "ESTIMATORS", "MEMORY", "Estimator", "Spec", "design", "estimate_velocity"]
+__all__ += ["parse", "reset", "resume", "step"]
 
 Spec = str | tuple[str, dict[str, float]]
 
@@ -38,45 +37,63 @@ class Estimator:
     response: Callable[[np.ndarray, float, np.ndarray], np.ndarray] | None = None
 
 
-def _design_difference(rate: float, quantum: float) -> np.ndarray:
-    return np.zeros(COEFFICIENTS)
+def _cutoff(default: float, help: str) -> Parameter:
+    return Parameter("cutoff", "Cutoff", "Hz", default, 1.0, 2000.0, help, "f_c")
 
 
-def _difference_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarray:
-    return (z - 1.0) / (period * z)
-
-
-def _design_iir(rate: float, quantum: float, cutoff: float) -> np.ndarray:
-    """alpha = 1 - exp(-2 pi f_c T), the exact discrete pole of a first-order low-pass."""
-    coefs = np.zeros(COEFFICIENTS)
-    coefs[0] = -math.expm1(-2.0 * math.pi * cutoff / rate)
-    return coefs
-
-
-def _iir_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarray:
-    return coefs[0] * (z - 1.0) / (period * (z - (1.0 - coefs[0])))
-
-
-ESTIMATORS: dict[str, Estimator] = {
-    e.key: e
-    for e in (
-        Estimator(
-            "difference", "Backward difference", _DIFFERENCE, (), _design_difference, _difference_response
-        ),
-        Estimator(
-            "iir",
-            "Low-pass filtered difference",
-            _IIR,
-            (
-                Parameter(
-                    "cutoff", "Cutoff", "Hz", 35.5, 1.0, 2000.0, "Corner of the first-order low-pass", "f_c"
-                ),
+_METHODS = (
+    Estimator(
+        "difference",
+        "Backward difference",
+        filters.DIFFERENCE,
+        (),
+        filter_design.difference,
+        filter_design.difference_response,
+    ),
+    Estimator(
+        "iir",
+        "Low-pass filtered difference",
+        filters.IIR,
+        (_cutoff(35.5, "Corner of the first-order low-pass"),),
+        filter_design.iir,
+        filter_design.iir_response,
+    ),
+    Estimator(
+        "butterworth",
+        "Butterworth filtered difference",
+        filters.BUTTERWORTH,
+        (_cutoff(60.0, "Corner of the second-order low-pass, taken as 45 % of the rate at most"),),
+        filter_design.butterworth,
+        filter_design.butterworth_response,
+    ),
+    Estimator(
+        "foaw",
+        "First-order adaptive windowing",
+        filters.FOAW,
+        (
+            Parameter(
+                "window", "Window", "", foaw.LONGEST, 2.0, foaw.LONGEST, "Periods in the longest line", "N"
             ),
-            _design_iir,
-            _iir_response,
+            Parameter(
+                "noise", "Noise", "counts", 0.5, 0.1, 5.0, "How far a sample may lie off its line", "d"
+            ),
         ),
-    )
-}
+        filter_design.foaw,
+    ),
+    Estimator(
+        "kalman",
+        "Steady Kalman filter",
+        filters.KALMAN,
+        (
+            Parameter(
+                "q", "Agility", "m²/s³", 1e-2, 1e-4, 1.0, "Density of the acceleration that it expects", "q"
+            ),
+        ),
+        filter_design.kalman,
+        filter_design.kalman_response,
+    ),
+)
+ESTIMATORS: dict[str, Estimator] = {method.key: method for method in _METHODS}
 
 
 def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
@@ -106,31 +123,6 @@ def design(spec: Spec, rate: float, quantum: float = 0.0) -> tuple[int, np.ndarr
         raise ParameterError(f"The rate must be more than 0 Hz, not {rate:g} Hz.")
     estimator, options = parse(spec)
     return estimator.code, estimator.design(rate, quantum, **options)
-
-
-@compiled
-def reset(memory, position):
-    """Start as if the handle had rested at `position`."""
-    memory[:] = 0.0
-    memory[_POSITION] = position
-
-
-@compiled
-def resume(memory, position, velocity):
-    """Start as if the handle had come to `position` at `velocity`: a change of method makes no jump."""
-    reset(memory, position)
-    memory[_VELOCITY] = velocity
-
-
-@compiled
-def step(code, coefs, memory, position, period):
-    """Take one measured position, `period` s after the last; return the velocity estimate in m/s."""
-    velocity = (position - memory[_POSITION]) / period
-    memory[_POSITION] = position
-    if code == _IIR:
-        velocity = memory[_VELOCITY] + coefs[0] * (velocity - memory[_VELOCITY])
-    memory[_VELOCITY] = velocity
-    return velocity
 
 
 @compiled
