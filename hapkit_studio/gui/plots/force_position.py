@@ -10,7 +10,8 @@ from hapkit_studio.gui.plots.declared import PhasePlot
 def theory(environment, values: Mapping[str, float], position: np.ndarray) -> np.ndarray | None:
     """Return the force at rest in N, (branches, n); None where the law depends on velocity alone."""
     if environment.over_position is not None:
-        return np.atleast_2d(environment.over_position(values, position))
+        force = np.atleast_2d(environment.over_position(values, position))
+        return force if np.isfinite(force).any() else None
     if environment.over_velocity is not None:
         return None
     still = environment.curve(values, position)

@@ -1,0 +1,72 @@
+"""The library: found by its files, and by the entry points of other packages."""
+
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio import environments
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.laws import law
+from tests.environments.calling import LIBRARY
+
+
+def test_finds_the_files_of_its_folder_by_themselves():
+    folder = environments.__path__[0]
+    files = {path.stem for path in Path(folder).glob("*.py")} - {"__init__", "base"}
+    assert set(LIBRARY) == files
+    assert {"free", "spring", "wall", "damping"} <= files
+    assert hs.environments() == LIBRARY
+    assert hs.environments is environments
+
+
+def test_keys_shortcuts_and_titles_are_their_own():
+    for values in ([e.shortcut for e in LIBRARY.values() if e.shortcut], [e.title for e in LIBRARY.values()]):
+        assert len(set(values)) == len(values)
+
+
+def test_unknown_environments_are_named_with_those_there_are():
+    for wrong in ("wal", "", 5, None, ["wall"], {"wall"}):
+        with pytest.raises(
+            ParameterError, match=r"There is no environment .*; there are: free, spring, wall"
+        ):
+            environments.named(wrong)
+
+
+def test_environments_of_other_packages_are_found(monkeypatch):
+    """By the entry-point group, behind those of this package."""
+
+    @law
+    def force(p, s, x, v, dt):
+        return -x
+
+    mine = Environment("mine", "Mine", "From elsewhere", (), force)
+
+    class Point:
+        def load(self):
+            return mine
+
+    def points(group):
+        assert group == "hapkit_studio.environments"
+        return [Point()]
+
+    monkeypatch.setattr(environments, "entry_points", points)
+    found = environments.discover.__wrapped__()
+    assert found["mine"] is mine
+    assert list(found)[: len(LIBRARY)] == list(LIBRARY)
+    assert hs.simulate(mine, device=hs.SimulatedHapkit(initial_position=0.01), seconds=0.01).force[0] < 0.0
+
+
+def test_a_broken_environment_of_another_package_is_left_out_with_a_warning(monkeypatch):
+    broken = EntryPoint("torn", "no_such_module_anywhere:ENVIRONMENT", environments.ENTRY_POINTS)
+    monkeypatch.setattr(environments, "entry_points", lambda group: [broken])
+    with pytest.warns(UserWarning, match="'torn'.*cannot be loaded.*no_such_module_anywhere"):
+        found = environments.discover.__wrapped__()
+    assert list(found) == list(LIBRARY)
+
+
+def test_the_library_cannot_be_changed_by_who_asks_for_it():
+    with pytest.raises(TypeError):
+        environments.discover()["mine"] = LIBRARY["wall"]
