@@ -19,5 +19,7 @@ ENVIRONMENT = Environment(
     formula="<i>F</i> = 0",
     explanation="No force is rendered. What you feel is the paddle itself: its mass, the friction of its "
     "bearing and cable, the motor turned by hand.",
+    outcomes=("final_position", "peak_position"),
+    hands=("released", "stroke", "tap"),
     order=0,
 )

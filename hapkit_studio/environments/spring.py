@@ -37,5 +37,7 @@ ENVIRONMENT = Environment(
     "for a whole period of the loop, so it pushes a little longer on the way out than it resisted on the "
     "way in: above a certain stiffness it gives more than the paddle's friction takes.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
+    outcomes=("peak_force", "final_position", "restitution"),
+    hands=("released", "press", "stroke"),
     order=1,
 )

@@ -51,5 +51,7 @@ ENVIRONMENT = Environment(
     "than it brought: that is why a stiff wall buzzes.",
     impedance=impedance,
     shades=True,
+    outcomes=("peak_force", "final_position", "restitution"),
+    hands=("released", "press", "tap"),
     order=2,
 )

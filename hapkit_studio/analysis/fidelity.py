@@ -1,0 +1,169 @@
+"""Model no more than a scene needs: what each term of the device and its loop changes, and what it costs.
+
+The reference models everything. One term at a time is left out, and every outcome that the scene names is
+compared under every hand that it names. What moves an outcome by more than 2 % of its scale, a third of the
+smallest change of force that people feel (6 %, Jones), is needed.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from statistics import fmean
+
+import numpy as np
+
+from hapkit_studio.analysis import outcomes
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.dynamics.hand import hand_named
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.haptics import headless
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+MOST_CHANGE = 0.02
+# What the terms left out may change together: the smallest change of force that people feel.
+TOGETHER = 0.06
+RATE, FINE_RATE = 1000.0, 16_000.0
+DELAY = 1e-3
+ESTIMATOR = ("iir", {"cutoff": 35.5})
+# A released handle is thrown from the middle to the right, or nothing would happen.
+THROWN = 0.5
+SECONDS = {
+    "released": 1.0, "press": 1.5, "tap": 0.8, "stroke": 2.4, "sweep": 1.8, "hold": 0.8, "pluck": 2.0,
+    "shake": 2.0, "pet": 9.6, "rub": 2.4,
+}  # fmt: skip
+OTHER_SECONDS = 2.0
+# Of an environment that names none, a student's own.
+HANDS = ("released", "press", "stroke")
+OUTCOMES = ("peak_force", "final_position", "energy")
+REPEATS = 3
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What leaving out one term changes most: a share of the outcome's scale, None where it was not judged.
+
+    ns_with and ns_without are the costs in ns of a simulated second.
+    """
+
+    scene: str
+    term: str
+    change: float | None
+    outcome: str
+    hand: str
+    ns_with: float
+    ns_without: float
+
+    @property
+    def needed(self) -> bool:
+        return self.change is not None and self.change > MOST_CHANGE
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """A scene's effects, one a term, and what all terms that it does not need change together."""
+
+    scene: str
+    effects: tuple[Effect, ...]
+    together: Effect
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Return the terms that the scene needs."""
+        return tuple(e.term for e in self.effects if e.needed)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One run's rows and the time in ns that a simulated second took."""
+
+    table: np.ndarray
+    cost: float
+
+
+def _holds(name: str) -> bool:
+    """Return whether the hand stays on the handle and brings a mass of its own."""
+    hand = hand_named(name)
+    return hand.mass > 0.0 and math.isinf(hand.release)
+
+
+def _scene(environment: Environment, gone: set[str], thrown: bool) -> headless.Scene:
+    """Return the scene with its defaults, without some terms."""
+    device = SimulatedHapkit(initial_velocity=THROWN if thrown else 0.0).without(gone)
+    rate = FINE_RATE if "sampling" in gone else RATE
+    loop = LoopSettings(rate, 0.0 if "delay" in gone else DELAY, ESTIMATOR)
+    return headless.Scene(environment, environment.values(), device, loop, true_velocity="filter" in gone)
+
+
+def _render(environment: Environment, removed: Iterable[str], name: str) -> _Run:
+    """Render the scene under a hand; its last row is at the end of the time, whatever the rate."""
+    gone, hand = set(removed), hand_named(name)
+    if not _holds(name):
+        gone.discard("mass")
+    scene = _scene(environment, gone, thrown=hand.release <= 0.0)
+    seconds = SECONDS.get(name, OTHER_SECONDS)
+    least = math.inf
+    for _ in range(REPEATS):
+        made = headless.stage(scene, hand, round(seconds * scene.loop.rate) + 1)
+        made.out.fill(0.0)  # so that the time is the loop's, not the memory's
+        begin = time.perf_counter_ns()
+        made.run()
+        least = min(least, time.perf_counter_ns() - begin)
+    return _Run(made.out, least / seconds)
+
+
+class _Judge:
+    """One scene's reference under each of its hands, and what differs from it without some terms."""
+
+    def __init__(self, environment: Environment):
+        self.environment = environment
+        self.hands = environment.hands or HANDS
+        keys = environment.outcomes or OUTCOMES
+        self.outcomes = [outcomes.named(key, environment.state_names) for key in keys]
+        self.reference = {name: _render(environment, (), name) for name in self.hands}
+
+    def effect(self, label: str, removed: Iterable[str], hands: Iterable[str]) -> Effect:
+        """Return the largest change of any outcome under any of the hands."""
+        removed, hands = tuple(removed), tuple(hands)
+        if not hands:
+            return Effect(self.environment.key, label, None, "", "", math.nan, math.nan)
+        without = {name: _render(self.environment, removed, name) for name in hands}
+        change, outcome, hand = max(self._changes(without))
+        costs = [fmean(runs[name].cost for name in hands) for runs in (self.reference, without)]
+        return Effect(self.environment.key, label, change, outcome, hand, *costs)
+
+    def _changes(self, without: dict[str, _Run]) -> Iterator[tuple[float, str, str]]:
+        for name, run in without.items():
+            for outcome in self.outcomes:
+                if not outcome.thrown or hand_named(name).release <= 0.0:
+                    yield outcome.change(self.reference[name].table, run.table), outcome.key, name
+
+
+def compute(environment: Environment, progress: Progress = lambda done, of: None) -> Fidelity:
+    """Return what each term changes in a scene with its defaults; raise ParameterError.
+
+    progress is told how many of how many steps are done.
+    """
+    judge = _Judge(environment)
+    steps = len(TERMS) + 2
+    effects: list[Effect] = []
+    for key in TERMS:
+        progress(len(effects) + 1, steps)
+        hands = filter(_holds, judge.hands) if key == "mass" else judge.hands
+        effects.append(judge.effect(key, (key,), hands))
+    progress(steps - 1, steps)
+    together = _together(judge, [e.term for e in effects if not e.needed])
+    progress(steps, steps)
+    return Fidelity(environment.key, tuple(effects), together)
+
+
+def _together(judge: _Judge, removed: list[str]) -> Effect:
+    """Return what all these terms change; the cost is that at 1 kHz, good enough where no other is needed."""
+    ideal = judge.effect("together", removed, judge.hands)
+    if "sampling" not in removed:
+        return ideal
+    coarse = judge.effect("together", [key for key in removed if key != "sampling"], judge.hands)
+    return replace(ideal, ns_with=coarse.ns_with, ns_without=coarse.ns_without)
