@@ -4,6 +4,8 @@ Lengths are pixels; u scales every fixed size (1.0 at 150 high, 1.32 at 236); po
 """
 
 import math
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import (
@@ -20,6 +22,8 @@ from PySide6.QtGui import (
 
 from hapkit_studio.gui.painting import words
 from hapkit_studio.gui.theme import number, theme
+
+T = TypeVar("T")
 
 HALF_TRAVEL = 50.0  # mm
 _BESIDE = 4.0  # px between words
@@ -48,6 +52,7 @@ class Stage:
         self._kept_texts: list[QRectF] = []
         self._fonts: dict[tuple[float, int], tuple[QFont, QFontMetricsF]] = {}
         self._hatched: dict[str, QPixmap] = {}
+        self._made: dict[str, Any] = {}
 
     def begin(self, painter: QPainter) -> None:
         """Paint with this painter from now on; taken by then is what stays put."""
@@ -58,6 +63,12 @@ class Stage:
     def keep_taken(self) -> None:
         """Keep what is taken so far for every frame to come."""
         self._kept, self._kept_texts = list(self.taken), list(self.texts)
+
+    def once(self, name: str, make: Callable[[], T]) -> T:
+        """Return what was made under a name; parameters, size and theme are the same for a stage's life."""
+        if name not in self._made:
+            self._made[name] = make()
+        return self._made[name]
 
     def x(self, mm: float) -> float:
         """Return the pixel column of a position in mm."""

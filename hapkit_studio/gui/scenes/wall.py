@@ -1,12 +1,13 @@
 """Wall: a hatched block whose face gives way under the handle, its surface dashed, the depth in words."""
 
-from PySide6.QtCore import QPointF, QRectF
-from PySide6.QtGui import QPainterPath, QPolygonF
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.parts import block, mark, surface_line
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.theme import number
 
 
 def _side(values: Values) -> int:
@@ -20,39 +21,17 @@ def depth(values: Values, position: float) -> float:
 
 def fixed(stage: Stage, values: Values) -> None:
     """Mark the surface below the rail."""
-    u, x = stage.u, stage.x(1e3 * values.get("position", 0.0))
-    top, low = stage.rail + u, stage.rail + 9 * u
-    stage.p.setBrush(theme.color("matline"))
-    stage.p.setPen(stage.pen("matline", 0.5))
-    stage.p.drawPolygon(QPolygonF([QPointF(x, top), QPointF(x - 4.5 * u, low), QPointF(x + 4.5 * u, low)]))
-    stage.say("wall", [(x, stage.rail + 22 * u, 0)], "matline", 12, 600, must=True)
+    mark(stage, stage.x(1e3 * values.get("position", 0.0)), "wall")
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw the block from the face that the handle pushes to the end of the rail."""
-    u, side = stage.u, _side(values)
+    side = _side(values)
     surface, inside = stage.x(1e3 * values.get("position", 0.0)), depth(values, motion.position) > 0
-    face = stage.x(motion.position) + side * 2.2 * u if inside else surface
-    end, top, corner = stage.x(50.0 * side), stage.top + 2 * u, 7 * u * side
-    if side * (end - face) > abs(corner):
-        _block(stage, face, end, top, corner)
+    face = stage.x(motion.position) + side * 2.2 * stage.u if inside else surface
+    block(stage, face, stage.x(50.0 * side))
     if inside:
-        stage.line(surface, top, surface, stage.rail, stage.pen("matline", 1.6, (4, 4)))
-
-
-def _block(stage: Stage, face: float, end: float, top: float, corner: float) -> None:
-    """Draw the block between its face and the rail's end, the corner at the face rounded."""
-    low, inner = stage.rail - 1.25 * stage.u, face + corner
-    stage.hatch_rect(QRectF(QPointF(min(inner, end), top), QPointF(max(inner, end), low)))
-    edge = QPainterPath(QPointF(inner, top))
-    edge.quadTo(face, top, face, top + abs(corner))
-    edge.lineTo(face, low)
-    strip = QPainterPath(edge)
-    strip.lineTo(inner, low)
-    stage.fill(strip, stage.hatched())
-    edge.moveTo(end, top)
-    edge.lineTo(inner, top)
-    stage.stroke(edge, stage.pen("matline", 2.6))
+        surface_line(stage, surface)
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:

@@ -1,0 +1,43 @@
+"""Bump and valley: the relief that is shown, which the force may contradict; a ball rides on it."""
+
+import numpy as np
+
+from hapkit_studio.environments.bump_valley import ENVIRONMENT, height
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled, saturating
+from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
+
+_DEFAULTS = ENVIRONMENT.values()
+_LEVEL, _ROOM = 0.42, 0.38  # of the band
+_REFERENCE = 2e-3  # m: a hill of 63 % of the room
+
+
+def relief(stage: Stage, values: Values) -> Relief:
+    """Return the ground that is shown: the environment's own heights, in one scale for all, that fits."""
+    return stage.once("relief", lambda: _relief(stage, {**_DEFAULTS, **values}))
+
+
+def _relief(stage: Stage, values: Values) -> Relief:
+    heights = sampled(stage, lambda mm: height(values, 1e-3 * mm))
+    highest = float(np.max(np.abs(heights(np.linspace(-HALF_TRAVEL, HALF_TRAVEL, 1001)))))
+    scale = saturating(highest, _REFERENCE, _ROOM * stage.band) / max(highest, 1e-12)
+    return lambda mm: _LEVEL * stage.band + scale * heights(mm)
+
+
+def fixed(stage: Stage, values: Values) -> None:
+    """Draw the ground."""
+    ground(stage, relief(stage, values))
+
+
+def moving(stage: Stage, values: Values, motion: Motion) -> None:
+    """Draw the ball that rides over bump and valley."""
+    ride(stage, relief(stage, values), motion.position, BALL * stage.u)
+
+
+def tip(stage: Stage, values: Values, motion: Motion) -> float:
+    """Return the row of the ball's centre."""
+    return resting(stage, relief(stage, values), motion.position, BALL * stage.u)
+
+
+SCENE = Scene("bump_valley", fixed, moving, tip=tip)

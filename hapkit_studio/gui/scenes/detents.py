@@ -1,0 +1,52 @@
+"""Detents: wells in the ground; a ball at the stem's end settles in the nearest one."""
+
+import numpy as np
+
+from hapkit_studio.environments.detents import ENVIRONMENT
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, saturating
+from hapkit_studio.gui.scenes.stage import Stage
+
+_DEFAULTS = ENVIRONMENT.values()
+_LEVEL, _ROOM = 0.52, 0.42  # of the band
+_ENERGY = 1.1e-3  # J: a well of 63 % of the room
+_LEAST_BALL = 3.2  # px at u = 1
+
+
+def relief(stage: Stage, values: Values) -> Relief:
+    """Return the ground: around each multiple of the pitch a parabola, as a spring's energy is."""
+    given = {**_DEFAULTS, **values}
+    pitch, half = 1e3 * given["pitch"], 1e3 * given["half_width"]
+    energy = 0.5 * given["stiffness"] * given["half_width"] ** 2
+    depth, level = saturating(energy, _ENERGY, _ROOM * stage.band), _LEVEL * stage.band
+
+    def height(mm: np.ndarray) -> np.ndarray:
+        off = (mm - pitch * np.floor(mm / pitch + 0.5)) / half
+        return level - depth * np.maximum(1.0 - off**2, 0.0)
+
+    return height
+
+
+def _radius(stage: Stage, values: Values) -> float:
+    """Return the ball's radius in px: small enough for its well."""
+    half = 1e3 * values.get("half_width", _DEFAULTS["half_width"]) * stage.per_mm
+    return max(min(BALL * stage.u, 0.5 * half), _LEAST_BALL * stage.u)
+
+
+def fixed(stage: Stage, values: Values) -> None:
+    """Draw the ground."""
+    ground(stage, relief(stage, values))
+
+
+def moving(stage: Stage, values: Values, motion: Motion) -> None:
+    """Draw the ball that rides in the wells."""
+    ride(stage, relief(stage, values), motion.position, _radius(stage, values))
+
+
+def tip(stage: Stage, values: Values, motion: Motion) -> float:
+    """Return the row of the ball's centre."""
+    return resting(stage, relief(stage, values), motion.position, _radius(stage, values))
+
+
+SCENE = Scene("detents", fixed, moving, tip=tip)

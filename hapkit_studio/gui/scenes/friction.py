@@ -1,0 +1,98 @@
+"""Friction: a brush on rough ground; its bristles lean by the stretch of the tether that holds them."""
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QPainterPath
+
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.parts import ground, read
+from hapkit_studio.gui.scenes.stage import Stage
+from hapkit_studio.gui.theme import theme
+
+STATES = ("anchor", "stuck")
+_LEVEL = 0.34  # of the band
+_GRAINS = np.random.default_rng(4).uniform(-1.0, 1.0, 101)
+_BRISTLES = 9
+_HEIGHT = 15.0  # px at u = 1: from the pad to the ground
+_REACH = 22.0  # px at u = 1: bristles lie flat from here on
+_STILL = 2.0  # mm within the last frames: slow enough for a word to be read
+
+
+def _roughness(values: Values) -> float:
+    """Return the grains' height in px at u = 1: none without friction."""
+    return 3.0 * min(1.6, max(values.get("kinetic_force", 0.4), 0.0) / 0.4) ** 0.5
+
+
+def _row(stage: Stage) -> float:
+    return stage.rail - stage.band * _LEVEL
+
+
+def _pad(stage: Stage, motion: Motion) -> QRectF:
+    u, width, height = stage.u, 46 * stage.u, 16 * stage.u
+    return QRectF(stage.x(motion.position) - width / 2, _row(stage) - _HEIGHT * u - height, width, height)
+
+
+def fixed(stage: Stage, values: Values) -> None:
+    """Draw the ground, as rough as the friction is strong."""
+    places, height = np.linspace(-50.0, 50.0, 101), _roughness(values) * stage.u
+    ground(stage, lambda mm: stage.band * _LEVEL + height * np.interp(mm, places, _GRAINS))
+
+
+def stretch(values: Values, motion: Motion) -> float:
+    """Return in mm how far the place that holds the bristles lies from the handle."""
+    return 1e3 * read(motion, STATES, "anchor", motion.position / 1e3) - motion.position
+
+
+def moving(stage: Stage, values: Values, motion: Motion) -> None:
+    """Draw bristles, pad and, while it sticks, what holds it."""
+    u, pad = stage.u, _pad(stage, motion)
+    lean = stretch(values, motion) * stage.per_mm
+    bent = max(-_REACH * u, min(_REACH * u, lean))
+    _bristles(stage, pad, bent)
+    if read(motion, STATES, "stuck") > 0.5:
+        _hold(stage, pad.center().x() + bent)
+    stage.p.setPen(stage.pen("objline", 1.8))
+    stage.p.setBrush(theme.color("obj"))
+    stage.p.drawRoundedRect(pad, 4 * u, 4 * u)
+    stage.taken.append(pad)
+
+
+def _bristles(stage: Stage, pad: QRectF, bent: float) -> None:
+    u, low = stage.u, _row(stage) - 2 * stage.u
+    path = QPainterPath()
+    for i in range(_BRISTLES):
+        x = pad.left() + 4 * u + i * (pad.width() - 8 * u) / (_BRISTLES - 1)
+        path.moveTo(x, pad.bottom())
+        path.quadTo(x + 0.15 * bent, (pad.bottom() + low) / 2, x + bent, low)
+    stage.stroke(path, stage.pen("objline", 1.8))
+
+
+def _hold(stage: Stage, x: float) -> None:
+    """Draw the sign of what is fixed to the world under the bristles' ends."""
+    u, y = stage.u, _row(stage) + 5 * stage.u
+    half = 23 * u
+    path = QPainterPath(QPointF(x - half, y))
+    path.lineTo(x + half, y)
+    for i in range(7):
+        start = x - half + (4 + 7 * i) * u
+        path.moveTo(start, y)
+        path.lineTo(start - 5 * u, y + 6 * u)
+    stage.stroke(path, stage.pen("matline", 1.8))
+
+
+def words(stage: Stage, values: Values, motion: Motion) -> None:
+    """Say that it sticks, where that can be read."""
+    slow = not motion.trail or max(motion.trail) - min(motion.trail) < _STILL
+    if slow and read(motion, STATES, "stuck") > 0.5:
+        pad, u = _pad(stage, motion), stage.u
+        y = pad.center().y() + 4.5 * u
+        stage.say("holds", [(pad.right() + 9 * u, y, 1), (pad.left() - 9 * u, y, -1)], "ink2", 12, 600)
+
+
+def tip(stage: Stage, values: Values, motion: Motion) -> float:
+    """Return where the stem ends: in the pad."""
+    return _pad(stage, motion).top() + stage.u
+
+
+SCENE = Scene("friction", fixed, moving, words, tip)

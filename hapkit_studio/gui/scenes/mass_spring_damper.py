@@ -1,0 +1,104 @@
+"""Mass–spring–damper: a block at its true place, tied to a fixed post, that the handle pushes."""
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QPainterPath
+
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.parts import beyond, label, on_object, read, surface_line, text_width
+from hapkit_studio.gui.scenes.stage import Stage
+from hapkit_studio.gui.theme import number, theme
+
+STATES = ("object", "object_velocity", "object_acceleration", "started")
+_POST = 47.0  # mm
+_TURNS = 7
+_COIL, _DASHPOT = 0.28, 0.74  # of the block's height, from its top
+
+
+def _rest(values: Values) -> float:
+    return 1e3 * values.get("rest_position", 0.01)
+
+
+def place(values: Values, motion: Motion) -> float:
+    """Return where the block's left face is in mm."""
+    started = read(motion, STATES, "started") > 0.5
+    return 1e3 * read(motion, STATES, "object") if started else _rest(values)
+
+
+def width(values: Values) -> float:
+    """Return the block's width in mm: 15, less where post and rest are close."""
+    return min(15.0, max(5.0, 0.5 * (_POST - 8.0 - _rest(values))))
+
+
+def _body(stage: Stage, values: Values, motion: Motion) -> QRectF:
+    """Return the block: as high as its mass is large, its face pressed in by the handle."""
+    mass = values.get("mass", 2.0)
+    high = stage.band * min(0.9, max(0.6, 0.8 * (mass / 2.0) ** (1.0 / 3.0)))
+    face = place(values, motion)
+    right = stage.x(face + width(values))
+    left = min(max(stage.x(face), stage.x(motion.position)), right - 2 * stage.u)
+    return QRectF(left, stage.rail - 6 * stage.u - high, right - left, high)
+
+
+def fixed(stage: Stage, values: Values) -> None:
+    """Draw the post and where the spring is at rest."""
+    x = stage.x(_rest(values))
+    stage.line(x, stage.top, x, stage.rail, stage.pen("ghost", 1.5, (5, 5)))
+    stage.say("x₀", [(x - 6 * stage.u, stage.top + 12 * stage.u, -1)], "ink3", 12.5)
+    stage.post(stage.x(_POST), 1)
+
+
+def moving(stage: Stage, values: Values, motion: Motion) -> None:
+    """Draw coil, dashpot and block."""
+    body = _body(stage, values, motion)
+    post = stage.x(_POST)
+    if body.right() < post:
+        if values.get("stiffness", 300.0) > 0.0:
+            y = body.top() + _COIL * body.height()
+            stage.coil(body.right(), post, y, min(9 * stage.u, 0.2 * body.height()), _TURNS)
+        if values.get("damping", 1.0) > 0.0:
+            _dashpot(stage, body.right(), post, body.top() + _DASHPOT * body.height())
+    _block(stage, values, motion, body)
+
+
+def _dashpot(stage: Stage, left: float, right: float, y: float) -> None:
+    """Draw a piston on the block's side in a cylinder on the post's."""
+    length, half = right - left, 8 * stage.u
+    mouth, bottom, piston = left + 0.30 * length, left + 0.72 * length, left + 0.42 * length
+    path = QPainterPath(QPointF(mouth, y - half))
+    path.lineTo(bottom, y - half)
+    path.lineTo(bottom, y + half)
+    path.lineTo(mouth, y + half)
+    for x0, x1 in ((left, piston), (bottom, right)):
+        path.moveTo(x0, y)
+        path.lineTo(x1, y)
+    stage.stroke(path, stage.pen("matline", 2.2))
+    stage.line(piston, y - 0.75 * half, piston, y + 0.75 * half, stage.pen("matline", 3))
+
+
+def _block(stage: Stage, values: Values, motion: Motion, body: QRectF) -> None:
+    u, p = stage.u, stage.p
+    p.setPen(Qt.PenStyle.NoPen)
+    p.setBrush(theme.color("objline"))
+    for part in (0.22, 0.78):
+        p.drawEllipse(QPointF(body.left() + part * body.width(), stage.rail - 5 * u), 4 * u, 4 * u)
+    p.setPen(stage.pen("objline", 1.8))
+    p.setBrush(theme.color("obj"))
+    p.drawRoundedRect(body, 5 * u, 5 * u)
+    if motion.position > place(values, motion):
+        surface_line(stage, stage.x(place(values, motion)), "objline")
+
+
+def words(stage: Stage, values: Values, motion: Motion) -> None:
+    """Write the mass on the block, or beside it where it is narrow."""
+    body = _body(stage, values, motion)
+    text = f"{values.get('mass', 2.0):.3g} kg"
+    where = f"block at {number(place(values, motion), 1)} mm"
+    if beyond(stage, body.left(), body.right(), body.center().y(), where):
+        return
+    y = body.center().y() + 4.5 * stage.u
+    if text_width(stage, text, 13, 700) + 8 * stage.u < body.width():
+        label(stage, text, body.center().x(), y, (on_object(), "obj"), 13, 700)
+
+
+SCENE = Scene("mass_spring_damper", fixed, moving, words)

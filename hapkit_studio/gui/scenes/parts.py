@@ -1,0 +1,161 @@
+"""Parts that several scenes draw: solid blocks, reliefs with a ball riding on them, words on a colour."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QPainterPath, QPolygonF
+
+from hapkit_studio.gui.painting import words
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
+from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.tokens import luminance
+
+BALL = 6.5  # px at u = 1, the outline's half width included
+_OUTLINE = 1.2
+
+# maps positions (n,) in mm to heights (n,) in px above the rail
+Relief = Callable[[np.ndarray], np.ndarray]
+
+
+def read(motion: Motion, states: tuple[str, ...], name: str, default: float = 0.0) -> float:
+    """Return one number of the law's state; the default before the first row."""
+    column = states.index(name)
+    value = float(motion.state[column]) if column < len(motion.state) else default
+    return value if math.isfinite(value) else default
+
+
+# what stays put ---------------------------------------------------------------------------------
+
+
+def block(stage: Stage, face: float, end: float, token: str = "mat", hatched: bool = True) -> None:
+    """Draw a solid from its face to its far end (columns), the corner at the face rounded."""
+    side = 1 if end > face else -1
+    top, low, corner = stage.top + 2 * stage.u, stage.rail - 1.25 * stage.u, 7 * stage.u * side
+    if side * (end - face) <= abs(corner):
+        return
+    inner = face + corner
+    body = QRectF(QPointF(min(inner, end), top), QPointF(max(inner, end), low))
+    edge = QPainterPath(QPointF(inner, top))
+    edge.quadTo(face, top, face, top + abs(corner))
+    edge.lineTo(face, low)
+    strip = QPainterPath(edge)
+    strip.lineTo(inner, low)
+    if hatched:
+        stage.hatch_rect(body, token)
+    else:
+        stage.p.fillRect(body, theme.color(token))
+    stage.fill(strip, stage.hatched(token) if hatched else theme.color(token))
+    edge.moveTo(end, top)
+    edge.lineTo(inner, top)
+    stage.stroke(edge, stage.pen("matline", 2.6))
+
+
+def surface_line(stage: Stage, x: float, token: str = "matline") -> None:
+    """Dash the place of a face that is pressed in."""
+    stage.line(x, stage.top + 2 * stage.u, x, stage.rail, stage.pen(token, 1.6, (4, 4)))
+
+
+def mark(stage: Stage, x: float, text: str) -> None:
+    """Point from below the rail to a place that stays put, and name it."""
+    u = stage.u
+    top, low = stage.rail + u, stage.rail + 9 * u
+    stage.p.setBrush(theme.color("matline"))
+    stage.p.setPen(stage.pen("matline", 0.5))
+    stage.p.drawPolygon(QPolygonF([QPointF(x, top), QPointF(x - 4.5 * u, low), QPointF(x + 4.5 * u, low)]))
+    stage.say(text, [(x, stage.rail + 22 * u, 0)], "matline", 12, 600, must=True)
+
+
+def label(
+    stage: Stage, text: str, x: float, y: float, tokens: tuple[str, str], size: float = 12.0,
+    weight: int = 600,
+) -> None:  # fmt: skip
+    """Write words centred on a column, on a colour: tokens are the text's and its ground's."""
+    font, metrics = stage.font(size, weight)
+    wide, high = metrics.horizontalAdvance(text), metrics.capHeight() + 6
+    box = QRectF(x - wide / 2, y - high + 3, wide, high)
+    stage.taken.append(box)
+    stage.texts.append(box)
+    words(stage.p, box.left(), y, text, font, tokens, 2.0 * stage.u, stage.ratio)
+
+
+def on_object() -> str:
+    """Return the token of words on what moves: whichever of ink and ground stands out more."""
+    ground = luminance(theme.c.obj)
+    return max(("ink", "scene"), key=lambda token: abs(luminance(getattr(theme.c, token)) - ground))
+
+
+def text_width(stage: Stage, text: str, size: float = 12.0, weight: int = 600) -> float:
+    """Return how wide words are in px."""
+    return stage.font(size, weight)[1].horizontalAdvance(text)
+
+
+# reliefs ----------------------------------------------------------------------------------------
+
+
+def sampled(stage: Stage, relief: Relief) -> Relief:
+    """Return a relief with a point in each pixel, as it is drawn, quick to look up."""
+    columns = _columns(stage)
+    heights = relief(columns)
+    return lambda mm: np.interp(mm, columns, heights)
+
+
+def _columns(stage: Stage) -> np.ndarray:
+    """Return a position in mm for each pixel between the rail's ends."""
+    count = math.ceil(2.0 * HALF_TRAVEL * stage.per_mm * stage.ratio) + 1
+    return np.linspace(-HALF_TRAVEL, HALF_TRAVEL, count)
+
+
+def ground(stage: Stage, relief: Relief, width: float = 2.6) -> None:
+    """Fill and outline a relief from one end of the rail to the other."""
+    columns = _columns(stage)
+    rows = stage.rail - relief(columns)
+    line = QPolygonF([QPointF(stage.x(mm), y) for mm, y in zip(columns, rows, strict=True)])
+    body = QPainterPath()
+    body.addPolygon(line)
+    body.lineTo(stage.x(HALF_TRAVEL), stage.rail)
+    body.lineTo(stage.x(-HALF_TRAVEL), stage.rail)
+    body.closeSubpath()
+    stage.fill(body, theme.color("mat"))
+    stage.p.setPen(stage.pen("matline", width))
+    stage.p.drawPolyline(line)
+
+
+def resting(stage: Stage, relief: Relief, mm: float, radius: float) -> float:
+    """Return the row of the centre of a ball that touches the relief from above; radius in px."""
+    reach = radius * np.linspace(-1.0, 1.0, 41)
+    under = stage.rail - relief(mm + reach / stage.per_mm)
+    return float(np.min(under - np.sqrt(radius**2 - reach**2)))
+
+
+def ride(stage: Stage, relief: Relief, mm: float, radius: float) -> None:
+    """Draw the ball at the stem's end, resting on the relief."""
+    stage.p.setPen(Qt.PenStyle.NoPen)
+    stage.p.setBrush(theme.color("handle"))
+    seen = radius - _OUTLINE * stage.u
+    stage.p.drawEllipse(QPointF(stage.x(mm), resting(stage, relief, mm, radius)), seen, seen)
+
+
+def saturating(value: float, reference: float, room: float) -> float:
+    """Return a drawn height that grows with the value, 63 % of the room at the reference, and always fits."""
+    return room * (1.0 - math.exp(-max(value, 0.0) / reference))
+
+
+# what moves -------------------------------------------------------------------------------------
+
+
+def beyond(stage: Stage, left: float, right: float, row: float, text: str) -> bool:
+    """Point to an object that has left the picture and say where it is; left and right are its columns."""
+    if right > 0.0 and left < stage.width:
+        return False
+    u, d = stage.u, 1 if left >= stage.width else -1
+    tip = stage.width / 2 + d * (stage.width / 2 - 8 * u)
+    back = tip - d * 11 * u
+    stage.p.setPen(stage.pen("objline", 1.6))
+    stage.p.setBrush(theme.color("obj"))
+    corners = [QPointF(tip, row), QPointF(back, row - 10 * u), QPointF(back, row + 10 * u)]
+    stage.p.drawPolygon(QPolygonF(corners))
+    stage.say(text, [(back - d * 10 * u, row + 4.8 * u, -d)], "ink", 13, 600, must=True)
+    return True

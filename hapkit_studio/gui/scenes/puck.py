@@ -1,0 +1,96 @@
+"""Puck: a disc of its true size between two walls, with an arrow and echoes as fast as it slides."""
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QPainterPath
+
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.parts import beyond, block, read
+from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
+from hapkit_studio.gui.theme import number, theme
+
+STATES = ("object", "object_velocity", "object_acceleration", "side", "started")
+RADIUS, WALL = 5.0, 40.0  # mm
+_LEAST_WIDTH = 2.0  # mm: what is left of a puck that is pressed through
+_ECHOES = ((3, 0.12), (2, 0.20), (1, 0.32))  # steps back, opacity
+_STEP = 0.03  # s
+_SLOW = 0.01  # m/s: slower, it has neither arrow nor echoes
+_PER_SPEED = 130.0  # px of the arrow per m/s at u = 1
+_LONGEST = 46.0
+
+
+def place(motion: Motion) -> float:
+    """Return the puck's middle in mm."""
+    return 1e3 * read(motion, STATES, "object")
+
+
+def outline(stage: Stage, motion: Motion) -> QRectF:
+    """Return the puck, pressed in where the handle or a wall pushes it, and lower where the scene is low."""
+    middle, side = place(motion), read(motion, STATES, "side")
+    left, right = max(middle - RADIUS, -WALL), min(middle + RADIUS, WALL)
+    if side > 0.0:
+        left = max(left, motion.position)
+    elif side < 0.0:
+        right = min(right, motion.position)
+    if right - left < _LEAST_WIDTH:
+        left, right = middle - _LEAST_WIDTH / 2, middle + _LEAST_WIDTH / 2
+    half = min(RADIUS * stage.per_mm, 0.45 * stage.band)
+    row = stage.rail - half - 2 * stage.u
+    return QRectF(stage.x(left), row - half, (right - left) * stage.per_mm, 2 * half)
+
+
+def fixed(stage: Stage, values: Values) -> None:
+    """Draw the walls."""
+    for side in (-1, 1):
+        block(stage, stage.x(side * WALL), stage.x(side * HALF_TRAVEL))
+
+
+def moving(stage: Stage, values: Values, motion: Motion) -> None:
+    """Draw echoes, puck and arrow."""
+    shape, speed = outline(stage, motion), read(motion, STATES, "object_velocity")
+    if abs(speed) > _SLOW:
+        _echoes(stage, motion, shape, speed)
+    stage.p.setPen(stage.pen("objline", 1.8))
+    stage.p.setBrush(theme.color("obj"))
+    stage.p.drawEllipse(shape)
+    stage.p.setBrush(Qt.BrushStyle.NoBrush)
+    stage.p.drawEllipse(shape.center(), 0.21 * shape.width(), 0.21 * shape.height())
+    if abs(speed) > _SLOW:
+        _arrow(stage, shape, speed)
+
+
+def _echoes(stage: Stage, motion: Motion, shape: QRectF, speed: float) -> None:
+    """Draw where it was, at this speed, as far as walls and handle leave room."""
+    stage.p.setPen(Qt.PenStyle.NoPen)
+    side = read(motion, STATES, "side")
+    low = max(-WALL, motion.position if side > 0.0 else -WALL) + RADIUS
+    high = min(WALL, motion.position if side < 0.0 else WALL) - RADIUS
+    for steps, opacity in _ECHOES:
+        was = place(motion) - 1e3 * speed * _STEP * steps
+        if low <= was <= high:
+            stage.p.setBrush(theme.color("obj", opacity))
+            half = RADIUS * stage.per_mm
+            echo = QRectF(stage.x(was) - half, shape.top(), 2 * half, shape.height())
+            stage.p.drawEllipse(echo)
+
+
+def _arrow(stage: Stage, shape: QRectF, speed: float) -> None:
+    u, d, y = stage.u, 1 if speed > 0 else -1, shape.center().y()
+    start = (shape.right() if d > 0 else shape.left()) + d * 7 * u
+    end = start + d * min(max(abs(speed) * _PER_SPEED, 10.0), _LONGEST) * u
+    path = QPainterPath(QPointF(start, y))
+    path.lineTo(end, y)
+    path.moveTo(end - d * 7 * u, y - 5 * u)
+    path.lineTo(end, y)
+    path.lineTo(end - d * 7 * u, y + 5 * u)
+    stage.stroke(path, stage.pen("velocity", 2.4))
+
+
+def words(stage: Stage, values: Values, motion: Motion) -> None:
+    """Point to a puck that has left the picture."""
+    shape = outline(stage, motion)
+    text = f"puck at {number(place(motion), 1)} mm"
+    beyond(stage, shape.left(), shape.right(), shape.center().y(), text)
+
+
+SCENE = Scene("puck", fixed, moving, words)

@@ -1,0 +1,137 @@
+"""Texture: damping bands, ridges or sandpaper, true to scale along the rail, with a mark for λ."""
+
+import math
+
+import numpy as np
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QPainterPath
+
+from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING, grain
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled
+from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
+from hapkit_studio.gui.theme import number, theme
+
+_DEFAULTS = ENVIRONMENT.values()
+_LEVEL, _ROOM = 0.40, 0.22  # of the band
+_DEEP = 0.16  # of the band: how far down a band is shaded
+_RIDGE = 6.5  # px at u = 1: half the height of a ridge of 0.25 N every 5 mm
+_FINEST = 3.5  # px from ridge to ridge: finer ones are drawn as one strip
+_WIDE = 14.0  # px at u = 1: a λ this wide is marked, below it ten are
+_LEAST_BALL = 3.2  # px at u = 1
+
+
+def _value(values: Values, key: str) -> float:
+    return values.get(key, _DEFAULTS[key])
+
+
+def _wave(values: Values) -> float:
+    """Return λ in mm."""
+    return 1e3 * _value(values, "wavelength")
+
+
+def _fine(stage: Stage, values: Values) -> bool:
+    return _wave(values) * stage.per_mm < _FINEST
+
+
+def height(stage: Stage, values: Values) -> float:
+    """Return half a ridge's height in px: it grows with force and λ, and fits."""
+    if _value(values, "kind") == BANDS:
+        return 0.0
+    ratio = _value(values, "amplitude") / 0.25 * _wave(values) / 5.0
+    return min(_RIDGE * stage.u * ratio**0.5, _ROOM * stage.band)
+
+
+def relief(stage: Stage, values: Values) -> Relief:
+    """Return the ground: flat for bands, else the energy that the force takes from the hand."""
+    return stage.once("relief", lambda: sampled(stage, _relief(stage, values)))
+
+
+def _relief(stage: Stage, values: Values) -> Relief:
+    level, wave, high = _LEVEL * stage.band, _wave(values), height(stage, values)
+    if high == 0.0:
+        return lambda mm: np.full_like(mm, level)
+    if _value(values, "kind") != GRATING:
+        return lambda mm: level + high * _grains(mm / (0.5 * wave), math.floor(_value(values, "seed")))
+    if _fine(stage, values):
+        return lambda mm: np.full_like(mm, level + high)
+    return lambda mm: level + high * np.cos(math.tau * mm / wave)
+
+
+def _grains(places: np.ndarray, seed: int) -> np.ndarray:
+    """Return heights (n,), −1 to 1, at places (n,) counted in grains; their slope is the law's."""
+    first = math.floor(float(places.min()))
+    heights = np.array([grain(n, seed) for n in range(first, math.ceil(float(places.max())) + 2)])
+    n = np.floor(places).astype(int) - first
+    u = places - np.floor(places)
+    rise = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    return 2.0 * (heights[n] + (heights[n + 1] - heights[n]) * rise) - 1.0
+
+
+def fixed(stage: Stage, values: Values) -> None:
+    """Draw the ground, its bands and the mark for λ."""
+    wave = _wave(values) * stage.per_mm
+    thin = min(2.6, max(0.8, 0.3 * wave / stage.u))
+    bands = _value(values, "kind") == BANDS
+    ground(stage, relief(stage, values), 2.6 if bands else thin)
+    if bands and _value(values, "damping") > 0.0:
+        _bands(stage, values)
+    elif _value(values, "kind") == GRATING and _fine(stage, values):
+        _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, 2.0 * height(stage, values), height(stage, values))
+    _mark(stage, values)
+
+
+def _shade(stage: Stage, left: float, right: float, deep: float, above: float = 0.0) -> None:
+    """Darken the ground between two places in mm, so deep below the surface, in px."""
+    top = stage.rail - _LEVEL * stage.band - above + 1.3 * stage.u
+    stage.p.fillRect(QRectF(stage.x(left), top, (right - left) * stage.per_mm, deep), theme.color("mat2"))
+
+
+def _bands(stage: Stage, values: Values) -> None:
+    """Shade every band that damps, half a wavelength each."""
+    wave, deep = _wave(values), _DEEP * stage.band
+    if _fine(stage, values):
+        _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, deep)
+        return
+    for i in range(math.floor(-HALF_TRAVEL / wave), math.ceil(HALF_TRAVEL / wave)):
+        left, right = max(i * wave, -HALF_TRAVEL), min((i + 0.5) * wave, HALF_TRAVEL)
+        if right > left:
+            _shade(stage, left, right, deep)
+
+
+def _mark(stage: Stage, values: Values) -> None:
+    """Measure one λ above the ground, or ten where one is too short to be seen."""
+    u, wave = stage.u, _wave(values)
+    count = 1 if wave * stage.per_mm > _WIDE * u else 10
+    left = stage.x(wave * math.ceil(15.0 / wave))
+    right = left + count * wave * stage.per_mm
+    y = stage.rail - _LEVEL * stage.band - height(stage, values) - 10 * u
+    path = QPainterPath()
+    for x in (left, right):
+        path.moveTo(x, y - 4 * u)
+        path.lineTo(x, y + 4 * u)
+    path.moveTo(left, y)
+    path.lineTo(right, y)
+    stage.stroke(path, stage.pen("ink3", 1.4))
+    text = f"{'' if count == 1 else '10 '}λ = {number(count * wave, 1)} mm"
+    stage.say(text, [((left + right) / 2, y - 8 * u, 0)], "ink2", 12.5)
+
+
+def _radius(stage: Stage, values: Values) -> float:
+    """Return the ball's radius in px: small enough to go down between ridges, large enough to be seen."""
+    fits = BALL * stage.u if height(stage, values) == 0.0 else 0.2 * _wave(values) * stage.per_mm
+    return max(min(BALL * stage.u, fits), _LEAST_BALL * stage.u)
+
+
+def moving(stage: Stage, values: Values, motion: Motion) -> None:
+    """Draw the ball that rides on the ground."""
+    ride(stage, relief(stage, values), motion.position, _radius(stage, values))
+
+
+def tip(stage: Stage, values: Values, motion: Motion) -> float:
+    """Return the row of the ball's centre."""
+    return resting(stage, relief(stage, values), motion.position, _radius(stage, values))
+
+
+SCENE = Scene("texture", fixed, moving, tip=tip)
