@@ -11,12 +11,14 @@ if TYPE_CHECKING:
     from hapkit_studio.dynamics.estimators import estimate_velocity
     from hapkit_studio.dynamics.hand import Hand, Prescribed
     from hapkit_studio.errors import LawError, ParameterError, StudioError
+    from hapkit_studio.workshop import load_environment
 
 __version__ = "0.1.0"
 
 _PLACES = {
     "Run": "api",
     "simulate": "api",
+    "load_environment": "workshop",
     "stiffness_limit": "analysis.stability",
     "measured_stiffness_limit": "analysis.stability",
     "estimate_velocity": "dynamics.estimators",
@@ -37,6 +39,7 @@ __all__ = [
     "StudioError",
     "environments",
     "estimate_velocity",
+    "load_environment",
     "measured_stiffness_limit",
     "simulate",
     "stiffness_limit",

@@ -1,0 +1,39 @@
+"""Two walls: a free gap between them, the same spring and damper behind each surface."""
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Parameter
+
+
+# A function beside the law, so that the wall is written once. A law may call functions of its own file.
+def wall(depth, rate, stiffness, damping):
+    if depth <= 0.0:
+        return 0.0
+    return stiffness * depth + damping * max(rate, 0.0)
+
+
+# x is the handle's position in m, v its velocity in m/s; the force is in N. Right is positive.
+@law
+def force(p, s, x, v, dt):
+    half = p.gap / 2
+    right = wall(x - half, v, p.stiffness, p.damping)
+    # The left wall is the right one in a mirror: x, v and the force change sign.
+    left = wall(-x - half, -v, p.stiffness, p.damping)
+    return left - right
+
+
+ENVIRONMENT = Environment(
+    key="my_two_walls",
+    title="My two walls",
+    summary="A gap to move in",
+    parameters=(
+        # name in the law, label, unit, default, lowest, highest, help
+        Parameter("gap", "Gap", "m", 0.03, 0.0, 0.1, "Distance between the walls"),
+        Parameter("stiffness", "Stiffness", "N/m", 300.0, 0.0, 5000.0, "Force per metre of depth"),
+        Parameter("damping", "Damping", "N·s/m", 1.0, 0.0, 50.0, "Force per metre per second going in"),
+    ),
+    force=force,
+    formula="<i>F</i> = ∓ (<i>k d</i> + <i>b v</i>) inside",
+    impedance=lambda p: (p["stiffness"], p["damping"]),
+    shades=True,
+)

@@ -1,0 +1,125 @@
+"""Checks what an environment's file declares: its ENVIRONMENT, key, parameters."""
+
+import ast
+import math
+import re
+from types import ModuleType
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import LawError
+from hapkit_studio.laws import Law
+from hapkit_studio.parameters import AnyParameter, Choice, Parameter
+from hapkit_studio.workshop.own import built_in
+
+NAME = "ENVIRONMENT"
+_KEY = re.compile(r"[a-z][a-z0-9_]*")
+
+
+def environment(module: ModuleType, text: str) -> Environment:
+    """Return a module's checked ENVIRONMENT; raise LawError with its line in the text."""
+    tree = ast.parse(text)
+    made = getattr(module, NAME, None)
+    if not isinstance(made, Environment):
+        raise _missing(made, tree, text)
+    _check_words(made, tree)
+    seen: set[str] = set()
+    for parameter in made.parameters:
+        line = _call_line(tree, parameter)
+        complaint = _complaint(parameter)
+        if not complaint and parameter.key in seen:
+            complaint = f"there are two parameters '{parameter.key}'"
+        if complaint:
+            raise LawError(complaint, line or _assigned(tree))
+        seen.add(parameter.key)
+    return made
+
+
+def _missing(found: object, tree: ast.Module, text: str) -> LawError:
+    if found is None and not _assigned(tree):
+        last = max(text.count("\n"), 1)
+        return LawError(f"the file does not say what it is: end it with `{NAME} = Environment(…)`", last)
+    kind = "a law" if isinstance(found, Law) else f"'{type(found).__name__}'"
+    return LawError(f"{NAME} is {kind}: write `{NAME} = Environment(…)`", _assigned(tree))
+
+
+def _check_words(made: Environment, tree: ast.Module) -> None:
+    """Raise LawError unless key, title and what else is read by a person are what they should be."""
+    line = _assigned(tree)
+    if not isinstance(made.key, str) or not _KEY.fullmatch(made.key):
+        raise LawError(f'`key` is made of a–z, 0–9 and _, like "my_wall", not {made.key!r}', _at(tree, "key"))
+    if made.key in built_in():
+        raise LawError(f'the studio has an environment "{made.key}": choose another key', _at(tree, "key"))
+    for name in ("title", "summary", "formula", "explanation", "scene", "restless"):
+        if not isinstance(getattr(made, name), str):
+            raise LawError(f"`{name}` is text in quotation marks", _at(tree, name))
+    if not made.title.strip():
+        raise LawError("`title` is what the studio calls it: it may not be empty", _at(tree, "title"))
+    if not all(isinstance(p, Parameter | Choice) for p in made.parameters):
+        raise LawError("`parameters` holds Parameter(…) and Choice(…) only", _at(tree, "parameters"))
+    for name in ("impedance", "over_position", "over_velocity", "check", "warnings"):
+        function = getattr(made, name)
+        if function is not None and not callable(function):
+            raise LawError(f"`{name}` is a function", _at(tree, name) or line)
+
+
+def _complaint(parameter: AnyParameter) -> str:
+    """Return what is wrong with a parameter, "" for nothing."""
+    key = parameter.key
+    if not isinstance(key, str) or not key.isidentifier() or key.startswith("_"):
+        return f'a parameter\'s first value is its name in the law, like "stiffness", not {key!r}'
+    for name in ("label", "unit", "help", "symbol"):
+        if not isinstance(getattr(parameter, name), str):
+            return f"'{key}': its {name} is text in quotation marks, not {getattr(parameter, name)!r}"
+    return _of_choice(parameter) if isinstance(parameter, Choice) else _of_number(parameter)
+
+
+def _of_choice(choice: Choice) -> str:
+    options = choice.options
+    if not isinstance(options, tuple | list) or not options or not all(isinstance(o, str) for o in options):
+        return f'\'{choice.key}\': its options are names in brackets, like ("right", "left")'
+    if len(set(options)) < len(options):
+        return f"'{choice.key}': two of its options have the same name"
+    if choice.default_option and choice.default_option not in options:
+        return f"'{choice.key}': its default is one of {', '.join(options)}, not {choice.default_option!r}"
+    return ""
+
+
+def _of_number(parameter: Parameter) -> str:
+    key, unit = parameter.key, f" {parameter.unit}" if parameter.unit else ""
+    for name in ("default", "low", "high"):
+        value = getattr(parameter, name)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            return f"'{key}': its {name} is a number, not {value!r}"
+    if parameter.low >= parameter.high:
+        return f"'{key}' goes from {parameter.low:g} to {parameter.high:g}{unit}: the lower limit comes first"
+    if not parameter.low <= parameter.default <= parameter.high:
+        limits = f"{parameter.low:g} to {parameter.high:g}{unit}"
+        return f"'{key}' goes from {limits}, its default is {parameter.default:g}{unit}"
+    return ""
+
+
+def _assigned(tree: ast.Module) -> int:
+    """Return the line on which ENVIRONMENT is assigned last, 0 for none."""
+    names = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+    return max((n.lineno for n in names if n.id == NAME), default=0)
+
+
+def _at(tree: ast.Module, keyword: str) -> int:
+    """Return the line of a value given by this name to Environment, else that of ENVIRONMENT."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Environment":
+            for given in node.keywords:
+                if given.arg == keyword:
+                    return given.value.lineno
+    return _assigned(tree)
+
+
+def _call_line(tree: ast.Module, parameter: AnyParameter) -> int:
+    """Return the last line on which a parameter of this key is declared, 0 where it is not found."""
+    kind, lines = type(parameter).__name__, [0]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == kind:
+            given = [*node.args[:1], *(k.value for k in node.keywords if k.arg == "key")]
+            if given and isinstance(given[0], ast.Constant) and given[0].value == parameter.key:
+                lines.append(node.lineno)
+    return max(lines)

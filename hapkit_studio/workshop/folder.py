@@ -1,0 +1,72 @@
+"""The folder of a person's own environments: plain Python files."""
+
+import os
+import re
+import unicodedata
+from pathlib import Path
+
+import platformdirs
+
+VARIABLE = "HAPKIT_STUDIO_FOLDER"
+# Windows gives these names to devices, whatever follows the dot.
+_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)$")
+_LONGEST = 40
+
+
+def own_folder() -> Path:
+    """Return the folder of own environments and make it where it is missing; raise OSError."""
+    folder = _place()
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def own_files() -> list[Path]:
+    """Return the Python files in the folder, by name; none where there is no folder."""
+    try:
+        return sorted(f for f in _place().glob("*.py") if f.is_file())
+    except OSError:
+        return []
+
+
+def new_path(title: str) -> Path:
+    """Return a path in the folder, made from a title, that no file has and no built-in environment's key."""
+    folder, stem = own_folder(), plain_name(title)
+    taken = {f.stem.lower() for f in folder.glob("*")} | _built_in_keys()
+    name, number = stem, 2
+    while name in taken:
+        name, number = f"{stem}_{number}", number + 1
+    return folder / f"{name}.py"
+
+
+def save(path: Path, text: str) -> None:
+    """Write a file whole or not at all: whatever fails, the old one stays; raise OSError."""
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        with open(part, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def plain_name(title: str) -> str:
+    """Return a title as a name of a-z, 0-9 and _, for files and keys: "Zwei Wände!" is "zwei_wande"."""
+    letters = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
+    name = re.sub(r"[^a-z0-9]+", "_", letters).strip("_")[:_LONGEST].rstrip("_")
+    if not name or name[0].isdigit() or _DEVICES.match(name):
+        name = f"my_{name}" if name else "environment"
+    return name
+
+
+def _place() -> Path:
+    base = os.environ.get(VARIABLE)
+    root = Path(base) if base else Path(platformdirs.user_documents_dir()) / "Hapkit Studio"
+    return root / "environments"
+
+
+def _built_in_keys() -> set[str]:
+    from hapkit_studio.workshop.own import built_in
+
+    return set(built_in())
