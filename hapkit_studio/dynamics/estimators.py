@@ -86,7 +86,7 @@ _METHODS = (
         filters.KALMAN,
         (
             Parameter(
-                "q", "Agility", "m²/s³", 1e-2, 1e-4, 1.0, "Density of the acceleration that it expects", "q"
+                "q", "Agility", "m²/s³", 1e-2, 1e-3, 1.0, "Density of the acceleration that it expects", "q"
             ),
         ),
         filter_design.kalman,

@@ -169,7 +169,7 @@ def test_every_estimator_follows_a_steady_motion(estimator):
         (("iir", {"cutof": 20.0}), "cutoff"),
         (("difference", {"cutoff": 20.0}), "cutoff"),
         (("foaw", {"window": 17.0}), "Window goes from 2 to 16, not 17"),
-        (("kalman", {"q": 0.0}), "0.0001 to 1 m²/s³"),
+        (("kalman", {"q": 0.0}), "0.001 to 1 m²/s³"),
     ],
 )
 def test_refuses_what_it_does_not_know(spec, names):
