@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from io import TextIOWrapper
 
-from hapkit_studio import commands
+from hapkit_studio import commands, commands_measure
 from hapkit_studio.arguments import LineParser, window_parser
 from hapkit_studio.errors import StudioError
 
@@ -51,6 +51,8 @@ def parser() -> argparse.ArgumentParser:
     _scene_options(_command(made, "run", commands.run, "render an environment headless"))
     _command(made, "environments", commands.environments, "list the environments and their parameters")
     _command(made, "devices", commands.devices, "list the devices that can be chosen now")
+    words = "compute what a scene's simulated device must model, and what each term costs"
+    commands_measure.fidelity_options(_command(made, "fidelity", commands_measure.fidelity, words))
     test = _command(made, "loop-test", commands.loop_test, "run the real-time loop and measure it")
     test.add_argument("device", nargs="?", default="simulated", help="a device's key or a port")
     test.add_argument("--rate", type=float, default=1000.0, metavar="HZ")

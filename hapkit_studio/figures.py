@@ -8,17 +8,23 @@ from hapkit_studio.errors import ParameterError
 POSITION, VELOCITY, ASKED, APPLIED = "#0A62AE", "#00735C", "#7B3794", "#C2410C"
 
 
+def new_figure(path: str | Path, size: tuple[float, float]) -> Any:
+    """Return an empty figure of so many inches; raise ParameterError where path is no picture's."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    ending, known = Path(path).suffix[1:].lower(), figure.canvas.get_supported_filetypes()
+    if ending and ending not in known:
+        raise ParameterError(f"A picture is one of {', '.join(known)}, not {ending!r}.")
+    return figure
+
+
 def run_figure(run: Any, path: str | Path) -> None:
     """Write a Run's position, velocity and force over time and its force over position.
 
     The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 6), layout="constrained")
-    ending, known = Path(path).suffix[1:].lower(), figure.canvas.get_supported_filetypes()
-    if ending and ending not in known:
-        raise ParameterError(f"A picture is one of {', '.join(known)}, not {ending!r}.")
+    figure = new_figure(path, (11, 6))
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
     upper, middle, lower = (figure.add_subplot(grid[i, 0]) for i in range(3))
     upper.plot(run.time, 1e3 * run.position, color=POSITION)

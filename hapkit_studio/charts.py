@@ -1,0 +1,83 @@
+"""Pictures of what was measured, for the command line: large enough to read on a projector."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.figures import new_figure
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.fidelity import Effect, Fidelity
+
+INK, QUIET, LINE = "#15202B", "#5A6774", "#D3DAE2"
+NEEDED, NEEDED_INK, SURFACE = "#DCEAF8", "#0A5AA8", "#FFFFFF"
+_OFF = ("the hand's alone", "0", "0", "0", "16 kHz", "0", "none", "true velocity")
+_SCENE_WIDTH, _COST_WIDTH = 1.3, 0.9
+
+
+def percent(change: float | None) -> str:
+    """Write a share of a scale, short; what is a thousand percent or more is just that."""
+    if change is None:
+        return "–"
+    value = 100.0 * change
+    if value < 0.05:
+        return "0 %"
+    return "> 999 %" if value >= 999.5 else f"{value:.0f} %" if value >= 9.95 else f"{value:.1f} %"
+
+
+def outcome_word(key: str) -> str:
+    """Write an outcome's key as words."""
+    return key.removeprefix("count:").replace("_", " ")
+
+
+def fidelity_figure(results: Sequence["Fidelity"], path: str | Path) -> None:
+    """Draw the table scene × term: the largest change, of what, under which hand, and the time it costs.
+
+    The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
+    """
+    columns = len(TERMS)
+    figure = new_figure(path, (16, 1.6 + 0.86 * len(results)))
+    axes = figure.add_subplot()
+    axes.set_xlim(-_SCENE_WIDTH, columns + _COST_WIDTH)
+    axes.set_ylim(len(results) + 0.05, -0.9)
+    axes.set_axis_off()
+    _head(axes)
+    for row, result in enumerate(results):
+        axes.text(-0.1, row + 0.5, result.scene, ha="right", va="center", size=15, color=INK)
+        for column, effect in enumerate(result.effects):
+            _cell(axes, column, row, effect)
+        saved = result.together.ns_without / result.together.ns_with
+        axes.text(columns + 0.5, row + 0.5, f"{saved:.2f} ×", ha="center", va="center", size=14, color=INK)
+    figure.suptitle(
+        "What a scene needs: the largest change of any outcome when one term is left out.\n"
+        "Shaded: needed, more than 2 % of what is felt. Small: in what, under which hand, time without ÷ with.",
+        size=15, color=INK,
+    )  # fmt: skip
+    figure.savefig(path, dpi=110, facecolor=SURFACE)
+
+
+def _head(axes: Any) -> None:
+    for column, (term, off) in enumerate(zip(TERMS.values(), _OFF, strict=True)):
+        axes.text(column + 0.5, -0.55, term.word, ha="center", va="center", size=14, color=INK)
+        axes.text(column + 0.5, -0.2, f"→ {off}", ha="center", va="center", size=11, color=QUIET)
+    axes.text(len(TERMS) + 0.5, -0.55, "cost", ha="center", va="center", size=14, color=INK)
+    axes.text(len(TERMS) + 0.5, -0.2, "needed ÷ all", ha="center", va="center", size=11, color=QUIET)
+
+
+def _cell(axes: Any, column: int, row: int, effect: "Effect") -> None:
+    from matplotlib.patches import Rectangle
+
+    ground, ink = (NEEDED, NEEDED_INK) if effect.needed else (SURFACE, QUIET)
+    axes.add_patch(Rectangle((column, row), 1.0, 1.0, facecolor=ground, edgecolor=LINE, linewidth=0.8))
+    weight = "bold" if effect.needed else "normal"
+    axes.text(
+        column + 0.5, row + 0.27, percent(effect.change), ha="center", va="center",
+        size=15, color=ink, weight=weight,
+    )  # fmt: skip
+    if effect.change is None:
+        return
+    time = f"{effect.ns_without / effect.ns_with:.2f} ×"
+    moved = percent(effect.change) != "0 %"
+    words = f"{outcome_word(effect.outcome)}\n{effect.hand} · {time}" if moved else f"\n{time}"
+    axes.text(column + 0.5, row + 0.69, words, ha="center", va="center", size=10.5, color=INK)

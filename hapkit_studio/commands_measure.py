@@ -1,0 +1,112 @@
+"""Commands that measure scenes: words for a person, an object for a program, a picture."""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+
+from hapkit_studio import charts
+from hapkit_studio import environments as library
+from hapkit_studio.analysis import fidelity as judge
+from hapkit_studio.analysis import needs_writer
+from hapkit_studio.charts import outcome_word, percent
+from hapkit_studio.commands import Result
+from hapkit_studio.devices.terms import TERMS
+
+_QUIET_SECONDS = 1.0
+
+
+def fidelity_options(command: argparse.ArgumentParser) -> None:
+    """Declare what ``fidelity`` takes."""
+    command.add_argument("environment", nargs="*", metavar="ENV", help="scenes to judge; none: all")
+    command.add_argument("--plot", metavar="PATH", help="draw the table")
+    command.add_argument("--write", action="store_true", help="write what is needed into the scenes' files")
+
+
+def fidelity(options: argparse.Namespace) -> Result:
+    """Judge which terms each scene needs; draw the table and write the needs where asked."""
+    scenes = [library.named(key) for key in options.environment] or list(library.discover().values())
+    begin = time.monotonic()
+    results = []
+    for number, scene in enumerate(scenes):
+        results.append(judge.compute(scene, _progress(scene.key, number, len(scenes), begin)))
+    written = []
+    if options.plot:
+        charts.fidelity_figure(results, options.plot)
+        written.append(str(options.plot))
+    if options.write:
+        written += _written(scenes, results)
+    return Result(_text(results, written), _as_json(results, written))
+
+
+def _written(scenes: Sequence, results: Sequence[judge.Fidelity]) -> list[str]:
+    pairs = zip(scenes, results, strict=True)
+    return [
+        str(needs_writer.file_of(scene)) for scene, result in pairs if needs_writer.write(scene, result.needs)
+    ]
+
+
+def _progress(key: str, number: int, scenes: int, begin: float) -> judge.Progress:
+    """Return what writes one line that follows the work, on a terminal and once it takes long."""
+
+    def say(done: int, of: int) -> None:
+        if time.monotonic() - begin < _QUIET_SECONDS or not sys.stderr.isatty():
+            return
+        last = number + 1 == scenes and done == of
+        line = f"scene {number + 1} of {scenes}: {key}, {done} of {of}"
+        print(f"\r{'' if last else line:<60}", end="\r" if last else "", file=sys.stderr, flush=True)
+
+    return say
+
+
+def _as_json(results: Sequence[judge.Fidelity], written: list[str]) -> dict:
+    rows = [
+        {
+            "scene": e.scene,
+            "term": e.term,
+            "change": e.change,
+            "outcome": e.outcome,
+            "hand": e.hand,
+            "needed": e.needed,
+            "ns_per_simulated_s_with": e.ns_with,
+            "ns_per_simulated_s_without": e.ns_without,
+        }
+        for result in results
+        for e in (*result.effects, result.together)
+    ]
+    rows = [{k: None if v != v else v for k, v in row.items()} for row in rows]
+    return {"rows": rows, "needs": {r.scene: list(r.needs) for r in results}, "written": written}
+
+
+def _text(results: Sequence[judge.Fidelity], written: list[str]) -> str:
+    parts = [_details(result) for result in results]
+    parts += [_table(results)] if len(results) > 1 else []
+    parts += ["\n".join(_summary(result) for result in results)]
+    return "\n\n".join(parts) + "".join(f"\nwrote {path}" for path in written)
+
+
+def _table(results: Sequence[judge.Fidelity]) -> str:
+    """Return scene × term: the largest change in %, * where the term is needed."""
+    lines = [f"{'':<20}" + "".join(f"{key:>14}" for key in TERMS)]
+    for result in results:
+        cells = [percent(e.change) + ("*" if e.needed else " ") for e in result.effects]
+        lines.append(f"{result.scene:<20}" + "".join(f"{cell:>14}" for cell in cells))
+    return "\n".join(lines) + "\n* needed: an outcome moves by more than 2 % of its scale without it"
+
+
+def _details(result: judge.Fidelity) -> str:
+    """Return a scene's terms, a line each."""
+    lines = [f"{result.scene:<14}{'change':>9}  {'most in':<32}{'µs per simulated second':>24}"]
+    for e in result.effects:
+        where = f"{outcome_word(e.outcome)} under {e.hand}" if e.change else ""
+        cost = "" if e.change is None else f"{1e-3 * e.ns_with:.0f} → {1e-3 * e.ns_without:.0f}"
+        mark = "*" if e.needed else " "
+        lines.append(f"  {e.term:<12}{percent(e.change):>8}{mark}  {where:<32}{cost:>24}")
+    return "\n".join(lines)
+
+
+def _summary(result: judge.Fidelity) -> str:
+    whole = result.together
+    share = f"{whole.ns_without / whole.ns_with:.2f} of the cost"
+    words = f"{result.scene} needs {', '.join(result.needs) or 'none of them'}"
+    return f"{words}; the others together change {percent(whole.change)}, {share} without them"
