@@ -34,5 +34,6 @@ ENVIRONMENT = Environment(
     impedance=lambda p: (0.0, p["damping"]),
     outcomes=("peak_force", "final_position", "energy"),
     hands=("released", "stroke", "sweep"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
     order=3,
 )

@@ -21,5 +21,6 @@ ENVIRONMENT = Environment(
     "bearing and cable, the motor turned by hand.",
     outcomes=("final_position", "peak_position"),
     hands=("released", "stroke", "tap"),
+    needs=("mass", "viscous", "coulomb"),
     order=0,
 )

@@ -39,5 +39,6 @@ ENVIRONMENT = Environment(
     impedance=lambda p: (p["stiffness"], p["damping"]),
     outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "stroke"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
     order=1,
 )
