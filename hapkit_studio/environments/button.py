@@ -131,6 +131,6 @@ ENVIRONMENT = Environment(
     over_position=over_position,
     shades=True,
     outcomes=("peak_force", "final_position", "count:downs", "count:ups"),
-    hands=("press", "tap", "released"),
+    hands=("press", "pluck", "released"),
     order=8,
 )

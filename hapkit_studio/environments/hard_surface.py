@@ -14,12 +14,22 @@ from hapkit_studio.parameters import Choice, Parameter
 LEFT = 2.0 * 20.7e-6
 # The ringing is over when it has decayed to e^-30 of itself.
 OVER = 30.0
-MATERIALS = ("custom", "rubber", "wood", "aluminium")
-WOOD = 2
-# The paper's accelerations per speed, 116.7, 150 and 300 1/s, made forces by a handle of 0.044 kg.
+RUBBER, WOOD, ALUMINIUM = 1, 2, 3
+# Amplitudes: the paper's accelerations per speed, 116.7, 150 and 300 1/s, as forces on a handle of 0.044 kg.
 RUBBER_A, RUBBER_DECAY, RUBBER_HZ = 5.1, 60.0, 18.0
 WOOD_A, WOOD_DECAY, WOOD_HZ = 6.6, 80.0, 100.0
 ALUMINIUM_A, ALUMINIUM_DECAY, ALUMINIUM_HZ = 13.2, 90.0, 300.0
+
+
+def sound(material, amplitude, decay, hertz):
+    """Return (amplitude N per m/s, decay 1/s, frequency Hz) of a material, the given ones if custom."""
+    if material == RUBBER:
+        return RUBBER_A, RUBBER_DECAY, RUBBER_HZ
+    if material == WOOD:
+        return WOOD_A, WOOD_DECAY, WOOD_HZ
+    if material == ALUMINIUM:
+        return ALUMINIUM_A, ALUMINIUM_DECAY, ALUMINIUM_HZ
+    return amplitude, decay, hertz
 
 
 def ringing(since, amplitude, decay, hertz):
@@ -31,25 +41,16 @@ def ringing(since, amplitude, decay, hertz):
 def force(p, s, x, v, dt):
     depth = x - p.position
     if depth <= -LEFT:
-        s.armed = 1.0
-        s.since = -1.0
+        s.armed, s.since = 1.0, -1.0
         return 0.0
     if s.since >= 0.0:
         s.since += dt
     if depth > 0.0 and s.armed > 0.5:
-        s.armed = 0.0
-        s.since = 0.0
-        s.speed = max(v, 0.0)
+        s.armed, s.since, s.speed = 0.0, 0.0, max(v, 0.0)
     push = p.stiffness * depth + p.damping * max(v, 0.0) if depth > 0.0 else 0.0
     if s.since < 0.0:
         return -push
-    amplitude, decay, hertz = p.amplitude, p.decay, p.frequency
-    if p.material == "rubber":
-        amplitude, decay, hertz = RUBBER_A, RUBBER_DECAY, RUBBER_HZ
-    elif p.material == "wood":
-        amplitude, decay, hertz = WOOD_A, WOOD_DECAY, WOOD_HZ
-    elif p.material == "aluminium":
-        amplitude, decay, hertz = ALUMINIUM_A, ALUMINIUM_DECAY, ALUMINIUM_HZ
+    amplitude, decay, hertz = sound(p.material, p.amplitude, p.decay, p.frequency)
     if decay * s.since > OVER:
         s.since = -1.0
         return -push
@@ -57,14 +58,10 @@ def force(p, s, x, v, dt):
     return -push - min(max(tap, -p.limit), p.limit)
 
 
-def frequency(values):
-    """Return the frequency in Hz that rings: the material's, or the custom one."""
-    return (values["frequency"], RUBBER_HZ, WOOD_HZ, ALUMINIUM_HZ)[int(values["material"])]
-
-
 def warnings(values, conditions):
     """Tell when a cycle of the ringing gets fewer than 10 samples."""
-    highest, hertz = 0.1 / conditions.period, frequency(values)
+    _, _, hertz = sound(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
+    highest = 0.1 / conditions.period
     if hertz > highest * (1.0 + 1e-9):
         yield f"{hertz:.3g} Hz gets fewer than 10 samples a cycle: above {highest:.3g} Hz it feels blurred."
 
@@ -98,7 +95,7 @@ ENVIRONMENT = Environment(
         Choice(
             "material",
             "Material",
-            MATERIALS,
+            ("custom", "rubber", "wood", "aluminium"),
             "custom",
             "Rubber, wood, aluminium: their own amplitude, decay and frequency. Custom: those below.",
         ),

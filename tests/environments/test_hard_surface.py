@@ -1,0 +1,168 @@
+"""Hard surface: the ringing at the sample instants, once for each entry, and a wall that never pulls."""
+
+import math
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.environments.base import Conditions
+from tests.environments.asking import along, force
+from tests.environments.calling import LIBRARY
+
+SURFACE = LIBRARY["hard_surface"]
+COUNT = 20.7e-6
+# theory §6, the accelerations as forces on a handle of 0.044 kg
+MATERIALS = {"rubber": (116.7, 60.0, 18.0), "wood": (150.0, 80.0, 100.0), "aluminium": (300.0, 90.0, 300.0)}
+
+
+def entered(speed, rate=1000.0, seconds=0.25, **given):
+    """Return a run into it at constant speed, over a sensor without steps, and its first row in."""
+    motion = hs.Prescribed(lambda t: 0.003 + speed * t)
+    device = hs.SimulatedHapkit(quantum=0.0, max_force=math.inf)
+    run = hs.simulate("hard_surface", given, hand=motion, device=device, rate=rate, seconds=seconds)
+    return run, int(np.flatnonzero(run.position > 0.005)[0])
+
+
+def sounds(run, first, amplitude, decay, frequency, speed, stiffness=250.0):
+    """Return wall and ringing (n,) in N by their formula, at the sample instants from the entry on."""
+    tau = run.time[first:] - run.time[first]
+    ringing = amplitude * speed * np.exp(-decay * tau) * np.sin(2.0 * np.pi * frequency * tau)
+    return -stiffness * (run.position[first:] - 0.005) - ringing
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.037])
+def test_rings_exactly_at_the_sample_instants(speed):
+    run, first = entered(speed, limit=3.0)
+    assert not run.force[:first].any()
+    assert run.force[first:] == pytest.approx(sounds(run, first, 15.0, 60.0, 50.0, speed), abs=1e-9)
+    assert run.state[first, 0] == 0.0
+    assert run.state[first, 1] == pytest.approx(speed, rel=1e-9)
+
+
+@pytest.mark.parametrize("material", MATERIALS)
+def test_materials_ring_with_their_own_numbers_whatever_the_custom_ones(material):
+    acceleration, decay, frequency = MATERIALS[material]
+    amplitude = round(0.044 * acceleration, 1)
+    given = {"material": material, "amplitude": 77.0, "decay": 7.0, "frequency": 77.0}
+    run, first = entered(0.1, limit=3.0, rate=4000.0, **given)
+    assert run.force[first:] == pytest.approx(sounds(run, first, amplitude, decay, frequency, 0.1), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("material", "t_peak", "peak"),
+    [("rubber", 9.576e-3, 58.03), ("wood", 2.298e-3, 123.81), ("aluminium", 0.808e-3, 278.64)],
+)
+def test_peaks_when_theory_says(material, t_peak, peak):
+    """Theory §6: time of the peak and its height per speed of entry."""
+    run, first = entered(0.1, rate=100_000.0, seconds=0.05, material=material, stiffness=0.0, limit=3.0)
+    highest = np.argmin(run.force)
+    assert run.time[highest] - run.time[first] == pytest.approx(t_peak, abs=1.1e-5)
+    assert -run.force[highest] == pytest.approx(0.1 * 0.044 * peak, rel=0.01)
+
+
+def test_the_limit_is_on_the_ringing_alone():
+    run, first = entered(0.5, seconds=0.06, amplitude=100.0, limit=0.8)
+    ringing = run.force[first:] + 250.0 * (run.position[first:] - 0.005)
+    assert ringing.min() == pytest.approx(-0.8, abs=1e-12)
+    assert ringing.max() == pytest.approx(0.8, abs=1e-12)
+    assert run.force.min() < -0.8 - 250.0 * 0.01
+    plain = sounds(run, first, 100.0, 60.0, 50.0, 0.5, 0.0)
+    assert ringing == pytest.approx(np.clip(plain, -0.8, 0.8), abs=1e-9)
+
+
+def test_the_wall_part_never_pulls(rng):
+    """Without the ringing the force is at most 0 on any path, and −k d − b v on the way in."""
+    x, v = rng.uniform(-0.06, 0.06, 500), rng.uniform(-3.0, 3.0, 500)
+    got, _ = along("hard_surface", x, v, amplitude=0.0, damping=30.0)
+    assert (got <= 0.0).all()
+    depth = np.maximum(x - 0.005, 0.0)
+    inside = depth > 0.0
+    assert got == pytest.approx(-250.0 * depth - 30.0 * np.maximum(v, 0.0) * inside, abs=1e-12)
+
+
+def test_the_ringing_may_pull():
+    got, _ = along("hard_surface", np.full(40, 0.0051), np.full(40, 0.1))
+    assert got.max() > 0.3
+
+
+def test_a_speed_outwards_at_entry_rings_not():
+    got, states = along("hard_surface", np.full(30, 0.0052), np.full(30, -0.4))
+    assert got == pytest.approx(-250.0 * 0.0002)
+    assert states[0].tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(("counts", "again"), [(0.99, False), (1.01, True)])
+def test_rings_again_only_after_leaving_by_two_counts(counts, again):
+    """A second entry 10 ms after the first at four times its speed."""
+    x = np.concatenate([np.full(10, 0.006), [0.005 - counts * 2.0 * COUNT], np.full(30, 0.006)])
+    v = np.concatenate([np.full(10, 0.05), [0.0], np.full(30, 0.2)])
+    got, states = along("hard_surface", x, v, limit=3.0)
+    tau = 1e-3 * np.arange(30) if again else 1e-3 * np.arange(11, 41)
+    speed = 0.2 if again else 0.05
+    ringing = 15.0 * speed * np.exp(-60.0 * tau) * np.sin(2.0 * np.pi * 50.0 * tau)
+    assert got[11:] == pytest.approx(-0.25 - ringing, abs=1e-9)
+    assert states[-1, 1] == speed
+    assert states[10, 2] == float(again)
+
+
+def test_a_handle_that_flickers_on_the_surface_is_no_new_tap():
+    """One count in, one count out, a hundred times: one ringing, which dies out."""
+    x = 0.005 + COUNT * np.where(np.arange(600) % 2, -0.4, 0.6)
+    got, states = along("hard_surface", x, np.where(np.arange(600) % 2, -COUNT, COUNT) / 1e-3)
+    assert np.ptp(states[:500, 0]) == pytest.approx(0.499)
+    assert not states[:, 2].any()
+    assert np.abs(got[-50:]).max() <= 250.0 * COUNT
+    assert states[-1, 0] < 0.0
+
+
+def test_outside_it_is_silent_and_armed():
+    got, states = along("hard_surface", [0.006, 0.007, 0.0049, 0.002], [0.1, 0.1, -0.1, 0.1])
+    assert got[0] < 0.0
+    assert not got[2:].any()
+    assert states[2:, 0].tolist() == [-1.0, -1.0]
+    assert states[2:, 2].tolist() == [1.0, 1.0]
+
+
+def test_a_tap_feels_harder_than_its_wall():
+    """In the first 6 ms of the same tap the ringing stops with five times the force of the wall alone."""
+    peaks = []
+    for amplitude in (0.0, 15.0):
+        run = hs.simulate("hard_surface", {"amplitude": amplitude}, hand="tap", seconds=0.8)
+        first = np.flatnonzero(run.position > 0.005)[0]
+        peaks.append(-run.force[first : first + 6].min())
+    assert peaks[1] > 5.0 * peaks[0] > 0.3
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.5e-3])
+def test_a_tapping_hand_rings_it_once_a_tap(delay):
+    """Four taps in 3 s, each entered once: no bounce and no flicker rings it again."""
+    run = hs.simulate("hard_surface", hand="tap", delay=delay, seconds=3.0)
+    assert np.count_nonzero(run.state[:, 0] == 0.0) == 4
+
+
+def warned(period=1e-3, **given):
+    return list(SURFACE.warnings(SURFACE.values(given), Conditions(period=period)))
+
+
+def test_warns_of_fewer_than_10_samples_a_cycle():
+    """f > 1 / (10 T): 100 Hz at 1 kHz."""
+    assert not warned()
+    assert not warned(frequency=99.0)
+    (line,) = warned(frequency=101.0)
+    assert "101 Hz" in line
+    assert "100 Hz" in line
+    assert not warned(0.25e-3, frequency=396.0)
+    assert warned(0.25e-3, material="aluminium") == []
+    assert warned(material="rubber") == []
+    assert warned(1.01e-3, material="wood")
+    assert warned(0.99e-3, material="wood") == []
+    (line,) = warned(material="aluminium", frequency=20.0)
+    assert "300 Hz" in line
+
+
+def test_the_drawn_theory_is_the_wall():
+    x = np.linspace(-0.02, 0.02, 41)
+    drawn = SURFACE.over_position(SURFACE.values(), x)
+    assert drawn == pytest.approx(-250.0 * np.maximum(x - 0.005, 0.0))
+    assert force("hard_surface", 0.015) == pytest.approx(-2.5)

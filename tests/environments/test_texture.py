@@ -1,0 +1,157 @@
+"""Texture: its vibration, its grains, and what no loop can render of it."""
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.environments.base import Conditions
+from hapkit_studio.environments.texture import grain
+from tests.environments.asking import force, forces, frequency
+from tests.environments.calling import LIBRARY
+
+TEXTURE = LIBRARY["texture"]
+
+
+def swept(speed, seconds=1.0, **given):
+    """Return a run at constant speed over a sensor without steps."""
+    motion = hs.Prescribed(lambda t: -0.03 + speed * t)
+    return hs.simulate("texture", given, hand=motion, device=hs.SimulatedHapkit(quantum=0.0), seconds=seconds)
+
+
+@pytest.mark.parametrize("kind", ["bands", "grating"])
+@pytest.mark.parametrize(("speed", "wavelength"), [(0.06, 0.005), (0.05, 0.002), (0.04, 0.0005)])
+def test_vibrates_at_speed_over_wavelength(kind, speed, wavelength):
+    run = swept(speed, kind=kind, wavelength=wavelength)
+    assert frequency(run.force[1:], 1000.0) == pytest.approx(speed / wavelength, rel=0.01)
+
+
+def test_sandpaper_vibrates_around_speed_over_wavelength():
+    """Half of its power lies within a factor of two: grains are as wide as half a ridge, but random."""
+    run = swept(0.05, kind="sandpaper", wavelength=0.0005)
+    power = np.abs(np.fft.rfft(run.force)) ** 2
+    hertz = np.fft.rfftfreq(len(run.force), 1e-3)
+    near = (hertz > 50.0) & (hertz < 200.0)
+    assert power[near].sum() > 0.5 * power.sum()
+    assert power[hertz < 10.0].sum() < 0.02 * power.sum()
+
+
+def test_grating_is_a_sine():
+    x = np.linspace(-0.05, 0.05, 997)
+    got = forces("texture", x, kind="grating", amplitude=1.3, wavelength=0.007)
+    assert got == pytest.approx(1.3 * np.sin(2.0 * np.pi * x / 0.007), abs=1e-12)
+
+
+@pytest.mark.parametrize("band", [-9, -4, 0, 1, 6])
+def test_every_other_band_is_damped(band):
+    for place in (0.0, 0.01, 0.49):
+        assert force("texture", (band + place) * 0.005 + 1e-12, 0.2) == pytest.approx(-8.0 * 0.2)
+    for place in (0.51, 0.75, 0.99):
+        assert force("texture", (band + place) * 0.005, 0.2) == 0.0
+    assert force("texture", 0.001, 0.0) == 0.0
+
+
+def grains(seed):
+    """Return the 251 heights 0 to 250, in whole numbers: two cubes, each a permutation modulo 251."""
+    first = [((n + 17 * seed) % 251) ** 3 % 251 for n in range(251)]
+    return np.array([((m + seed + 1) % 251) ** 3 % 251 for m in first])
+
+
+@pytest.mark.parametrize("seed", [0, 1, 57, 99])
+def test_sandpaper_is_minus_the_slope_of_smooth_grains(seed):
+    """Between grains the height goes by 6 u⁵ − 15 u⁴ + 10 u³; its slope, 15 / 8 at most, is scaled to 1."""
+    heights = grains(seed) / 250.0
+    u = np.linspace(0.0, 0.999, 37)
+    step = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6]).deriv()
+    for n in (-20, -1, 0, 7, 19):
+        rise = heights[(n + 1) % 251] - heights[n % 251]
+        got = forces("texture", (n + u) * 0.0025, kind="sandpaper", amplitude=1.7, seed=seed)
+        assert got == pytest.approx(-1.7 * rise * step(u) * 8.0 / 15.0, abs=1e-9)
+
+
+def test_grains_are_each_height_once_and_no_seed_is_another_shifted():
+    orders = [[round(250.0 * grain(float(n), float(seed))) for n in range(251)] for seed in range(100)]
+    assert all(sorted(order) == list(range(251)) for order in orders)
+    assert orders == [grains(seed).tolist() for seed in range(100)]
+    from_lowest = {tuple(np.roll(order, -order.index(0))) for order in orders}
+    assert len(from_lowest) == 100
+
+
+@pytest.mark.parametrize("seed", [1, 2, 31])
+def test_sandpaper_is_bounded_steady_and_of_zero_mean(seed):
+    x = np.arange(251 * 40) * 0.00025 / 40.0 - 0.03
+    got = forces("texture", x, kind="sandpaper", amplitude=2.0, wavelength=0.0005, seed=seed)
+    assert np.abs(got).max() <= 2.0
+    assert np.abs(got).max() > 1.8
+    assert np.std(got) > 0.4
+    assert abs(np.mean(got)) < 1e-3
+    stiffness, _ = TEXTURE.impedance({"kind": 2.0, "amplitude": 2.0, "wavelength": 0.0005})
+    assert np.abs(np.diff(got)).max() <= stiffness * (x[1] - x[0])
+    assert np.abs(np.diff(got)).max() > 0.8 * stiffness * (x[1] - x[0])
+
+
+def test_a_seed_counts_by_whole_numbers():
+    x = np.linspace(-0.03, 0.03, 101)
+    one, still_one, two = (forces("texture", x, kind="sandpaper", seed=s) for s in (1.0, 1.9, 2.0))
+    assert np.array_equal(one, still_one)
+    assert np.abs(one - two).max() > 0.05
+
+
+@pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])
+def test_nothing_to_warn_of_by_default(kind):
+    assert not list(TEXTURE.warnings(TEXTURE.values({"kind": kind}), Conditions()))
+
+
+def warned(conditions=None, **given):
+    return list(TEXTURE.warnings(TEXTURE.values(given), conditions or Conditions()))
+
+
+@pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])
+def test_warns_of_fewer_than_10_samples_a_ridge(kind):
+    """v > λ / (10 T): 5 mm at 1 kHz go with 0.5 m/s."""
+    assert not warned(Conditions(speed=0.99 * 0.5), kind=kind)
+    (line,) = warned(Conditions(speed=1.01 * 0.5), kind=kind)
+    assert "10 samples" in line
+    assert "0.505 m/s" in line
+
+
+@pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])
+def test_warns_of_ridges_finer_than_10_counts(kind):
+    calm = {"kind": kind, "amplitude": 0.01}
+    assert not warned(Conditions(quantum=100e-6), **calm, wavelength=1.01e-3)
+    (line,) = warned(Conditions(quantum=100e-6), **calm, wavelength=0.99e-3)
+    assert "10 sensor counts" in line
+
+
+@pytest.mark.parametrize("kind", ["grating", "sandpaper"])
+def test_warns_of_ridges_too_steep_for_the_device(kind):
+    """A > b λ / (π T): with 0.5 N·s/m, 5 mm and 1 kHz 0.796 N (theory §7)."""
+    highest = 0.5 * 0.005 / (np.pi * 1e-3)
+    assert highest == pytest.approx(0.796, abs=5e-4)
+    assert not warned(kind=kind, amplitude=0.99 * highest)
+    (line,) = warned(kind=kind, amplitude=1.01 * highest)
+    assert "0.796 N" in line
+    assert not warned(Conditions(period=0.25e-3), kind=kind, amplitude=1.01 * highest)
+    assert not warned(kind="bands", amplitude=2.0)
+
+
+def test_the_limit_of_the_amplitude_is_that_of_stability():
+    """A ridge 1 % below it calms a handle in its stable place within 12 s, one 1 % above shakes it."""
+    highest = 0.5 * 0.005 / (np.pi * 1e-3)
+    device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_position=0.0025 + 1e-5)
+    growth = []
+    for part in (0.99, 1.01):
+        given = {"kind": "grating", "amplitude": part * highest}
+        run = hs.simulate("texture", given, device=device, seconds=12.0)
+        growth.append(np.ptp(run.true_position[-500:]) / np.ptp(run.true_position[:500]))
+    assert growth[0] < 0.7
+    assert growth[1] > 1.4
+
+
+def test_theory_is_drawn_where_it_is():
+    x, v = np.linspace(-0.02, 0.02, 81), np.linspace(-0.2, 0.2, 41)
+    bands, grating = TEXTURE.values(), TEXTURE.values({"kind": "grating"})
+    assert np.isnan(TEXTURE.over_position(bands, x)).all()
+    assert TEXTURE.over_velocity(bands, v) == pytest.approx(np.array([-8.0 * v, 0.0 * v]))
+    want = 0.25 * np.sin(2.0 * np.pi * x / 0.005)
+    assert TEXTURE.over_position(grating, x) == pytest.approx(want, abs=1e-12)
+    assert np.isnan(TEXTURE.over_velocity(grating, v)).all()
