@@ -49,7 +49,10 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=__version__)
     made = top.add_subparsers(required=True, metavar="COMMAND")
     _scene_options(_command(made, "run", commands.run, "render an environment headless"))
-    _command(made, "environments", commands.environments, "list the environments and their parameters")
+    listing = _command(
+        made, "environments", commands.environments, "list the environments and their parameters"
+    )
+    listing.add_argument("--markdown", action="store_true", help="as a page with pictures and explanations")
     _command(made, "devices", commands.devices, "list the devices that can be chosen now")
     words = "compute what a scene's simulated device must model, and what each term costs"
     commands_measure.fidelity_options(_command(made, "fidelity", commands_measure.fidelity, words))
@@ -68,7 +71,8 @@ def _command(made, name: str, function, words: str) -> argparse.ArgumentParser:
 
 
 def _scene_options(command: argparse.ArgumentParser) -> None:
-    command.add_argument("environment")
+    command.add_argument("environment", help="an environment's key, or a Python file: my_env.py")
+    command.add_argument("--trust", action="store_true", help="execute a file that you have read")
     command.add_argument("-p", "--parameter", action="append", default=[], metavar="KEY=VALUE")
     command.add_argument(
         "--hand", metavar="SCRIPT", help="press, tap, stroke, …; without it the handle is free"

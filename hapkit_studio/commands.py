@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapkit_studio import api
+from hapkit_studio import api, catalogue
 from hapkit_studio import devices as device_list
 from hapkit_studio import environments as library
 from hapkit_studio.dynamics.estimators import Spec
@@ -16,6 +16,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.parameters import Parameter
+from hapkit_studio.workshop import asking
 
 FRAME_SECONDS = 1 / 60
 TEST_SECONDS = Parameter("seconds", "Seconds", "s", 5.0, 0.1, 86_400.0)
@@ -58,9 +59,10 @@ def estimator_spec(text: str) -> Spec:
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Render an environment headless; write CSV and picture where asked."""
+    """Render an environment, by its key or its Python file, headless; write CSV and picture where asked."""
+    wanted = options.environment
     done = api.simulate(
-        options.environment,
+        asking.environment(wanted, options.trust) if wanted.endswith(".py") else wanted,
         key_values(options.parameter),
         hand=options.hand,
         rate=options.rate,
@@ -90,6 +92,7 @@ def _of_run(done: api.Run, written: list[str]) -> Result:
         "energy_given": float(done.energy[-1]),
         "clamped_samples": clamped,
         "faults": list(done.faults),
+        "warnings": list(done.warnings),
         "written": written,
     }
     lines = [
@@ -100,7 +103,7 @@ def _of_run(done: api.Run, written: list[str]) -> Result:
         + (f", clamped in {clamped} samples" if clamped else ""),
         f"energy given to the hand {1e3 * numbers['energy_given']:.3f} mJ",
     ]
-    lines += list(done.faults) + [f"wrote {path}" for path in written]
+    lines += [*done.faults, *done.warnings] + [f"wrote {path}" for path in written]
     return Result("\n".join(lines), numbers)
 
 
@@ -112,7 +115,7 @@ def demo(path: str) -> Result:
 
 
 def environments(options: argparse.Namespace) -> Result:
-    """List the environments with their parameters, units and limits."""
+    """List the environments with their parameters, units and limits, or print the page about them."""
     listed, lines = [], []
     for e in library.discover().values():
         lines.append(f"{e.key:<12} {e.summary}")
@@ -126,7 +129,8 @@ def environments(options: argparse.Namespace) -> Result:
             limits = " | ".join(p.options) if p.discrete else f"{p.low:g} to {p.high:g} {p.unit}"  # type: ignore[union-attr]
             lines.append(f"    {p.key:<14} {p.text(p.default):<12} [{limits}]")
         listed.append({"key": e.key, "title": e.title, "summary": e.summary, "parameters": described})
-    return Result("\n".join(lines), {"environments": listed})
+    text = catalogue.markdown().rstrip() if options.markdown else "\n".join(lines)
+    return Result(text, {"environments": listed})
 
 
 def devices(options: argparse.Namespace) -> Result:
