@@ -6,6 +6,7 @@ from hapkit_studio.parameters import Parameter
 
 
 # A function beside the law, so that the wall is written once. A law may call functions of its own file.
+# depth is how far the handle is inside, rate its speed into the wall; the push is never negative.
 def wall(depth, rate, stiffness, damping):
     if depth <= 0.0:
         return 0.0

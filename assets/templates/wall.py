@@ -15,7 +15,7 @@ def force(p, s, x, v, dt):
     if depth <= 0.0:
         return 0.0
     push = p.stiffness * depth
-    # A real wall brakes what comes in, but it does not hold what goes out.
+    # A wall brakes what comes in, but does not hold what goes out.
     if rate > 0.0:
         push += p.damping * rate
     return -side * push

@@ -20,7 +20,7 @@ class Template:
 def templates() -> tuple[Template, ...]:
     """Return every template, the shortest first."""
     files = resources.path("templates").glob("*.py")
-    return tuple(sorted(map(_read, files), key=lambda t: (t.text.count("\n"), t.key)))
+    return tuple(sorted(map(_read, files), key=lambda t: len(t.text)))
 
 
 def fill(template: Template, title: str, key: str) -> str:

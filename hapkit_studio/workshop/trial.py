@@ -1,4 +1,4 @@
-"""Tries out a file in a program of its own: ``python -m hapkit_studio.workshop.trial FILE``, which prints JSON.
+"""Tries out a file in a program of its own, ``python -m hapkit_studio.workshop.trial FILE``; it prints JSON.
 
 Whatever the file does, the window that asked goes on: it only waits for words on a pipe. Knows no Qt.
 """
@@ -23,13 +23,16 @@ _MORE_MEMORY = 2 * 2**30
 _MODULE = "hapkit_studio.workshop.trial"
 
 
-def begin(path: str | Path) -> subprocess.Popen:
-    """Start trying out a file; poll() the process, then take its `result`, or `stop` it after TIMEOUT."""
+def begin(path: str | Path, digest: str = "") -> subprocess.Popen:
+    """Start trying out a file; poll() the process, then take its `result`, or `stop` it after TIMEOUT.
+
+    With a digest (trust.digest of the text that a person saw) any other text is refused, not executed.
+    """
     apart: dict = {"start_new_session": True}
     if sys.platform == "win32":
         apart = {"creationflags": subprocess.BELOW_NORMAL_PRIORITY_CLASS | subprocess.CREATE_NO_WINDOW}
     # -P: a file named like a module of Python, in the folder we stand in, is not that module
-    command = [sys.executable, "-P", "-m", _MODULE, str(Path(path).absolute())]
+    command = [sys.executable, "-P", "-m", _MODULE, str(Path(path).absolute()), digest]
     quiet = subprocess.DEVNULL
     return subprocess.Popen(command, stdin=quiet, stdout=subprocess.PIPE, stderr=quiet, **apart)
 
@@ -72,7 +75,7 @@ def _kill(process: subprocess.Popen) -> None:
         os.killpg(process.pid, signal.SIGKILL)
 
 
-def main(file: str) -> None:
+def main(file: str, digest: str = "") -> None:
     """Print the verdict on a file as one JSON object; what the file itself prints goes nowhere."""
     out = os.dup(1)
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -81,7 +84,7 @@ def main(file: str) -> None:
     _stand_back()
     from hapkit_studio.workshop import trying
 
-    verdict = trying.try_file(Path(file))
+    verdict = trying.try_file(Path(file), digest)
     os.write(out, json.dumps(verdict.as_json(), ensure_ascii=False).encode() + b"\n")
     os._exit(0)  # not a moment longer: threads and exit functions of the file do not run on
 
@@ -101,4 +104,4 @@ def _stand_back() -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:3])

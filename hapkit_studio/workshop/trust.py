@@ -30,5 +30,10 @@ def trust(text: str) -> None:
         known.write(digest(text) + "\n")
 
 
+def shown(text: str) -> str:
+    """Return a text as it is shown to be judged: what is invisible, or turns letters round, as its code."""
+    return "".join(c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text)
+
+
 def _list() -> Path:
     return Path(platformdirs.user_data_dir("hapkit-studio", appauthor=False)) / "trusted"

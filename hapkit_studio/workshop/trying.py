@@ -27,12 +27,17 @@ _DO = {
 _NO_NUMBER, _DO_NUMBER = "this gives no finite number", "test for it first, or narrow the parameter's limits"
 
 
-def try_file(path: Path) -> Verdict:
-    """Return the verdict on a file; one without problems is remembered as tried."""
+def try_file(path: Path, wanted: str = "") -> Verdict:
+    """Return the verdict on a file; one without problems is remembered as tried.
+
+    Where a wanted digest is given, a file of another text is not executed.
+    """
     digest = ""
     try:
         text = reading.text_of(path)
         digest = trust.digest(text)
+        if wanted not in ("", digest):
+            raise LawError("the file has changed meanwhile: try again")
         environment = reading.execute(text, path)
         verdict = _try(environment, path, digest)
     except LawError as error:
