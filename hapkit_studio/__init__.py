@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from hapkit_studio.devices.simulated import SimulatedHapkit
     from hapkit_studio.dynamics.estimators import estimate_velocity
     from hapkit_studio.dynamics.hand import Hand, Prescribed
+    from hapkit_studio.dynamics.integrators import integrate
     from hapkit_studio.errors import LawError, ParameterError, StudioError
     from hapkit_studio.workshop import load_environment
 
@@ -22,6 +23,7 @@ _PLACES = {
     "stiffness_limit": "analysis.stability",
     "measured_stiffness_limit": "analysis.stability",
     "estimate_velocity": "dynamics.estimators",
+    "integrate": "dynamics.integrators",
     "Hand": "dynamics.hand",
     "Prescribed": "dynamics.hand",
     "SimulatedHapkit": "devices.simulated",
@@ -39,6 +41,7 @@ __all__ = [
     "StudioError",
     "environments",
     "estimate_velocity",
+    "integrate",
     "load_environment",
     "measured_stiffness_limit",
     "simulate",

@@ -12,7 +12,6 @@ from hapkit_studio.dynamics.jit import compiled, internal
 _PIECE_ANGLE = 3.0
 _MAX_EVENTS = 256
 _SERIES_REACH = 0.5
-_MAX_DOUBLINGS = 200
 
 
 @internal
@@ -39,14 +38,20 @@ def transition(mass, damping, stiffness, h):
 
     x1 = a x + b v + g0 F + h0 F', v1 = c x + d v + g1 F + h1 F'. Series on h / 2^s, then s doublings of the
     map written in increments from the identity, so that slow modes keep their digits beside stiff ones.
+    Laws use it too, so its loops are bounded.
     """
     alpha, beta = damping / mass, stiffness / mass
+    fastest = alpha + math.sqrt(beta)
     doublings, t = 0, h
-    while (alpha + math.sqrt(beta)) * t > _SERIES_REACH and doublings < _MAX_DOUBLINGS:
+    for _ in range(200):
+        if fastest * t <= _SERIES_REACH:
+            break
         t *= 0.5
         doublings += 1
     b, once, twice = _responses(alpha, beta, t)
-    for _ in range(doublings):
+    for n in range(200):
+        if n >= doublings:
+            break
         twice, once, b = (
             twice * (2.0 - beta * once) + once * (b + t),
             once * (2.0 - beta * once) + b * b,

@@ -1,0 +1,152 @@
+"""A moving mass without error: one linear piece after the other, the moments between them located.
+
+Within a piece the motion is its exact map. A piece ends where the object meets or leaves the handle or a
+wall, where it is as fast as the handle (the contact's damper acts on the way in only), and where it turns.
+"""
+
+import math
+
+from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.moving_mass import linear, place
+from hapkit_studio.dynamics.paddle import transition
+
+# Between two zeros of the acceleration lie at least pi / omega, so a piece shorter than that has one at most.
+_PIECE_ANGLE = 3.0
+_POSITION, _VELOCITY, _ACCELERATION = 0.0, 1.0, 2.0
+_NONE, _TURN, _STOP, _MEET, _WALL = 0.0, 1.0, 2.0, 3.0, 4.0
+
+
+@compiled
+def moved(x, v, t, m, damping, stiffness, force):
+    """Return (x, v) after t seconds of m x'' = force - damping x' - stiffness x."""
+    a, b, c, d, g0, _, g1, _ = transition(m, damping, stiffness, t)
+    return a * x + b * v + g0 * force, c * x + d * v + g1 * force
+
+
+@compiled
+def measured(what, x, v, m, damping, stiffness, force):
+    """Return position, velocity or acceleration, and its rate."""
+    a = (force - damping * v - stiffness * x) / m
+    if what == _POSITION:
+        return x, v
+    if what == _VELOCITY:
+        return v, a
+    return a, -(damping * a + stiffness * v) / m
+
+
+@compiled
+def until(what, level, x, v, span, end, m, damping, stiffness, force):
+    """Return (t, x, v) where what is measured crosses level on its way to `end` after span seconds.
+
+    It crosses once. Newton's method inside a shrinking bracket.
+    """
+    start, _ = measured(what, x, v, m, damping, stiffness, force)
+    if (start - level) * (end - level) >= 0.0:
+        return 0.0, x, v
+    low, high = 0.0, span
+    t = span * (level - start) / (end - start)
+    q, u = x, v
+    for _ in range(60):
+        q, u = moved(x, v, t, m, damping, stiffness, force)
+        value, slope = measured(what, q, u, m, damping, stiffness, force)
+        if (value - level) * (end - level) < 0.0:
+            low = t
+        else:
+            high = t
+        guess = t - (value - level) / slope if slope != 0.0 else high
+        if not low < guess < high:
+            guess = 0.5 * (low + high)
+        if abs(guess - t) <= 1e-15 * span:
+            break
+        t = guess
+    if what == _POSITION:
+        return t, level, u
+    if what == _VELOCITY:
+        return t, q, level
+    return t, q, u
+
+
+@compiled
+def first_event(touching, beyond, turned, x, v, span, m, b, k, f, touch, side, speed, pad, reach):
+    """Return (t, x, v, event) at the end of a piece: after span, or at the first event before.
+
+    Each search shortens the piece for the next: where the acceleration keeps its sign the velocity crosses a
+    level once, where the velocity keeps its sign the position does.
+    """
+    event = _NONE
+    q, u = moved(x, v, span, m, b, k, f)
+    ahead = f - b * u - k * q
+    if turned == 0.0 and (f - b * v - k * x) * ahead < 0.0:
+        event = _TURN
+        span, q, u = until(_ACCELERATION, 0.0, x, v, span, ahead / m, m, b, k, f)
+    if v * u < 0.0:
+        event = _STOP
+        span, q, u = until(_VELOCITY, 0.0, x, v, span, u, m, b, k, f)
+    if touching * pad > 0.0 and (v - speed) * (u - speed) < 0.0:
+        event = _STOP
+        span, q, u = until(_VELOCITY, speed, x, v, span, u, m, b, k, f)
+    depth = side * (touch - q)
+    if (touching > 0.0 and depth < 0.0) or (touching == 0.0 and depth > 0.0):
+        event = _MEET
+        span, q, u = until(_POSITION, touch, x, v, span, q, m, b, k, f)
+    if (beyond == 0.0 and abs(q) > reach) or beyond * q < abs(beyond) * reach:
+        event = _WALL
+        level = beyond * reach if beyond != 0.0 else math.copysign(reach, q)
+        span, q, u = until(_POSITION, level, x, v, span, q, m, b, k, f)
+    return span, q, u, event
+
+
+@compiled
+def approaching(v, side, speed, pull):
+    """Return 1 where object and handle approach each other, 0 elsewhere; at equal speed by what pulls."""
+    rate = side * (speed - v)
+    if rate == 0.0:
+        rate = -side * pull
+    return 1.0 if rate > 0.0 else 0.0
+
+
+@compiled
+def forces(touching, beyond, x, v, friction, b, k, f, touch, side, speed, contact, pad, reach, wall):
+    """Return (damping, stiffness, force) of the piece that begins here, and 1 if friction holds, else 0."""
+    damping, stiffness, force = linear(
+        touching, 0.0, beyond, b, k, f, touch, speed, contact, pad, reach, wall
+    )
+    if touching * pad > 0.0:
+        closing = approaching(v, side, speed, force - damping * v - stiffness * x)
+        damping, stiffness, force = linear(
+            touching, closing, beyond, b, k, f, touch, speed, contact, pad, reach, wall
+        )
+    if friction <= 0.0:
+        return damping, stiffness, force, 0.0
+    pull = force - stiffness * x
+    if v == 0.0 and abs(pull) <= friction:
+        return damping, stiffness, force, 1.0
+    return damping, stiffness, force - math.copysign(friction, v if v != 0.0 else pull), 0.0
+
+
+@compiled
+def exact(x, v, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
+    """Return (x, v) after h seconds; after 64 pieces the object waits for the next call."""
+    touching, _, beyond = place(x, v, touch, side, speed, reach)
+    left, turned = h, 0.0
+    for _ in range(64):
+        damping, stiffness, force, held = forces(
+            touching, beyond, x, v, friction, b, k, f, touch, side, speed, contact, pad, reach, wall
+        )
+        if held > 0.0:
+            return x, 0.0
+        span = left
+        if stiffness > 0.0:
+            span = min(left, _PIECE_ANGLE * math.sqrt(m / stiffness))
+        span, x, v, event = first_event(
+            touching, beyond, turned, x, v, span, m, damping, stiffness, force, touch, side, speed, pad, reach
+        )
+        turned = 1.0 if event == _TURN else 0.0
+        if event == _MEET:
+            touching = 1.0 - touching
+        elif event == _WALL:
+            beyond = 0.0 if beyond != 0.0 else math.copysign(1.0, x)
+        left -= span
+        if left <= 0.0:
+            break
+    return x, v

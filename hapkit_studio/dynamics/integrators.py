@@ -1,0 +1,128 @@
+"""Integrators of a moving mass: a step of each, for laws and for ``integrate``; all SI.
+
+The last eleven arguments of every step are those of ``moving_mass``.
+"""
+
+import numpy as np
+
+from hapkit_studio.dynamics.events import exact
+from hapkit_studio.dynamics.friction import projected
+from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.moving_mass import FAR, acceleration
+from hapkit_studio.dynamics.steps import implicit, rk4, verlet
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import Choice, Parameter
+
+INTEGRATORS = (
+    "explicit_euler",
+    "lecture",
+    "semi_implicit",
+    "verlet",
+    "rk4",
+    "implicit_euler",
+    "trapezoid",
+    "exact",
+)
+_EXPLICIT_EULER, _LECTURE, _SEMI_IMPLICIT, _VERLET, _RK4, _IMPLICIT_EULER, _TRAPEZOID, _EXACT = map(
+    float, range(len(INTEGRATORS))
+)
+# Motion that has died out goes on as numbers so small that processors are ten times slower with them.
+_NOTHING = 1e-150
+
+
+@compiled
+def advanced(method, x, v, before, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
+    """Return (x, v) after h seconds by any method but exact, and how far a change of v moves x, in s.
+
+    before and now are the accelerations one step earlier and at (x, v).
+    """
+    half = 0.5 * h
+    if method == _EXPLICIT_EULER:
+        return x + h * v, v + h * now, 0.0
+    if method == _LECTURE:
+        u = v + half * (before + now)
+        return x + half * (v + u), u, half
+    if method == _SEMI_IMPLICIT:
+        u = v + h * now
+        return x + h * u, u, h
+    if method == _VERLET:
+        q, u = verlet(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
+        return q, u, half
+    if method == _RK4:
+        q, u = rk4(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
+        return q, u, half
+    if method == _IMPLICIT_EULER:
+        u = implicit(v, x, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
+        return x + h * u, u, h
+    base, middle = v + half * now, x + half * v
+    u = implicit(base, middle, half, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
+    return x + half * (v + u), u, half
+
+
+@compiled
+def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
+    """Return (x, v) after h seconds, and the acceleration before them.
+
+    method is its number in INTEGRATORS, before the acceleration one step earlier (the lecture's rule wants
+    it). Coulomb friction in N is taken from the velocity at the step's end, as much as there is of it; the
+    exact method knows when it stops the object.
+    """
+    now = acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
+    if method == _EXACT:
+        q, u = exact(x, v, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
+    else:
+        q, free, follows = advanced(
+            method, x, v, before, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall
+        )
+        u = projected(free, friction * h / m)
+        q += follows * (u - free)
+    if abs(q) < _NOTHING:
+        q = 0.0
+    if abs(u) < _NOTHING:
+        u = 0.0
+    return q, u, now
+
+
+@compiled
+def _integrate(method, h, m, b, k, f, x, v):
+    before = acceleration(x[0], v[0], m, b, k, f, -FAR, 1.0, 0.0, 0.0, 0.0, FAR, 0.0)
+    for n in range(x.shape[0] - 1):
+        x[n + 1], v[n + 1], before = step(
+            method, x[n], v[n], before, h, 0.0, m, b, k, f, -FAR, 1.0, 0.0, 0.0, 0.0, FAR, 0.0
+        )
+
+
+_HUGE = 1e12
+_METHOD = Choice("method", "The method", INTEGRATORS)
+_NUMBERS = {
+    p.key: p
+    for p in (
+        Parameter("mass", "Mass", "kg", 1.0, 1e-12, _HUGE),
+        Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, _HUGE),
+        Parameter("stiffness", "Stiffness", "N/m", 0.0, 0.0, _HUGE),
+        Parameter("force", "Force", "N", 0.0, -_HUGE, _HUGE),
+        Parameter("x0", "x0", "m", 0.0, -_HUGE, _HUGE),
+        Parameter("v0", "v0", "m/s", 0.0, -_HUGE, _HUGE),
+        Parameter("dt", "dt", "s", 1e-3, 1e-9, 1e3),
+        Parameter("seconds", "Seconds", "s", 1.0, 0.0, 1e9),
+    )
+}
+_MOST_STEPS = 100_000_000
+
+
+def integrate(method, *, mass, damping, stiffness, x0, v0, dt, seconds, force=0.0):
+    """Return (t, x, v), each (n,), of m x'' = force - damping x' - stiffness x by one of INTEGRATORS.
+
+    Row k is at t = k dt, row 0 the start; n = round(seconds / dt) + 1. What grows beyond all numbers ends as
+    inf or nan. Raise ParameterError for what no such motion can have.
+    """
+    given = {"mass": mass, "damping": damping, "stiffness": stiffness, "force": force}
+    given |= {"x0": x0, "v0": v0, "dt": dt, "seconds": seconds}
+    number = _METHOD.check(method)
+    value = {key: p.check(given[key]) for key, p in _NUMBERS.items()}
+    count = round(value["seconds"] / value["dt"]) + 1
+    if count > _MOST_STEPS:
+        raise ParameterError(f"A motion has up to {_MOST_STEPS:g} steps, not {seconds:g} s by {dt:g} s.")
+    x, v = np.full(count, value["x0"]), np.full(count, value["v0"])
+    _integrate(number, value["dt"], *(value[key] for key in ("mass", "damping", "stiffness", "force")), x, v)
+    return np.arange(count) * value["dt"], x, v

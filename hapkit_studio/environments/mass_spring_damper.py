@@ -1,0 +1,137 @@
+"""A mass on a spring and a damper, pushed by the handle from the left; its integrator is a choice."""
+
+import numpy as np
+
+from hapkit_studio.dynamics.integrators import INTEGRATORS, step
+from hapkit_studio.dynamics.moving_mass import FAR, acceleration, flown_apart, reaction
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+STATE = {
+    "object": 0.0,
+    "object_velocity": 0.0,
+    "object_acceleration": 0.0,
+    "started": 0.0,
+    "handle": 0.0,
+    "handle_velocity": 0.0,
+}
+
+
+@law(state=STATE)
+def force(p, s, x, v, dt):
+    """Move the object over the sample that has passed, the handle held; then push the handle back."""
+    pull = p.stiffness * p.rest_position
+    if s.started != 0.0:
+        s.object, s.object_velocity, s.object_acceleration = step(
+            p.integrator,
+            s.object,
+            s.object_velocity,
+            s.object_acceleration,
+            dt,
+            0.0,
+            p.mass,
+            p.damping,
+            p.stiffness,
+            pull,
+            s.handle,
+            1.0,
+            s.handle_velocity,
+            p.contact_stiffness,
+            p.contact_damping,
+            FAR,
+            0.0,
+        )
+    if s.started == 0.0 or flown_apart(s.object, s.object_velocity) > 0.0:
+        s.started = 1.0
+        s.object = p.rest_position
+        s.object_velocity = 0.0
+        s.object_acceleration = acceleration(
+            s.object,
+            0.0,
+            p.mass,
+            p.damping,
+            p.stiffness,
+            pull,
+            x,
+            1.0,
+            v,
+            p.contact_stiffness,
+            p.contact_damping,
+            FAR,
+            0.0,
+        )
+    s.handle = x
+    s.handle_velocity = v
+    return reaction(s.object, s.object_velocity, x, 1.0, v, p.contact_stiffness, p.contact_damping)
+
+
+def pushed_slowly(p, x):
+    """Return the force over position of contact and spring in series."""
+    both = p["contact_stiffness"] * p["stiffness"] / (p["contact_stiffness"] + p["stiffness"])
+    return -both * np.maximum(x - p["rest_position"], 0.0)
+
+
+ENVIRONMENT = Environment(
+    key="mass_spring_damper",
+    title="Mass–spring–damper",
+    summary="Push a moving mass",
+    parameters=(
+        Parameter("mass", "Mass", "kg", 2.0, 0.05, 5.0, "Of the object that is pushed", "m"),
+        Parameter("damping", "Damping", "N·s/m", 1.0, 0.0, 20.0, "Brakes the object", "b"),
+        Parameter(
+            "stiffness", "Stiffness", "N/m", 300.0, 0.0, 2000.0, "Of the spring that holds the object", "k"
+        ),
+        Parameter(
+            "contact_stiffness",
+            "Contact stiffness",
+            "N/m",
+            500.0,
+            50.0,
+            5000.0,
+            "Force per metre that the handle is inside the object",
+            "k<sub>u</sub>",
+        ),
+        Parameter(
+            "contact_damping",
+            "Contact damping",
+            "N·s/m",
+            0.0,
+            0.0,
+            50.0,
+            "Force per metre per second while handle and object approach each other in contact",
+            "b<sub>u</sub>",
+        ),
+        Parameter(
+            "rest_position",
+            "Rest position",
+            "m",
+            0.01,
+            -0.04,
+            0.04,
+            "Where the spring is at rest",
+            "x<sub>eq</sub>",
+        ),
+        Choice(
+            "integrator",
+            "Integrator",
+            INTEGRATORS,
+            "semi_implicit",
+            "How the object's motion is computed. Explicit Euler and the lecture's rule add energy.",
+        ),
+    ),
+    force=force,
+    shortcut="M",
+    formula="<i>m ẍ</i> = <i>F</i><sub>u</sub> − <i>b ẋ</i> − <i>k</i>(<i>x</i> − <i>x</i><sub>eq</sub>), "
+    "<i>F</i> = −<i>F</i><sub>u</sub>",
+    explanation="The handle pushes an object from the left through a contact spring and feels the same force "
+    "back. The object is a mass on a spring with a damper, so it swings on when the handle leaves it. Its "
+    "motion is computed step by step, and the rule for a step matters: explicit Euler and the lecture's rule "
+    "add energy each time. Where the damper takes less, the swing grows until the object flies apart and "
+    "begins anew at rest. Semi-implicit Euler takes no longer to compute and does not grow.",
+    impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
+    over_position=pushed_slowly,
+    outcomes=("peak_force", "final_position", "energy"),
+    hands=("press", "tap", "released"),
+    order=10,
+)

@@ -1,0 +1,137 @@
+"""A puck that slides between two walls and is pushed by the handle from either side."""
+
+from hapkit_studio.dynamics.integrators import INTEGRATORS, step
+from hapkit_studio.dynamics.moving_mass import flown_apart, reaction
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+START = 0.010
+RADIUS = 0.005
+# Where the walls' faces stop the puck's middle.
+REACH = 0.040 - RADIUS
+
+STATE = {
+    "object": 0.0,
+    "object_velocity": 0.0,
+    "object_acceleration": 0.0,
+    "side": 0.0,
+    "started": 0.0,
+    "handle": 0.0,
+    "handle_velocity": 0.0,
+}
+
+
+def begin(x):
+    """Return where the puck begins: at START, beside a handle that is there."""
+    if abs(x - START) >= RADIUS:
+        return START
+    return x + RADIUS if x < START else x - RADIUS
+
+
+@law(state=STATE)
+def force(p, s, x, v, dt):
+    """Move the puck over the sample that has passed, the handle held; then push the handle back."""
+    if s.started != 0.0:
+        s.object, s.object_velocity, s.object_acceleration = step(
+            p.integrator,
+            s.object,
+            s.object_velocity,
+            s.object_acceleration,
+            dt,
+            p.friction,
+            p.mass,
+            0.0,
+            0.0,
+            0.0,
+            s.handle + s.side * RADIUS,
+            s.side,
+            s.handle_velocity,
+            p.contact_stiffness,
+            p.contact_damping,
+            REACH,
+            p.wall_stiffness,
+        )
+    if s.started == 0.0 or flown_apart(s.object, s.object_velocity) > 0.0:
+        s.started = 1.0
+        s.object = begin(x)
+        s.object_velocity = 0.0
+        s.object_acceleration = 0.0
+    # Inside the puck the handle keeps the side it came from, however deep it is.
+    if s.side == 0.0 or abs(x - s.object) >= RADIUS:
+        s.side = 1.0 if x < s.object else -1.0
+    s.handle = x
+    s.handle_velocity = v
+    touch = x + s.side * RADIUS
+    return reaction(s.object, s.object_velocity, touch, s.side, v, p.contact_stiffness, p.contact_damping)
+
+
+ENVIRONMENT = Environment(
+    key="puck",
+    title="Puck",
+    summary="Shove it, catch it",
+    parameters=(
+        Parameter("mass", "Mass", "kg", 0.5, 0.05, 5.0, "Of the puck", "m"),
+        Parameter(
+            "contact_stiffness",
+            "Contact stiffness",
+            "N/m",
+            500.0,
+            50.0,
+            5000.0,
+            "Force per metre that the handle is inside the puck",
+            "k<sub>u</sub>",
+        ),
+        Parameter(
+            "contact_damping",
+            "Contact damping",
+            "N·s/m",
+            0.0,
+            0.0,
+            50.0,
+            "Force per metre per second while handle and puck approach each other in contact",
+            "b<sub>u</sub>",
+        ),
+        Parameter(
+            "wall_stiffness",
+            "Wall stiffness",
+            "N/m",
+            500.0,
+            50.0,
+            5000.0,
+            "Force per metre that the puck is inside a wall",
+            "k<sub>w</sub>",
+        ),
+        Parameter(
+            "friction",
+            "Friction",
+            "N",
+            0.0,
+            0.0,
+            3.0,
+            "Between puck and ground, the same at every speed",
+            "F<sub>c</sub>",
+        ),
+        Choice(
+            "integrator",
+            "Integrator",
+            INTEGRATORS,
+            "semi_implicit",
+            "How the puck's motion is computed. Explicit Euler and the lecture's rule add energy.",
+        ),
+    ),
+    force=force,
+    shortcut="P",
+    formula="<i>m ẍ</i> = <i>F</i><sub>u</sub> − <i>k</i><sub>w</sub> <i>d</i><sub>w</sub>, &nbsp; "
+    "<i>F</i> = −<i>F</i><sub>u</sub>",
+    explanation="A free mass between two walls. Handle and walls push it through springs, in proportion to "
+    "how deep it is inside; the handle feels the push back. What a shove gives the puck is its momentum, the "
+    "force summed over the time of contact. An exact bounce keeps the puck's energy. Explicit Euler and the "
+    "lecture's rule add some, implicit Euler takes some away. With too much of it the puck flies out and "
+    "begins anew at rest.",
+    impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
+    outcomes=("peak_force", "final_position", "energy"),
+    hands=("tap", "shake", "released"),
+    restless="Without friction the puck goes to and fro between the walls for ever.",
+    order=11,
+)
