@@ -10,9 +10,11 @@ from io import TextIOWrapper
 
 from hapkit_studio import commands, commands_measure
 from hapkit_studio.arguments import LineParser, window_parser
+from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.errors import StudioError
 
 INTERRUPTED = 130
+ESTIMATOR_HELP = f"{', '.join(ESTIMATORS)}; options as iir:cutoff=20"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -80,7 +82,7 @@ def _scene_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--seconds", type=float, default=2.0, metavar="S")
     command.add_argument("--rate", type=float, default=1000.0, metavar="HZ")
     command.add_argument("--delay", type=float, default=0.0, metavar="S")
-    command.add_argument("--estimator", default="difference", help="difference, or iir, or iir:cutoff=20")
+    command.add_argument("--estimator", default="difference", metavar="NAME", help=ESTIMATOR_HELP)
     command.add_argument("--seed", type=int, default=0)
     command.add_argument("--csv", metavar="PATH", help="write every sample")
     command.add_argument("--plot", metavar="PATH", help="write a picture")
