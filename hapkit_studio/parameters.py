@@ -26,7 +26,7 @@ class Parameter:
     def check(self, value: object) -> float:
         """Return value as float; raise ParameterError naming value, limit and unit."""
         try:
-            number = float(value)  # type: ignore[arg-type]
+            number = float("" if isinstance(value, bool) else value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
             wanted = f"a number in {self.unit}" if self.unit else "a number"
             raise ParameterError(f"{self.label} takes {wanted}, not {value!r}.") from None

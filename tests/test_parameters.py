@@ -28,7 +28,7 @@ def test_refuses_every_number_beyond_them(value):
     assert str(error.value) == f"Stiffness goes from 0 to 5000 N/m, not {value:g}."
 
 
-@pytest.mark.parametrize("value", ["stiff", "", None, [1.0], {}, object, 1j, 10**400])
+@pytest.mark.parametrize("value", ["stiff", "", True, None, [1.0], {}, object, 1j, 10**400])
 def test_refuses_what_is_no_number(value):
     with pytest.raises(ParameterError, match=r"^Stiffness takes a number in N/m, not .*\.$"):
         STIFFNESS.check(value)

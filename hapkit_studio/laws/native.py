@@ -6,6 +6,7 @@ import os
 import sys
 import tempfile
 import threading
+import time
 from pathlib import Path
 from types import ModuleType
 
@@ -18,6 +19,7 @@ from numba.extending import intrinsic
 
 from hapkit_studio.errors import LawError
 
+KEPT_SECONDS = 60 * 86_400.0
 INTERPRETED = bool(numba.config.DISABLE_JIT)
 _functions: dict[int, object] = {}
 _loading = threading.Lock()
@@ -43,7 +45,10 @@ def _module(source: str) -> ModuleType:
         source = source.replace("@cfunc(_SIGNATURE, ", "@njit(")
     name = "law_" + hashlib.sha256(source.encode()).hexdigest()[:20]
     path = _folder() / f"{name}.py"
-    if not path.exists():
+    if path.exists():
+        path.touch()
+    else:
+        _forget_unused(path.parent)
         part = path.with_suffix(f".{os.getpid()}.part")
         part.write_text(source, encoding="utf-8")
         part.replace(path)
@@ -58,6 +63,15 @@ def _module(source: str) -> ModuleType:
         reason = str(error).strip().splitlines()[-1]
         raise LawError(f"The law cannot be compiled: {reason}") from error
     return module
+
+
+def _forget_unused(folder: Path) -> None:
+    """Remove generated files that no program has loaded for long, and their machine code."""
+    now = time.time()
+    for path in folder.glob("law_*.py"):
+        if now - path.stat().st_mtime > KEPT_SECONDS:
+            for old in (path, *folder.parent.rglob(f"{path.stem}.*.nb?")):
+                old.unlink(missing_ok=True)
 
 
 def _folder() -> Path:
