@@ -24,7 +24,8 @@ DELAY = Parameter(
 ESTIMATOR = Choice(
     "estimator", "Velocity", tuple(ESTIMATORS), "iir",
     "How speed is made from sensor counts. The plain difference is quick but steps by one count per period, "
-    "so damping rattles; the low-pass filter is smooth but late, and late damping feeds a buzz.",
+    "so damping rattles; the low-pass filters are smooth but late, and late damping feeds a buzz. FOAW fits "
+    "the longest line that it can: smooth when slow, quick at an impact. The Kalman filter guesses on.",
 )  # fmt: skip
 GRIP = Choice(
     "grip", "Grip", tuple(GRIPS), "medium",

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.margin import Answer, Loop, MarginWorker, Question
@@ -91,7 +92,7 @@ class StabilityCard(QWidget):
     def question(self) -> Question | None:
         """Return what to ask about the environment and loop in force; None where no limit applies."""
         environment, engine = self._studio.environment, self._studio.engine
-        if environment.impedance is None or engine is None or self._delay is None:
+        if environment.impedance is None or engine is None or self._delay is None or not self._linear():
             return None
         stiffness, damping = environment.impedance(self._studio.values)
         wish, device = self._studio.loop, engine.device
@@ -137,7 +138,15 @@ class StabilityCard(QWidget):
             return "Not judged yet", "Needs a device."
         if self._studio.environment.impedance is None:
             return "No limit applies", "This environment renders no stiffness or damping of its own."
+        if not self._linear():
+            return (
+                "No exact limit",
+                f"{ESTIMATORS[self._studio.loop.estimator].label} is not linear: feel it.",
+            )
         return "Measuring the delay", "Half a second at zero force, on connecting."
+
+    def _linear(self) -> bool:
+        return ESTIMATORS[self._studio.loop.estimator].response is not None
 
     def _forget(self) -> None:
         """Know nothing of another device's delay; the embedded one has none but the added."""

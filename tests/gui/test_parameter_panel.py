@@ -6,6 +6,7 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtTest import QTest
 
+from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui.choice_row import ChoiceRow
 from hapkit_studio.gui.parameter_row import ParameterRow
 
@@ -19,6 +20,12 @@ def enter(row, text):
     row.box.selectAll()
     QTest.keyClicks(row.box, text)
     QTest.keyClick(row.box, Qt.Key.Key_Return)
+
+
+def pick(row, words):
+    index = row.picker.findText(words)
+    row.picker.setCurrentIndex(index)
+    row.picker.activated.emit(index)
 
 
 def test_every_parameter_of_every_environment_has_a_row_named_with_value_and_unit(idle_window):
@@ -169,7 +176,7 @@ def test_a_thumb_at_a_limit_shows_its_focus_ring_whole(window, value, right):
 
 
 def test_tab_stops_at_the_chosen_option_alone(window):
-    picker = window.loop.estimator.picker
+    picker = rows(window)["side"].picker
     for index in (1, 0):
         picker.show_index(index)
         stops = [bool(b.focusPolicy() & Qt.FocusPolicy.TabFocus) for b in picker.buttons]
@@ -192,6 +199,16 @@ def test_an_environment_is_found_again_as_it_was_left(window):
     assert window.studio.engine.values["stiffness"] == 777.0
 
 
+@pytest.mark.parametrize("key", ESTIMATORS)
+def test_the_loop_panel_offers_every_estimator_with_its_options(window, key):
+    loop = window.loop
+    pick(loop.estimator, key.upper() if len(key) <= 4 else key.capitalize())
+    assert window.studio.engine.loop.estimator == key
+    shown = [row.parameter for rows in loop.options.values() for row in rows if row.isVisibleTo(window)]
+    assert shown == list(ESTIMATORS[key].parameters)
+    assert loop.summary().count(" · ") == 2
+
+
 def test_the_loop_panel_sets_rate_delay_estimator_and_grip(window):
     loop, engine = window.loop, window.studio.engine
     enter(loop.rate, "500")
@@ -199,11 +216,11 @@ def test_the_loop_panel_sets_rate_delay_estimator_and_grip(window):
     assert (engine.loop.rate, engine.loop.delay) == (500.0, 0.0025)
     enter(loop.options["iir"][0], "20")
     assert engine.loop.estimator == ("iir", {"cutoff": 20.0})
-    QTest.mouseClick(loop.estimator.picker.button(0), Qt.MouseButton.LeftButton)
-    assert engine.loop.estimator == "difference"
+    pick(loop.estimator, "FOAW")
+    enter(loop.options["foaw"][1], "1")
+    assert engine.loop.estimator == ("foaw", {"noise": 1.0})
     assert not loop.options["iir"][0].isVisible()
-    loop.grip.picker.setCurrentIndex(3)
-    loop.grip.picker.activated.emit(3)
+    pick(loop.grip, "Firm")
     assert engine.grip == "firm"
 
 

@@ -80,6 +80,17 @@ def test_no_limit_is_named_where_none_applies(window):
     assert window.banners.get("limit") is None
 
 
+def test_an_estimator_that_is_not_linear_has_no_exact_limit(window, qtbot):
+    window.studio.set_value("stiffness", 4000.0)
+    qtbot.waitUntil(lambda: window.banners.get("limit") is not None, timeout=PATIENCE_MS)
+    window.studio.set_loop(estimator="foaw", options=())
+    qtbot.waitUntil(lambda: window.stability.headline.text() == "No exact limit", timeout=PATIENCE_MS)
+    assert "not linear" in window.stability.words.text()
+    assert window.banners.get("limit") is None
+    window.studio.set_loop(estimator="kalman", options=())
+    qtbot.waitUntil(lambda: "above the limit" in window.stability.headline.text(), timeout=PATIENCE_MS)
+
+
 def test_the_notice_names_stiffness_limit_and_delay():
     title, text = margin_notice(judged(1127.0, 867.0))
     assert title == "Stiffness 1127 N/m is above the limit of 867 N/m."
