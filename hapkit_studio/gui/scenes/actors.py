@@ -88,6 +88,8 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
         (x - d * (half + 10 * u), base, -d),
         (x - d * (half + 26 * u), base, -d),
     ]
+    if motion.hand is not None:
+        places.append((_ring_place(stage, motion.hand) - d * 15 * u, base, -d))
     stage.say(motion.force_text, places, "applied", 13, 700, must=True)
 
 

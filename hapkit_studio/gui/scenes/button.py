@@ -10,9 +10,10 @@ from hapkit_studio.gui.scenes.parts import block, mark, read, surface_line
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import theme
 
-STATES = ("anchor", "held", "pressed", "downs", "ups")
+STATES = ENVIRONMENT.state_names
 _DEFAULTS = ENVIRONMENT.values()
 CAP, NUB = 3.6, 3.4  # mm: how far cap and nub reach from the handle
+_SHOULDER = 1.8  # mm: how far the snapped dome still stands out
 _DOME = 0.42  # of the band: half the dome's height
 _PLATE, _PIN = 0.33, 0.09  # of the band: half the heights of cap and nub
 
@@ -41,22 +42,20 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
     _dome(stage, tip, max(stop, tip), read(motion, STATES, "pressed") > 0.5)
     _cap(stage, cap)
     if cap > _surface(values):
-        surface_line(stage, stage.x(_surface(values)), "objline")
+        surface_line(stage, stage.x(_surface(values)))
 
 
 def _dome(stage: Stage, apex: float, base: float, snapped: bool) -> None:
     """Draw the spring between nub and base: bulging, or with its middle pushed through."""
     middle, half = stage.rail - 0.5 * stage.band, _DOME * stage.band
-    gap = base - apex
-    crown = apex if not snapped else apex - 0.5 * stage.per_mm
+    crown = base - _SHOULDER * stage.per_mm
     path = QPainterPath()
     for side in (-1, 1):
-        edge = middle + side * half
+        edge, shoulder = middle + side * half, middle + side * 0.6 * half
         path.moveTo(base, edge)
         if snapped:
-            shoulder = middle + side * 0.55 * half
-            path.cubicTo(crown - 0.4 * gap, edge, crown - 0.8 * gap, shoulder, crown, shoulder)
-            path.quadTo(apex, shoulder, apex, middle)
+            path.cubicTo(crown, edge, crown, edge, crown, shoulder)
+            path.cubicTo(crown, middle + side * 0.3 * half, apex, middle + side * 0.5 * half, apex, middle)
         else:
             path.cubicTo(apex, edge, apex, middle + side * 0.5 * half, apex, middle)
     stage.stroke(path, stage.pen("matline", 2.6))

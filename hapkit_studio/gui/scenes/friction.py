@@ -87,7 +87,7 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     if slow and read(motion, STATES, "stuck") > 0.5:
         pad, u = _pad(stage, motion), stage.u
         y = pad.center().y() + 4.5 * u
-        stage.say("holds", [(pad.right() + 9 * u, y, 1), (pad.left() - 9 * u, y, -1)], "ink2", 12, 600)
+        stage.say("sticks", [(pad.right() + 9 * u, y, 1), (pad.left() - 9 * u, y, -1)], "ink2", 12, 600)
 
 
 def tip(stage: Stage, values: Values, motion: Motion) -> float:

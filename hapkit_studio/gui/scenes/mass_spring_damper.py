@@ -3,20 +3,26 @@
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainterPath
 
+from hapkit_studio.environments.mass_spring_damper import ENVIRONMENT
 from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.declared import Scene, Values
-from hapkit_studio.gui.scenes.parts import beyond, label, on_object, read, surface_line, text_width
+from hapkit_studio.gui.scenes.parts import beyond, label, mark, on_object, read, surface_line, text_width
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import number, theme
 
-STATES = ("object", "object_velocity", "object_acceleration", "started")
+STATES = ENVIRONMENT.state_names
+_DEFAULTS = ENVIRONMENT.values()
 _POST = 47.0  # mm
 _TURNS = 7
 _COIL, _DASHPOT = 0.28, 0.74  # of the block's height, from its top
 
 
+def _value(values: Values, key: str) -> float:
+    return values.get(key, _DEFAULTS[key])
+
+
 def _rest(values: Values) -> float:
-    return 1e3 * values.get("rest_position", 0.01)
+    return 1e3 * _value(values, "rest_position")
 
 
 def place(values: Values, motion: Motion) -> float:
@@ -32,7 +38,7 @@ def width(values: Values) -> float:
 
 def _body(stage: Stage, values: Values, motion: Motion) -> QRectF:
     """Return the block: as high as its mass is large, its face pressed in by the handle."""
-    mass = values.get("mass", 2.0)
+    mass = _value(values, "mass")
     high = stage.band * min(0.9, max(0.6, 0.8 * (mass / 2.0) ** (1.0 / 3.0)))
     face = place(values, motion)
     right = stage.x(face + width(values))
@@ -44,7 +50,7 @@ def fixed(stage: Stage, values: Values) -> None:
     """Draw the post and where the spring is at rest."""
     x = stage.x(_rest(values))
     stage.line(x, stage.top, x, stage.rail, stage.pen("ghost", 1.5, (5, 5)))
-    stage.say("x₀", [(x - 6 * stage.u, stage.top + 12 * stage.u, -1)], "ink3", 12.5)
+    mark(stage, x, "rest")
     stage.post(stage.x(_POST), 1)
 
 
@@ -53,10 +59,10 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
     body = _body(stage, values, motion)
     post = stage.x(_POST)
     if body.right() < post:
-        if values.get("stiffness", 300.0) > 0.0:
+        if _value(values, "stiffness") > 0.0:
             y = body.top() + _COIL * body.height()
             stage.coil(body.right(), post, y, min(9 * stage.u, 0.2 * body.height()), _TURNS)
-        if values.get("damping", 1.0) > 0.0:
+        if _value(values, "damping") > 0.0:
             _dashpot(stage, body.right(), post, body.top() + _DASHPOT * body.height())
     _block(stage, values, motion, body)
 
@@ -92,13 +98,15 @@ def _block(stage: Stage, values: Values, motion: Motion, body: QRectF) -> None:
 def words(stage: Stage, values: Values, motion: Motion) -> None:
     """Write the mass on the block, or beside it where it is narrow."""
     body = _body(stage, values, motion)
-    text = f"{values.get('mass', 2.0):.3g} kg"
+    text = f"{_value(values, 'mass'):.3g} kg"
     where = f"block at {number(place(values, motion), 1)} mm"
     if beyond(stage, body.left(), body.right(), body.center().y(), where):
         return
     y = body.center().y() + 4.5 * stage.u
     if text_width(stage, text, 13, 700) + 8 * stage.u < body.width():
         label(stage, text, body.center().x(), y, (on_object(), "obj"), 13, 700)
+    else:
+        stage.say(text, [(body.center().x(), body.top() - 7 * stage.u, 0)], "ink", 13, 700)
 
 
 SCENE = Scene("mass_spring_damper", fixed, moving, words)

@@ -3,14 +3,16 @@
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainterPath
 
+from hapkit_studio.environments import puck as law
+from hapkit_studio.environments.puck import ENVIRONMENT
 from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.declared import Scene, Values
 from hapkit_studio.gui.scenes.parts import beyond, block, read
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.theme import number, theme
 
-STATES = ("object", "object_velocity", "object_acceleration", "side", "started")
-RADIUS, WALL = 5.0, 40.0  # mm
+STATES = ENVIRONMENT.state_names
+RADIUS, WALL = 1e3 * law.RADIUS, 1e3 * (law.REACH + law.RADIUS)  # mm
 _LEAST_WIDTH = 2.0  # mm: what is left of a puck that is pressed through
 _ECHOES = ((3, 0.12), (2, 0.20), (1, 0.32))  # steps back, opacity
 _STEP = 0.03  # s
@@ -21,19 +23,19 @@ _LONGEST = 46.0
 
 def place(motion: Motion) -> float:
     """Return the puck's middle in mm."""
-    return 1e3 * read(motion, STATES, "object")
+    started = read(motion, STATES, "started") > 0.5
+    return 1e3 * (read(motion, STATES, "object") if started else law.START)
 
 
 def outline(stage: Stage, motion: Motion) -> QRectF:
     """Return the puck, pressed in where the handle or a wall pushes it, and lower where the scene is low."""
     middle, side = place(motion), read(motion, STATES, "side")
-    left, right = max(middle - RADIUS, -WALL), min(middle + RADIUS, WALL)
+    left = max(middle - RADIUS, min(-WALL, middle + RADIUS - _LEAST_WIDTH))
+    right = min(middle + RADIUS, max(WALL, middle - RADIUS + _LEAST_WIDTH))
     if side > 0.0:
-        left = max(left, motion.position)
+        left = min(max(left, motion.position), right - _LEAST_WIDTH)
     elif side < 0.0:
-        right = min(right, motion.position)
-    if right - left < _LEAST_WIDTH:
-        left, right = middle - _LEAST_WIDTH / 2, middle + _LEAST_WIDTH / 2
+        right = max(min(right, motion.position), left + _LEAST_WIDTH)
     half = min(RADIUS * stage.per_mm, 0.45 * stage.band)
     row = stage.rail - half - 2 * stage.u
     return QRectF(stage.x(left), row - half, (right - left) * stage.per_mm, 2 * half)

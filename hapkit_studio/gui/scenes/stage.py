@@ -52,7 +52,7 @@ class Stage:
         self._kept_texts: list[QRectF] = []
         self._fonts: dict[tuple[float, int], tuple[QFont, QFontMetricsF]] = {}
         self._hatched: dict[str, QPixmap] = {}
-        self._made: dict[str, Any] = {}
+        self._made: dict[str, tuple[object, Any]] = {}
 
     def begin(self, painter: QPainter) -> None:
         """Paint with this painter from now on; taken by then is what stays put."""
@@ -64,11 +64,14 @@ class Stage:
         """Keep what is taken so far for every frame to come."""
         self._kept, self._kept_texts = list(self.taken), list(self.texts)
 
-    def once(self, name: str, make: Callable[[], T]) -> T:
-        """Return what was made under a name; parameters, size and theme are the same for a stage's life."""
-        if name not in self._made:
-            self._made[name] = make()
-        return self._made[name]
+    def once(self, name: str, make: Callable[[], T], of: object = None) -> T:
+        """Return what was made under a name, made anew only when what it is made of has changed.
+
+        Parameters, size and theme are the same for a stage's life.
+        """
+        if name not in self._made or self._made[name][0] != of:
+            self._made[name] = of, make()
+        return self._made[name][1]
 
     def x(self, mm: float) -> float:
         """Return the pixel column of a position in mm."""

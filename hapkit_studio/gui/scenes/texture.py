@@ -11,12 +11,12 @@ from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.declared import Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
-from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.theme import theme
 
 _DEFAULTS = ENVIRONMENT.values()
 _LEVEL, _ROOM = 0.40, 0.22  # of the band
-_DEEP = 0.16  # of the band: how far down a band is shaded
 _RIDGE = 6.5  # px at u = 1: half the height of a ridge of 0.25 N every 5 mm
+_CLOSE = 10.0  # px from ridge to ridge: closer ones are outlined by a hairline
 _FINEST = 3.5  # px from ridge to ridge: finer ones are drawn as one strip
 _WIDE = 14.0  # px at u = 1: a λ this wide is marked, below it ten are
 _LEAST_BALL = 3.2  # px at u = 1
@@ -35,6 +35,10 @@ def _fine(stage: Stage, values: Values) -> bool:
     return _wave(values) * stage.per_mm < _FINEST
 
 
+def _flat(stage: Stage, values: Values) -> bool:
+    return height(stage, values) == 0.0 or (_value(values, "kind") == GRATING and _fine(stage, values))
+
+
 def height(stage: Stage, values: Values) -> float:
     """Return half a ridge's height in px: it grows with force and λ, and fits."""
     if _value(values, "kind") == BANDS:
@@ -50,12 +54,10 @@ def relief(stage: Stage, values: Values) -> Relief:
 
 def _relief(stage: Stage, values: Values) -> Relief:
     level, wave, high = _LEVEL * stage.band, _wave(values), height(stage, values)
-    if high == 0.0:
-        return lambda mm: np.full_like(mm, level)
+    if _flat(stage, values):
+        return lambda mm: np.full_like(mm, level + high)
     if _value(values, "kind") != GRATING:
         return lambda mm: level + high * _grains(mm / (0.5 * wave), math.floor(_value(values, "seed")))
-    if _fine(stage, values):
-        return lambda mm: np.full_like(mm, level + high)
     return lambda mm: level + high * np.cos(math.tau * mm / wave)
 
 
@@ -71,33 +73,33 @@ def _grains(places: np.ndarray, seed: int) -> np.ndarray:
 
 def fixed(stage: Stage, values: Values) -> None:
     """Draw the ground, its bands and the mark for λ."""
-    wave = _wave(values) * stage.per_mm
-    thin = min(2.6, max(0.8, 0.3 * wave / stage.u))
-    bands = _value(values, "kind") == BANDS
-    ground(stage, relief(stage, values), 2.6 if bands else thin)
-    if bands and _value(values, "damping") > 0.0:
+    kind = _value(values, "kind")
+    close = _wave(values) * stage.per_mm < _CLOSE
+    ground(stage, relief(stage, values), close and not _flat(stage, values))
+    if kind == BANDS and _value(values, "damping") > 0.0:
         _bands(stage, values)
-    elif _value(values, "kind") == GRATING and _fine(stage, values):
-        _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, 2.0 * height(stage, values), height(stage, values))
+    elif kind == GRATING and _fine(stage, values):
+        _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, height(stage, values), -height(stage, values))
     _mark(stage, values)
 
 
-def _shade(stage: Stage, left: float, right: float, deep: float, above: float = 0.0) -> None:
-    """Darken the ground between two places in mm, so deep below the surface, in px."""
-    top = stage.rail - _LEVEL * stage.band - above + 1.3 * stage.u
-    stage.p.fillRect(QRectF(stage.x(left), top, (right - left) * stage.per_mm, deep), theme.color("mat2"))
+def _shade(stage: Stage, left: float, right: float, high: float, low: float) -> None:
+    """Darken the ground between two places in mm, from so high to so low about its level, in px."""
+    top = stage.rail - _LEVEL * stage.band - high + 1.3 * stage.u
+    area = QRectF(stage.x(left), top, (right - left) * stage.per_mm, high - low)
+    stage.p.fillRect(area, theme.color("mat2"))
 
 
 def _bands(stage: Stage, values: Values) -> None:
-    """Shade every band that damps, half a wavelength each."""
-    wave, deep = _wave(values), _DEEP * stage.band
+    """Shade every band that damps, half a wavelength each; very fine ones are one shallow strip."""
+    wave, deep = _wave(values), -_LEVEL * stage.band + 2.5 * stage.u
     if _fine(stage, values):
-        _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, deep)
+        _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, 0.0, 0.4 * deep)
         return
     for i in range(math.floor(-HALF_TRAVEL / wave), math.ceil(HALF_TRAVEL / wave)):
         left, right = max(i * wave, -HALF_TRAVEL), min((i + 0.5) * wave, HALF_TRAVEL)
         if right > left:
-            _shade(stage, left, right, deep)
+            _shade(stage, left, right, 0.0, deep)
 
 
 def _mark(stage: Stage, values: Values) -> None:
@@ -114,7 +116,7 @@ def _mark(stage: Stage, values: Values) -> None:
     path.moveTo(left, y)
     path.lineTo(right, y)
     stage.stroke(path, stage.pen("ink3", 1.4))
-    text = f"{'' if count == 1 else '10 '}λ = {number(count * wave, 1)} mm"
+    text = f"{'' if count == 1 else '10 '}λ = {count * wave:.3g} mm"
     stage.say(text, [((left + right) / 2, y - 8 * u, 0)], "ink2", 12.5)
 
 
