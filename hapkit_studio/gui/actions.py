@@ -57,6 +57,10 @@ def _has_board(window: "MainWindow") -> bool:
     return _has_engine(window) and not window.studio.simulated
 
 
+def _has_law(window: "MainWindow") -> bool:
+    return window.desk.path is not None
+
+
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     """Return all actions, one per environment among them."""
     return (*_SESSION, *_VIEW, *_DEVICE, *_environments(environments), *_HELP)
@@ -131,7 +135,25 @@ def _environments(environments: Iterable[Environment]) -> tuple[Action, ...]:
         "environment.reset", "Default values", "Environment", lambda w: w.studio.reset_values(),
         enabled=lambda w: bool(w.studio.environment.parameters),
     )  # fmt: skip
-    return (*map(_environment, environments), reset)
+    return (*map(_environment, environments), reset, *_LAWS)
+
+
+_LAWS = (
+    Action("environment.new", "New environment…", "Environment", lambda w: w.desk.begin_new(), "Ctrl+N"),
+    Action("environment.open", "Open…", "Environment", lambda w: w.files.open(), "Ctrl+O"),
+    Action(
+        "environment.law", "Law, and back to the scene", "Environment", lambda w: w.views.change_over(),
+        "Ctrl+E", enabled=lambda w: w.desk.path is not None or w.desk.own.in_force is not None,
+    ),
+    Action(
+        "environment.save", "Save law and run", "Environment", lambda w: w.desk.save(), "Ctrl+S",
+        enabled=_has_law,
+    ),
+    Action(
+        "environment.close", "Close law", "Environment", lambda w: w.desk.close(), "Ctrl+W",
+        enabled=_has_law,
+    ),
+)  # fmt: skip
 
 
 _HELP = (

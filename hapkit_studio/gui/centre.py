@@ -20,6 +20,7 @@ from hapkit_studio.gui.segmented import Segmented
 GAP = 12
 PHASE_WIDTH = 348
 NARROW = 720
+WIDE = 1240  # room for a law and the force–position plot side by side
 _EDGE = 1  # the card's line
 _VIEWS = ("Time", "Force–position")
 
@@ -84,19 +85,44 @@ class Centre(QWidget):
         self.time_card, self.phase_card = card(), _filled(self.phase)
         self.stack = QStackedWidget()
         self._narrow = False
+        self._law: QWidget | None = None
+        self._room = (0, 0)
         self._arrange()
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
 
     def set_room(self, width: int, height: int) -> None:
         """Lay out for the room there is, margins included."""
+        self._room = width, height
         narrow = width < NARROW
         if narrow != self._narrow:
             self._narrow = narrow
             self._move_phase()
         free = height - 3 * GAP
         scene = 236 if free >= 680 else 180 if free >= 480 else 150
+        if self.law_shown:
+            scene = 180 if free >= 680 else 150
         self.scene_card.setFixedHeight(scene + 2 * _EDGE)
+        self.time_card.setVisible(not self.law_shown)
+        if not narrow:
+            self.phase_card.setVisible(not self.law_shown or width >= WIDE)
+
+    @property
+    def law_shown(self) -> bool:
+        """Say whether a law has the plots' place."""
+        return self._law is not None and not self._law.isHidden()
+
+    def take_law(self, editor: QWidget) -> None:
+        """Give a law's editor its place, out of sight for now."""
+        self._law = editor
+        editor.hide()
+        self._lower.insertWidget(0, editor, 1)
+
+    def show_law(self, on: bool) -> None:
+        """Show the law in the plots' place, or the plots again."""
+        if self._law is not None:
+            self._law.setVisible(on)
+            self.set_room(*self._room)
 
     def refresh(self) -> None:
         """Draw the newest data into the plots that are seen."""

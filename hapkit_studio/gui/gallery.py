@@ -1,143 +1,108 @@
-"""The gallery: every environment with icon, title, one line and key; a narrow rail where room is short."""
+"""The gallery: the library, below it a person's own environments, last the way to a new one."""
 
-from functools import lru_cache
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QButtonGroup, QLabel, QScrollArea, QVBoxLayout, QWidget
 
-from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QPen, QPixmap
-from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QLabel, QScrollArea, QVBoxLayout, QWidget
-
-from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui import icons
+from hapkit_studio.gui.gallery_row import RAIL, WIDE, GalleryRow, icon_name
+from hapkit_studio.gui.own import OwnEnvironments
+from hapkit_studio.gui.own_row import NewRow, OwnRow
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.theme import theme
 
-WIDE, RAIL = 228, 64
-_ROW, _RAIL_ROW = 51, 45
+__all__ = ["RAIL", "WIDE", "Gallery", "GalleryRow", "icon_name"]
 
 
-def icon_name(scene: str) -> str:
-    """Return the icon of a scene; environments from elsewhere may have none."""
-    return scene if scene in icons.names() else "circle"
-
-
-@lru_cache(maxsize=64)
-def _picture(scene: str, _shade: str, color: str, ratio: float) -> QPixmap:
-    return icons.pixmap(icon_name(scene), 24, color, ratio)
-
-
-class GalleryRow(QAbstractButton):
-    """One environment; checked while it is in force."""
-
-    def __init__(self, environment: Environment, parent: QWidget | None = None):
-        super().__init__(parent)
-        self.environment = environment
-        self.setCheckable(True)
-        # a click leaves the arrow keys with the scene, where they move the hand
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.setAccessibleName(f"{environment.title}: {environment.summary}")
-        self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.set_rail(False)
-        theme.changed.connect(self.update)
-
-    def set_rail(self, rail: bool) -> None:
-        """Draw icon and key alone, title and summary as a tooltip."""
-        self._rail = rail
-        self.setFixedHeight(_RAIL_ROW if rail else _ROW)
-        self.setToolTip(f"{self.environment.title}: {self.environment.summary}" if rail else "")
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        if self._rail:
-            return QSize(RAIL, _RAIL_ROW)
-        words = max(
-            self._metrics("strong", self.environment.title), self._metrics("hint", self.environment.summary)
-        )
-        return QSize(48 + words + (36 if self.environment.shortcut else 8), _ROW)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if self.isChecked() or self.underMouse():
-            painter.fillRect(self.rect(), theme.color("accentsoft" if self.isChecked() else "line"))
-        if self.isChecked():
-            painter.fillRect(0, 0, 3, self.height(), theme.color("accent"))
-        color = "accent" if self.isChecked() else "ink"
-        self._paint_icon(painter, color)
-        if not self._rail:
-            self._paint_words(painter, color)
-        self._paint_key(painter)
-        if self.hasFocus():
-            painter.setPen(QPen(theme.color("accent"), 2))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawRoundedRect(QRectF(self.rect()).adjusted(4, 3, -4, -3), 6, 6)
-
-    def _paint_icon(self, painter: QPainter, color: str) -> None:
-        picture = _picture(self.environment.scene, theme.color(color).name(), color, self.devicePixelRatioF())
-        painter.drawPixmap(12 if self._rail else 13, (self.height() - 24) // 2, picture)
-
-    def _paint_words(self, painter: QPainter, color: str) -> None:
-        painter.setPen(theme.color(color))
-        painter.setFont(theme.font("strong"))
-        painter.drawText(
-            QRectF(48, 7, self.width() - 80, 20), Qt.AlignmentFlag.AlignVCenter, self.environment.title
-        )
-        painter.setPen(theme.color("ink3"))
-        painter.setFont(theme.font("hint"))
-        summary = self.environment.summary
-        painter.drawText(QRectF(48, 26, self.width() - 80, 18), Qt.AlignmentFlag.AlignVCenter, summary)
-
-    def _paint_key(self, painter: QPainter) -> None:
-        key = self.environment.shortcut
-        if not key:
-            return
-        painter.setFont(theme.font("hint"))
-        if self._rail:
-            painter.setPen(theme.color("ink2"))
-            painter.drawText(QRectF(39, 0, 20, self.height()), Qt.AlignmentFlag.AlignCenter, key)
-            return
-        box = QRectF(self.width() - 32.5, self.height() / 2 - 10, 19, 20)
-        painter.setPen(QPen(theme.color("line"), 1))
-        painter.setBrush(theme.color("surface"))
-        painter.drawRoundedRect(box, 4, 4)
-        painter.setPen(theme.color("ink3"))
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, key)
-
-    @staticmethod
-    def _metrics(role: str, text: str) -> int:
-        return QFontMetrics(theme.font(role)).horizontalAdvance(text) + 2
+def _heading(words: str) -> QLabel:
+    label = QLabel(words)
+    label.setProperty("role", "section")
+    label.setContentsMargins(14, 10, 14, 6)
+    return label
 
 
 class Gallery(QScrollArea):
-    """The list of environments; a click switches at once."""
+    """A click on an environment switches at once; own ones can be edited, shown, deleted."""
 
-    def __init__(self, studio: Studio, parent: QWidget | None = None):
+    new_pressed = Signal()
+    edit_pressed = Signal(object)
+    reveal_pressed = Signal(object)
+    delete_pressed = Signal(object)
+
+    def __init__(self, studio: Studio, own: OwnEnvironments, parent: QWidget | None = None):
         super().__init__(parent)
-        self._studio = studio
+        self._studio, self._own = studio, own
         self.setObjectName("gallery")
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.heading = QLabel("Environments")
-        self.heading.setProperty("role", "section")
-        self.heading.setContentsMargins(14, 10, 14, 6)
-        self.rows = {key: GalleryRow(environment) for key, environment in studio.environments.items()}
+        self.heading, self.own_heading = _heading("Environments"), _heading("Yours")
+        self.rows = {
+            key: GalleryRow(icon_name(e.scene), e.title, e.summary, e.shortcut)
+            for key, e in studio.environments.items()
+        }
+        self.own_rows: dict[object, OwnRow] = {}
+        self.new_row = NewRow()
         self._group = QButtonGroup(self)
+        self.rail = False
         self._arrange()
+        own.changed.connect(self.show_own)
         studio.environment_changed.connect(self.show_state)
-        self.set_rail(False)
-        self.show_state()
+        self.show_own()
 
     def set_rail(self, rail: bool) -> None:
         """Switch between the list and the rail."""
         self.rail = rail
         self.setFixedWidth(RAIL if rail else WIDE)
         self.heading.setVisible(not rail)
-        for row in self.rows.values():
+        self.own_heading.setVisible(bool(self.own_rows) and not rail)
+        for row in (*self.rows.values(), *self.own_rows.values(), self.new_row):
             row.set_rail(rail)
 
     def show_state(self) -> None:
-        """Mark the environment in force."""
-        self.rows[self._studio.environment.key].setChecked(True)
+        """Mark the environment in force, whatever was clicked."""
+        key = self._studio.environment.key
+        row = self.rows.get(key) or self.own_rows.get(self._own.path_of(key))
+        if row is not None:
+            row.setChecked(True)
+
+    def show_own(self) -> None:
+        """Show the person's own environments as they now stand."""
+        files = {file.path: file for file in self._own.files}
+        for path in [p for p in self.own_rows if p not in files]:
+            row = self.own_rows.pop(path)
+            self._group.removeButton(row)
+            self._own_column.removeWidget(row)
+            row.hide()
+            row.deleteLater()
+        for place, (path, file) in enumerate(files.items()):
+            if path in self.own_rows:
+                self.own_rows[path].show_file(file)
+            else:
+                self.own_rows[path] = self._own_row(place, file)
+        self.set_rail(self.rail)
+        self.show_state()
+        self.order()
+
+    def order(self) -> None:
+        """Let Tab go from the library over the own environments to the new one."""
+        before: QWidget = list(self.rows.values())[-1]
+        for row in self.own_rows.values():
+            QWidget.setTabOrder(before, row)
+            QWidget.setTabOrder(row, row.pencil)
+            before = row.pencil
+        QWidget.setTabOrder(before, self.new_row)
+
+    def _own_row(self, place: int, file) -> OwnRow:
+        row = OwnRow(file)
+        row.clicked.connect(lambda: self._choose_own(row))
+        row.edit_pressed.connect(self.edit_pressed)
+        row.reveal_pressed.connect(self.reveal_pressed)
+        row.delete_pressed.connect(self.delete_pressed)
+        self._group.addButton(row)
+        self._own_column.insertWidget(place, row)
+        return row
+
+    def _choose_own(self, row: OwnRow) -> None:
+        self._own.choose(row.file.path)
+        self.show_state()
 
     def _arrange(self) -> None:
         body = QWidget()
@@ -150,5 +115,11 @@ class Gallery(QScrollArea):
             self._group.addButton(row)
             column.addWidget(row)
             row.clicked.connect(lambda _on=False, key=key: self._studio.choose(key))
+        column.addWidget(self.own_heading)
+        self._own_column = QVBoxLayout()
+        self._own_column.setSpacing(0)
+        column.addLayout(self._own_column)
+        column.addWidget(self.new_row)
+        self.new_row.clicked.connect(self.new_pressed)
         column.addStretch(1)
         self.setWidget(body)

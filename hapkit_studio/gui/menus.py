@@ -1,15 +1,26 @@
 """The menu bar, built from the action table; the device menu is read anew at every opening."""
 
+from functools import partial
+
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QMenuBar
 
 from hapkit_studio.gui.actions import ActionSet
 from hapkit_studio.gui.device_list import fill_menu
+from hapkit_studio.gui.own import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
 
-_RULE_BEFORE = {"session.quit", "view.fit", "view.panel", "environment.reset", "help.about"}
+_RULE_BEFORE = {
+    "session.quit",
+    "view.fit",
+    "view.panel",
+    "environment.reset",
+    "environment.new",
+    "help.about",
+}
 
 
-def build_menus(bar: QMenuBar, actions: ActionSet, studio: Studio) -> None:
+def build_menus(bar: QMenuBar, actions: ActionSet, studio: Studio, own: OwnEnvironments) -> None:
     """Fill the bar; order of menus and entries is the table's."""
     menus: dict[str, QMenu] = {}
     for entry in actions.entries:
@@ -20,6 +31,7 @@ def build_menus(bar: QMenuBar, actions: ActionSet, studio: Studio) -> None:
     for menu in menus.values():
         menu.aboutToShow.connect(actions.refresh)
     _add_devices(menus["Device"], studio)
+    _add_own(menus["Environment"], actions.qt["environment.new"], own)
 
 
 def _menu(bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
@@ -35,3 +47,17 @@ def _add_devices(menu: QMenu, studio: Studio) -> None:
     first = menu.actions()[0]
     menu.insertMenu(first, choose)
     menu.insertSeparator(first)
+
+
+def _add_own(menu: QMenu, before: QAction, own: OwnEnvironments) -> None:
+    yours = QMenu("Yours", menu)
+    entry = menu.insertMenu(before, yours)
+
+    def fill() -> None:
+        yours.clear()
+        for file in own.files:
+            yours.addAction(file.title, partial(own.choose, file.path))
+        entry.setVisible(bool(own.files))
+
+    menu.aboutToShow.connect(fill)
+    fill()

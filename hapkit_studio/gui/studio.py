@@ -8,10 +8,12 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.connector import Build, Connector, build_engine
+from hapkit_studio.gui.shelf import Shelf
 from hapkit_studio.gui.wishes import Link, LoopWish
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
+    from hapkit_studio.environments.base import Environment
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.faults import Fault
     from hapkit_studio.haptics.health import Health
@@ -37,11 +39,11 @@ class Studio(QObject):
     ):
         super().__init__(parent)
         self.entries = entries
-        self.environments = discover()
+        self._shelf = Shelf(discover())
+        self.environments = self._shelf.environments
         self.environment = self.environments[
             "wall" if "wall" in self.environments else next(iter(self.environments))
         ]
-        self._values = {key: env.values() for key, env in self.environments.items()}
         self.loop = LoopWish()
         self.grip = "medium"
         self.stopped = False
@@ -59,15 +61,28 @@ class Studio(QObject):
     @property
     def values(self) -> dict[str, float]:
         """Return the values in force of the environment in force."""
-        return self._values[self.environment.key]
+        return self._shelf.values[self.environment.key]
 
     def choose(self, key: str) -> None:
         """Switch the environment; its values are those it was left with."""
+        if key != self.environment.key:
+            self._force(self.environments[key])
+
+    def adopt(self, environment: "Environment") -> None:
+        """Take an environment in, or a newer version of it, and put it in force; it is compiled already."""
+        self._shelf.put(environment)
+        self._force(environment)
+
+    def drop(self, key: str) -> None:
+        """Forget an environment; raise KeyError if it is in force."""
         if key == self.environment.key:
-            return
-        self.environment = self.environments[key]
+            raise KeyError(key)
+        self._shelf.drop(key)
+
+    def _force(self, environment: "Environment") -> None:
+        self.environment = environment
         if self.engine is not None:
-            self.engine.set_environment(key, self.values)
+            self.engine.set_environment(environment, self.values)
         self.environment_changed.emit()
         self.values_changed.emit()
 
@@ -207,7 +222,7 @@ class Studio(QObject):
         self._again.stop()
         self.engine = engine
         self._hold(engine)
-        engine.set_environment(self.environment.key, self.values)
+        engine.set_environment(self.environment, self.values)
         engine.set_loop(delay=self.loop.delay, estimator=self.loop.spec)
         if engine.device.simulated:
             engine.set_loop(rate=self.loop.rate)

@@ -1,7 +1,5 @@
 """The main window: parts put together, room shared out, signals joined. Each part knows its own work."""
 
-from importlib.metadata import version
-
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
@@ -11,17 +9,23 @@ from hapkit_studio.gui.actions import ActionSet, table
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.centre import Centre
 from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.editor.desk import Desk
+from hapkit_studio.gui.editor.files import Files
+from hapkit_studio.gui.editor.watch import Watch
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
-from hapkit_studio.gui.help_dialog import keys_sheet, words_sheet
+from hapkit_studio.gui.help_dialog import keys_sheet
 from hapkit_studio.gui.live import Live
 from hapkit_studio.gui.notices import Notices
+from hapkit_studio.gui.own import OwnEnvironments
 from hapkit_studio.gui.parameter_panel import ParameterPanel
 from hapkit_studio.gui.pictures import Pictures
+from hapkit_studio.gui.sheets import about_sheet, priority_sheet
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.stop_filter import StopFilter
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.views import Views
 
 _ROOM_FOR_GALLERY = 880
 _ROOM_BESIDE_PANEL = 1100
@@ -47,6 +51,10 @@ class MainWindow(QMainWindow):
     closed = Signal()
     studio: Studio
     live: Live
+    own: OwnEnvironments
+    desk: Desk
+    files: Files
+    views: Views
     single_keys: bool
 
     def __init__(self, studio: Studio):
@@ -56,7 +64,10 @@ class MainWindow(QMainWindow):
         self.studio = studio
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         self.live = Live(studio, self)
-        self.header, self.gallery, self.centre = Header(studio), Gallery(studio), Centre()
+        self.own = OwnEnvironments(studio, self)
+        self.header, self.gallery, self.centre = Header(studio), Gallery(studio, self.own), Centre()
+        self.desk = Desk(studio, self.own, self)
+        self.files, self.watch = Files(self.desk, self), Watch(studio, self.desk, self)
         self.panel = ParameterPanel(studio)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(), BannerStack()
@@ -65,8 +76,9 @@ class MainWindow(QMainWindow):
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self._drawer_open: bool | None = None
         self._arrange()
+        self.views = Views(self.header.tabs, self.centre, self.desk)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
-        menus.build_menus(self.menuBar(), self.actions_by_key, studio)
+        menus.build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self._guard_keys()
         self._connect()
         dress(self, _SHEET)
@@ -123,19 +135,12 @@ class MainWindow(QMainWindow):
 
     def show_priority(self) -> None:
         """Open the sheet on real-time priority."""
-        engine = self.studio.engine
-        if engine is None:
-            return
-        found = engine.health().priority
-        more = found.how or "This is the most this system gives."
-        words_sheet("Real-time priority", [f"The loop has obtained: {found.text}.", more], self).show()
+        if self.studio.engine is not None:
+            priority_sheet(self.studio.engine.health().priority, self).show()
 
     def show_about(self) -> None:
         """Open the sheet on the studio itself."""
-        text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
-        words_sheet(
-            "Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], self
-        ).show()
+        about_sheet(self).show()
 
     # room
 
@@ -176,12 +181,15 @@ class MainWindow(QMainWindow):
         super().changeEvent(event)
         if event.type() == QEvent.Type.WindowStateChange:
             self.live.set_hidden(self.isMinimized() or not self.isVisible())
+        elif event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
+            self.watch.look_at_files()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the loop with its zero command before the window goes."""
         self.closed.emit()
         self.settings.setValue("geometry", self.saveGeometry())
         self.live.stop()
+        self.desk.end()
         self.stability.close_worker()
         self.studio.close()
         super().closeEvent(event)
@@ -189,6 +197,7 @@ class MainWindow(QMainWindow):
     # putting together
 
     def _arrange(self) -> None:
+        self.centre.take_law(self.desk.editor)
         left = QHBoxLayout()
         left.setSpacing(0)
         left.addWidget(self.gallery)
@@ -221,6 +230,12 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(lambda _on: self.actions_by_key.refresh())
         self.header.panel_pressed.connect(self.toggle_panel)
         self.banners.changed.connect(self.share_room)
+        self.gallery.new_pressed.connect(self.desk.begin_new)
+        self.gallery.edit_pressed.connect(self.desk.edit)
+        self.gallery.reveal_pressed.connect(self.files.reveal)
+        self.gallery.delete_pressed.connect(self.files.delete)
+        self.live.frame.connect(self.watch.look_at_row)
+        self.desk.shown.connect(lambda _on: self.actions_by_key.refresh())
         self.centre.toolbar.span_chosen.connect(self.set_span)
         self.centre.toolbar.fit_pressed.connect(self.fit_axes)
         self.stability.judged.connect(self.status.show_margin)

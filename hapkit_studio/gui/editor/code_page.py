@@ -1,0 +1,126 @@
+"""The page that one law is written on: its name, its text, and one line on how it stands."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.editor import drafts
+from hapkit_studio.gui.editor.code_edit import CodeEdit
+from hapkit_studio.gui.editor.strip import Strip
+from hapkit_studio.gui.parameter_panel import rule
+from hapkit_studio.gui.theme import theme
+
+DRAFT_MS = 800
+
+
+class CodePage(QWidget):
+    """Emits ``save_pressed`` and ``close_pressed``; ``unsaved_changed`` when the marker comes or goes."""
+
+    save_pressed = Signal()
+    close_pressed = Signal()
+    unsaved_changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.path: Path | None = None
+        self.code, self.strip = CodeEdit(), Strip()
+        self.name, self.marker = QLabel(), QLabel("● not saved")
+        self.marker.setProperty("role", "hint")
+        self.marker.hide()
+        self.save = QPushButton("Save and run")
+        self.save.setToolTip("Save the file, try the law, put it in force (Ctrl+S)")
+        self.close_law = QToolButton()
+        self.close_law.setToolTip("Back to the plots (Ctrl+W)")
+        self.close_law.setAccessibleName("Close the law")
+        icons.bind(self.save, "play", "accent", 18)
+        icons.bind(self.close_law, "close", "ink2", 18)
+        self._draft = QTimer(self, interval=DRAFT_MS, singleShot=True)
+        self._draft.timeout.connect(self.keep_draft)
+        self._arrange()
+        self.save.clicked.connect(self.save_pressed)
+        self.close_law.clicked.connect(self.close_pressed)
+        self.code.document().modificationChanged.connect(self._show_marker)
+        self.code.textChanged.connect(self._note_typing)
+        theme.changed.connect(self._show_name)
+
+    @property
+    def text(self) -> str:
+        """Return the text as it stands."""
+        return self.code.toPlainText()
+
+    @property
+    def unsaved(self) -> bool:
+        """Say whether the text differs from the file."""
+        return self.path is not None and self.code.document().isModified()
+
+    def open(self, path: Path, text: str) -> None:
+        """Show a file's text; a draft of it comes back, marked as not saved."""
+        self.keep_draft()
+        draft = drafts.kept(path)
+        self.path = path
+        self.code.setPlainText(text)
+        self.code.mark(())
+        self._show_name()
+        if draft is not None and draft != text:
+            self.code.selectAll()
+            self.code.insertPlainText(draft)  # one step of undo back to the file
+            self.code.go_to(1)
+            self.strip.say(
+                "Unsaved changes from last time are back. Ctrl+Z shows the file as it was.", "warn"
+            )
+        else:
+            drafts.drop(path)
+            self.strip.say("")
+
+    def leave(self) -> None:
+        """Show nothing any more, the draft kept if there is one."""
+        self.keep_draft()
+        self.path = None
+        self.code.setPlainText("")
+        self.code.mark(())
+
+    def note_saved(self) -> None:
+        """Take the text as it stands for what the file holds, or for what nobody wants any more."""
+        self.code.document().setModified(False)
+
+    def keep_draft(self) -> None:
+        """Write down at once what is not saved."""
+        self._draft.stop()
+        if self.path is not None and self.unsaved:
+            drafts.keep(self.path, self.text)
+
+    def _note_typing(self) -> None:
+        if self.unsaved:
+            self._draft.start()
+
+    def _show_marker(self, modified: bool) -> None:
+        if not modified and self.path is not None:
+            self._draft.stop()
+            drafts.drop(self.path)
+        self.marker.setVisible(modified)
+        self.unsaved_changed.emit()
+
+    def _show_name(self) -> None:
+        self.name.setFont(theme.font("strong"))
+        self.name.setText(self.path.name if self.path else "")
+        self.code.setAccessibleName(f"Law, {self.path.name}" if self.path else "Law")
+
+    def _arrange(self) -> None:
+        head = QHBoxLayout()
+        head.setContentsMargins(12, 5, 8, 5)
+        head.setSpacing(10)
+        head.addWidget(self.name)
+        head.addWidget(self.marker)
+        head.addStretch(1)
+        head.addWidget(self.save)
+        head.addWidget(self.close_law)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addLayout(head)
+        column.addWidget(rule())
+        column.addWidget(self.code, 1)
+        column.addWidget(rule())
+        column.addWidget(self.strip)

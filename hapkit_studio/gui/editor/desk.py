@@ -1,0 +1,186 @@
+"""The desk: joins editor and own environments; what was pressed on a page becomes what happens to a file."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.gui.editor import drafts, words
+from hapkit_studio.gui.editor.editor import Editor
+from hapkit_studio.gui.help_dialog import words_sheet
+from hapkit_studio.gui.own import OwnEnvironments
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.workshop import folder, templates, trust
+from hapkit_studio.workshop.reading import text_of
+from hapkit_studio.workshop.verdict import Verdict
+
+
+class Desk(QObject):
+    """Opens, saves and closes laws. ``shown(bool)``: the editor is wanted in sight, or not any more."""
+
+    shown = Signal(bool)
+
+    def __init__(self, studio: Studio, own: OwnEnvironments, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio, self.own = studio, own
+        self.editor = Editor(templates.templates())
+        self.page, self.strip = self.editor.page, self.editor.page.strip
+        self.editor.chooser.made.connect(self.create)
+        self.editor.chooser.left.connect(self._back)
+        self.editor.source.run_pressed.connect(self.agree)
+        self.editor.source.left.connect(self._back)
+        self.page.save_pressed.connect(self.save)
+        self.page.close_pressed.connect(self.close)
+        own.asked.connect(self.ask)
+        own.began.connect(self._show_began)
+        own.judged.connect(self._show_verdict)
+
+    @property
+    def path(self) -> Path | None:
+        """Return the file whose law is open, None for none."""
+        return self.page.path
+
+    # a file's way through the editor
+
+    def begin_new(self) -> None:
+        """Offer the templates."""
+        self.editor.show_page(self.editor.chooser)
+        self.shown.emit(True)
+        self.editor.chooser.begin()
+
+    def create(self, template, title: str) -> None:
+        """Make a file from a template, open it and put it in force."""
+        try:
+            path = folder.new_path(title)
+            self._write(path, templates.fill(template, title, path.stem))
+        except OSError as error:
+            self.editor.chooser.strip.say(words.not_saved(error), "danger")
+            return
+        self.own.run(path)
+        self.edit(path)
+
+    def edit(self, path: Path) -> None:
+        """Open a file's law; what nobody agreed to is only shown."""
+        try:
+            text = text_of(path)
+        except LawError as error:
+            words_sheet(path.name, [str(error)], self.editor.window()).show()
+            return
+        if not trust.is_trusted(text):
+            self.ask(path)
+            return
+        if path != self.path:
+            self.page.open(path, text)
+        self.editor.show_page(self.page)
+        self.shown.emit(True)
+        self.page.code.setFocus()
+
+    def save(self) -> None:
+        """Write the law that is open and try it out; the old one goes on meanwhile."""
+        if self.path is None:
+            return
+        try:
+            self._write(self.path, self.page.text)
+        except OSError as error:
+            self.strip.say(words.not_saved(error), "danger")
+            return
+        self.page.note_saved()
+        self.own.run(self.path)
+
+    def close(self) -> None:
+        """Close the law, or first ask what becomes of changes that are not saved."""
+        if self.page.unsaved and self.path is not None:
+            buttons = (("Save", self._save_and_leave), ("Discard", self._discard), ("Go on", self._go_on))
+            self.strip.say(f"{self.path.name} is not saved.", "warn", buttons)
+            self.strip.buttons[0].setFocus()
+        else:
+            self._leave()
+
+    def ask(self, path: Path) -> None:
+        """Show the source of a file nobody agreed to; nothing of it is executed."""
+        try:
+            self.editor.source.show_source(path, text_of(path))
+        except LawError as error:
+            words_sheet(path.name, [str(error)], self.editor.window()).show()
+            return
+        self.editor.show_page(self.editor.source)
+        self.shown.emit(True)
+        self.editor.source.leave.setFocus()
+
+    def bring(self, path: Path) -> None:
+        """Open a file from anywhere: one of the folder as it stands there, any other after asking."""
+        if path in folder.own_files():
+            self.own.choose(path)
+        else:
+            self.ask(path)
+
+    def forget(self, path: Path) -> None:
+        """Take note that a file is gone."""
+        drafts.drop(path)
+        if path == self.path:
+            self._discard()
+        self.own.refresh()
+
+    def agree(self, path: Path, text: str) -> None:
+        """Trust the very text that was shown, take it into the folder, and try it out."""
+        try:
+            if path not in folder.own_files():
+                path = folder.new_path(path.stem)
+                folder.save(path, text)
+            trust.trust(text)
+        except OSError as error:
+            self.strip.say(words.not_saved(error), "danger")
+            return
+        self.own.run(path)
+        self.edit(path)
+
+    def end(self) -> None:
+        """Keep what is not saved and end a trial, before the window goes."""
+        self.page.keep_draft()
+        self.own.close()
+
+    def _write(self, path: Path, text: str) -> None:
+        folder.save(path, text)
+        trust.trust(text)
+
+    # leaving
+
+    def _go_on(self) -> None:
+        self.strip.say("")
+        self.page.code.setFocus()
+
+    def _save_and_leave(self) -> None:
+        self.save()
+        if not self.page.unsaved:
+            self._leave()
+
+    def _discard(self) -> None:
+        self.page.note_saved()
+        self._leave()
+
+    def _leave(self) -> None:
+        self.page.leave()
+        self.shown.emit(False)
+
+    def _back(self) -> None:
+        """Go back from a page to the law that is open, if one is."""
+        if self.path is None:
+            self.shown.emit(False)
+        else:
+            self.editor.show_page(self.page)
+
+    # how it stands
+
+    def _show_began(self, path: Path) -> None:
+        if path == self.path:
+            self.strip.say("Checking line by line…", busy=True)
+
+    def _show_verdict(self, path: Path, verdict: Verdict) -> None:
+        if not verdict.ok and path != self.path:
+            self.edit(path)
+        if path != self.path:
+            return
+        self.page.code.mark([(p.line, p.text) for p in verdict.problems])
+        self.strip.say(*words.of_verdict(verdict))
+        if verdict.problems and verdict.problems[0].line:
+            self.page.code.go_to(verdict.problems[0].line)

@@ -1,0 +1,115 @@
+"""Rows of the gallery: an icon, a title, one line and a key; in a narrow rail icon and key alone."""
+
+from functools import lru_cache
+
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QPen, QPixmap
+from PySide6.QtWidgets import QAbstractButton, QWidget
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.theme import theme
+
+WIDE, RAIL = 228, 64
+ROW, RAIL_ROW = 51, 42
+_LEFT, _RIGHT = 48, 36
+
+
+def icon_name(scene: str) -> str:
+    """Return the icon of a scene; environments from elsewhere may have none."""
+    return scene if scene in icons.names() else "circle"
+
+
+@lru_cache(maxsize=64)
+def _picture(icon: str, _shade: str, color: str, ratio: float) -> QPixmap:
+    return icons.pixmap(icon, 24, color, ratio)
+
+
+class GalleryRow(QAbstractButton):
+    """One line of the gallery; checked while it is in force. ``color`` is the token of icon and title."""
+
+    color = "ink"
+
+    def __init__(self, icon: str, title: str, summary: str, key: str = "", parent: QWidget | None = None):
+        super().__init__(parent)
+        self.picture, self.title, self.summary, self.key = icon, title, summary, key
+        self.setCheckable(True)
+        # a click leaves the arrow keys with the scene, where they move the hand
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        self.rail = False
+        self._name()
+        self.set_rail(False)
+        theme.changed.connect(self.update)
+
+    def set_words(self, icon: str, title: str, summary: str) -> None:
+        """Show other words."""
+        self.picture, self.title, self.summary = icon, title, summary
+        self._name()
+        self.set_rail(self.rail)
+
+    def set_rail(self, rail: bool) -> None:
+        """Draw icon and key alone, title and summary as a tooltip."""
+        self.rail = rail
+        self.setFixedHeight(RAIL_ROW if rail else ROW)
+        self.setToolTip(self.accessibleName() if rail else "")
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        if self.rail:
+            return QSize(RAIL, RAIL_ROW)
+        words = max(self._width("strong", self.title), self._width("hint", self.summary))
+        return QSize(_LEFT + words + (_RIGHT if self.key else 8), ROW)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if self.isChecked() or self.underMouse():
+            painter.fillRect(self.rect(), theme.color("accentsoft" if self.isChecked() else "line"))
+        if self.isChecked():
+            painter.fillRect(0, 0, 3, self.height(), theme.color("accent"))
+        color = "accent" if self.isChecked() else self.color
+        self._paint_icon(painter, color)
+        if not self.rail:
+            self._paint_words(painter, color)
+        if self.key:
+            self._paint_key(painter)
+        if self.hasFocus():
+            painter.setPen(QPen(theme.color("accent"), 2))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRoundedRect(QRectF(self.rect()).adjusted(4, 3, -4, -3), 6, 6)
+
+    def _name(self) -> None:
+        self.setAccessibleName(f"{self.title}: {self.summary}" if self.summary else self.title)
+
+    def _paint_icon(self, painter: QPainter, color: str) -> None:
+        picture = _picture(self.picture, theme.color(color).name(), color, self.devicePixelRatioF())
+        painter.drawPixmap(12 if self.rail else 13, (self.height() - 24) // 2, picture)
+
+    def _paint_words(self, painter: QPainter, color: str) -> None:
+        middle = Qt.AlignmentFlag.AlignVCenter
+        room = self.width() - _LEFT - (_RIGHT - 4)
+        lines = [("strong", color, self.title, 7, 20), ("hint", "ink3", self.summary, 26, 18)]
+        if not self.summary:
+            lines = [("body", color, self.title, 0, self.height())]
+        for role, token, words, top, height in lines:
+            painter.setPen(theme.color(token))
+            painter.setFont(theme.font(role))
+            words = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, room + 4)
+            painter.drawText(QRectF(_LEFT, top, room + 4, height), middle, words)
+
+    def _paint_key(self, painter: QPainter) -> None:
+        painter.setFont(theme.font("hint"))
+        if self.rail:
+            painter.setPen(theme.color("ink2"))
+            painter.drawText(QRectF(39, 0, 20, self.height()), Qt.AlignmentFlag.AlignCenter, self.key)
+            return
+        box = QRectF(self.width() - 32.5, self.height() / 2 - 10, 19, 20)
+        painter.setPen(QPen(theme.color("line"), 1))
+        painter.setBrush(theme.color("surface"))
+        painter.drawRoundedRect(box, 4, 4)
+        painter.setPen(theme.color("ink3"))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.key)
+
+    @staticmethod
+    def _width(role: str, text: str) -> int:
+        return QFontMetrics(theme.font(role)).horizontalAdvance(text) + 2

@@ -1,0 +1,150 @@
+"""A person's own environments: which files there are, trying them out, bringing them in force."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.gui.editor.trial_runner import TrialRunner
+from hapkit_studio.gui.own_file import OwnFile, described
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.workshop import folder, tried, trust
+from hapkit_studio.workshop.own import OwnEnvironment
+from hapkit_studio.workshop.reading import load_text, text_of
+from hapkit_studio.workshop.verdict import Problem, Verdict, failed
+from hapkit_studio.workshop.words import plain
+
+
+class OwnEnvironments(QObject):
+    """Nothing of a file is executed here before a trial of the very same text went well elsewhere.
+
+    ``asked(path)``: it was chosen, but nobody agreed to its text. ``began(path)``, then
+    ``judged(path, verdict)``: a trial. ``changed``: other files, or one that stands differently.
+    """
+
+    changed = Signal()
+    asked = Signal(object)
+    began = Signal(object)
+    judged = Signal(object, object)
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self._loaded: dict[Path, OwnEnvironment] = {}
+        self._broken: dict[Path, str] = {}
+        self.files: list[OwnFile] = []
+        self.runner = TrialRunner(self)
+        self.runner.finished.connect(self._judge)
+        self.refresh()
+
+    # what there is
+
+    def refresh(self) -> None:
+        """Look at the folder again: files come, go, and are changed by others."""
+        found = [self._look(path) for path in folder.own_files()]
+        for path in [p for p in self._loaded if p not in {file.path for file in found}]:
+            self._forget(path)
+        if found != self.files:
+            self.files = found
+            self.changed.emit()
+
+    def path_of(self, key: str) -> Path | None:
+        """Return the file of an environment, None for one of the library."""
+        return next((path for path, e in self._loaded.items() if e.key == key), None)
+
+    @property
+    def in_force(self) -> Path | None:
+        """Return the file of the environment in force, None for one of the library."""
+        return self.path_of(self._studio.environment.key)
+
+    # bringing them in force
+
+    def choose(self, path: Path) -> None:
+        """Switch to a file's environment: at once if it is loaded, after a trial, or after asking."""
+        try:
+            text = text_of(path)
+        except LawError as error:
+            self.judged.emit(path, failed(plain(error)))
+            self.refresh()
+            return
+        loaded = self._loaded.get(path)
+        if not trust.is_trusted(text):
+            self.refresh()
+            self.asked.emit(path)
+        elif loaded is not None and loaded.text == text:
+            self._studio.choose(loaded.key)
+        elif tried.has_passed(text, path):
+            self._judge(path, Verdict(digest=trust.digest(text)))
+        else:
+            self.run(path)
+
+    def run(self, path: Path) -> None:
+        """Try a trusted file out in a program of its own; the law in force goes on meanwhile."""
+        self.runner.begin(path)
+        self.refresh()
+        self.began.emit(path)
+
+    def close(self) -> None:
+        """End a trial that is under way."""
+        self.runner.close()
+
+    def _judge(self, path: Path, verdict: Verdict) -> None:
+        if verdict.ok:
+            verdict = self._take_in(path, verdict)
+        if verdict.ok:
+            self._broken.pop(path, None)
+        else:
+            self._broken[path] = verdict.digest
+        self.refresh()
+        self.judged.emit(path, verdict)
+
+    def _take_in(self, path: Path, verdict: Verdict) -> Verdict:
+        """Load what the trial has compiled and put it in force; return what came in the way, if anything."""
+        try:
+            text = text_of(path)
+            if trust.digest(text) != verdict.digest or not trust.is_trusted(text):
+                return failed(f"{path.name} was changed while it was checked", digest=verdict.digest)
+            environment = load_text(text, path)
+            other = self._holder(environment.key, path)
+            if other:
+                return failed(
+                    f'{other} has the key "{environment.key}" too: choose another one', digest=verdict.digest
+                )
+            environment.force.compiled()
+        except LawError as error:
+            return Verdict((Problem(error.line, plain(error)),), digest=verdict.digest)
+        old = self._loaded.get(path)
+        self._loaded[path] = environment
+        self._studio.adopt(environment)
+        if old is not None and old.key != environment.key:
+            self._studio.drop(old.key)
+        return verdict
+
+    def _holder(self, key: str, path: Path) -> str:
+        """Return who else has a key, "" for nobody."""
+        if key not in self._studio.environments:
+            return ""
+        holder = self.path_of(key)
+        if holder == path:
+            return ""
+        return holder.name if holder else self._studio.environments[key].title
+
+    def _look(self, path: Path) -> OwnFile:
+        try:
+            text = text_of(path)
+        except LawError:
+            return described(path, "", "broken")
+        return described(path, text, self._state(path, text))
+
+    def _state(self, path: Path, text: str) -> str:
+        if self.runner.path == path:
+            return "checking"
+        if not trust.is_trusted(text):
+            return "foreign"
+        return "broken" if self._broken.get(path) == trust.digest(text) else "ready"
+
+    def _forget(self, path: Path) -> None:
+        environment = self._loaded.pop(path)
+        if self._studio.environment.key == environment.key:
+            self._studio.choose("free")
+        self._studio.drop(environment.key)
