@@ -1,15 +1,22 @@
-"""Calls of a compiled law in a row, from compiled code."""
+"""Calls of a compiled law: many in a row from compiled code, or one at a time without compiling anything."""
 
+import ctypes
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.laws import native
+from hapkit_studio.laws.law import CompiledLaw
 
 # what `run` returns where every call gave a force
 ALL = -1
 NOT_FINITE = 1
+_DT = 1e-3
+
+_real, _reals = ctypes.c_double, ctypes.POINTER(ctypes.c_double)
+_Function = ctypes.CFUNCTYPE(_real, _reals, _reals, _real, _real, _real, ctypes.POINTER(ctypes.c_int64))
 
 
 @compiled
@@ -20,14 +27,40 @@ def run(address, p, s, x, v, dt, fault, force):
     """
     for i in range(len(x)):
         force[i] = native.call(address, p, s, x[i], v[i], dt, fault)
-        if fault[0] != 0 or not math.isfinite(force[i]):
-            if fault[0] == 0:
-                fault[0] = NOT_FINITE
-                fault[1] = 0
+        if fault[0] == 0 and not math.isfinite(force[i]):
+            fault[0] = NOT_FINITE
+            fault[1] = 0
+        if fault[0] != 0:
             return i
     return ALL
 
 
-def memory(initial_state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def memory(law: CompiledLaw) -> tuple[np.ndarray, np.ndarray]:
     """Return a law's state at its start, with a spare value where it has none, and two fault words."""
-    return np.append(initial_state, 0.0), np.zeros(2, dtype=np.int64)
+    return np.append(law.initial_state, 0.0), np.zeros(2, dtype=np.int64)
+
+
+def once(law: CompiledLaw) -> Callable[[np.ndarray, float, float], float]:
+    """Return a law as a function (parameters, x m, v m/s) -> N, its state at the start; nan where it faults.
+
+    numba would compile a way in from Python, for a tenth of a second in which a window stands still.
+    """
+    if not native.INTERPRETED:
+        function = _Function(law.address)
+
+    def force(p: np.ndarray, x: float, v: float) -> float:
+        state, fault = memory(law)
+        if native.INTERPRETED:
+            found = native.call(law.address, p, state, x, v, _DT, fault)
+        else:
+            found = function(
+                p.ctypes.data_as(_reals),
+                state.ctypes.data_as(_reals),
+                x,
+                v,
+                _DT,
+                fault.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+            )
+        return math.nan if fault[0] else float(found)
+
+    return force

@@ -1,6 +1,5 @@
 """An environment that a person wrote: its law only ever runs compiled, its words can raise nothing."""
 
-import ctypes
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
@@ -11,19 +10,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment, Values
-from hapkit_studio.laws import Law, native
-
-_DOUBLES = ctypes.POINTER(ctypes.c_double)
-_FORCE = ctypes.CFUNCTYPE(
-    ctypes.c_double,
-    _DOUBLES,
-    _DOUBLES,
-    ctypes.c_double,
-    ctypes.c_double,
-    ctypes.c_double,
-    ctypes.POINTER(ctypes.c_int64),
-)
-_DT = 1e-3
+from hapkit_studio.workshop import calls
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,8 +21,8 @@ class OwnEnvironment(Environment):
     text: str
 
     def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
-        """Return the compiled law's force (n,) in N at rest, its state at the start; nan where it faults."""
-        force = caller(self.force)
+        """Return the compiled law's force (n,) in N, its state at the start; nan where it faults."""
+        force = calls.once(self.force.compiled())
         p = np.array([values[q.key] for q in self.parameters] + [0.0])
         return np.array([force(p, x, velocity) for x in map(float, position)])
 
@@ -51,51 +38,40 @@ def owned(environment: Environment, file: Path, text: str) -> OwnEnvironment:
     """Return an environment marked as a person's own; it has no shortcut."""
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
     given |= {"parameters": tuple(environment.parameters), "shortcut": ""}
-    for name, otherwise in (("impedance", None), ("check", ""), ("warnings", ())):
-        given[name] = given[name] and _quiet(given[name], otherwise)
+    given["check"] = _guarded(environment.check, str, lambda values: "")
+    given["warnings"] = _guarded(environment.warnings, _lines, lambda values, conditions: ())
+    if environment.impedance:
+        given["impedance"] = _guarded(environment.impedance, pair, lambda values: (0.0, 0.0))
     for name in ("over_position", "over_velocity"):
-        given[name] = given[name] and _quiet_curve(given[name])
+        if given[name]:
+            given[name] = _guarded(given[name], numbers, lambda values, along: np.full(len(along), math.nan))
     return OwnEnvironment(**given, file=file, text=text)
 
 
-def caller(law: Law) -> Callable[[np.ndarray, float, float], float]:
-    """Return the compiled law as a function (parameters, x m, v m/s) -> N, its state at the start."""
-    compiled = law.compiled()
-    if native.INTERPRETED:
-
-        def interpreted(p: np.ndarray, x: float, v: float) -> float:
-            state, fault = np.append(compiled.initial_state, 0.0), np.zeros(2, dtype=np.int64)
-            force = native.call(compiled.address, p, state, x, v, _DT, fault)
-            return math.nan if fault[0] else float(force)
-
-        return interpreted
-    function = _FORCE(compiled.address)
-
-    def force(p: np.ndarray, x: float, v: float) -> float:
-        state, fault = np.append(compiled.initial_state, 0.0), (ctypes.c_int64 * 2)()
-        found = function(p.ctypes.data_as(_DOUBLES), state.ctypes.data_as(_DOUBLES), x, v, _DT, fault)
-        return math.nan if fault[0] else found
-
-    return force
+def pair(found) -> tuple[float, float]:
+    """Return an impedance as two finite numbers; raise TypeError or ValueError."""
+    stiffness, damping = map(float, found)
+    if not (math.isfinite(stiffness) and math.isfinite(damping)):
+        raise ValueError
+    return stiffness, damping
 
 
-def _quiet(function: Callable, otherwise: object) -> Callable:
-    """Return a function that answers something harmless where the person's own raises."""
+def numbers(found) -> np.ndarray:
+    """Return a curve's values as floats; raise TypeError or ValueError."""
+    return np.asarray(found, dtype=float)
+
+
+def _lines(found) -> tuple[str, ...]:
+    return tuple(map(str, found))
+
+
+def _guarded(function: Callable, convert: Callable, otherwise: Callable) -> Callable:
+    """Return a function that gives something harmless where a person's own raises or gives nonsense."""
 
     def guarded(*args):
         try:
-            return function(*args)
+            return convert(function(*args))
         except Exception:  # whatever a person's function raises
-            return otherwise
-
-    return guarded
-
-
-def _quiet_curve(function: Callable) -> Callable:
-    def guarded(values: Values, along: np.ndarray) -> np.ndarray:
-        try:
-            return np.asarray(function(values, along), dtype=float)
-        except Exception:  # whatever a person's function raises
-            return np.full(len(along), math.nan)
+            return otherwise(*args)
 
     return guarded

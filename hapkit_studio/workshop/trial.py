@@ -15,9 +15,9 @@ from pathlib import Path
 from hapkit_studio.workshop.verdict import Verdict, failed
 
 TIMEOUT = 20.0
-NO_END = "The file does not come to an end"
-_GONE = "The file ended the program that tried it: remove what exits"
-_CRASHED = "The file crashed Python"
+NO_END = "the file does not come to an end"
+_GONE = "the file ended the program that tried it: remove what exits"
+_CRASHED = "the file crashed Python"
 _LAST_WORDS_SECONDS = 2.0
 _MORE_MEMORY = 2 * 2**30
 _MODULE = "hapkit_studio.workshop.trial"
@@ -52,7 +52,7 @@ def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> Verdict:
     try:
         return Verdict.from_json(json.loads(words.decode()))
     except (ValueError, KeyError, TypeError):
-        return failed(_CRASHED if process.returncode not in (0, 1) else _GONE)
+        return failed(_GONE if 0 <= process.returncode < 256 else _CRASHED)
 
 
 def stop(process: subprocess.Popen) -> Verdict:
@@ -85,7 +85,7 @@ def main(file: str, digest: str = "") -> None:
     from hapkit_studio.workshop import trying
 
     verdict = trying.try_file(Path(file), digest)
-    os.write(out, json.dumps(verdict.as_json(), ensure_ascii=False).encode() + b"\n")
+    os.write(out, json.dumps(verdict.as_json()).encode() + b"\n")
     os._exit(0)  # not a moment longer: threads and exit functions of the file do not run on
 
 

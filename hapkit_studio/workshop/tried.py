@@ -64,7 +64,7 @@ def _clear(folder: Path, laws: set[str]) -> None:
 def _read(record: Path) -> tuple[str, Versions]:
     """Return a record's path and versions, the newest last; none where it cannot be read."""
     try:
-        file, *lines = record.read_text(encoding="utf-8").splitlines()
+        file, *lines = record.read_text(encoding="utf-8", errors="surrogateescape").splitlines()
         return file, dict(line.split(" ") for line in lines)
     except (OSError, ValueError):
         return "", {}
@@ -74,7 +74,7 @@ def _write(record: Path, file: Path, versions: Versions) -> None:
     record.parent.mkdir(parents=True, exist_ok=True)
     part = record.with_suffix(f".{os.getpid()}.part")
     lines = [str(file.absolute()), *(f"{mark} {law}" for mark, law in versions.items())]
-    part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    part.write_text("\n".join(lines) + "\n", encoding="utf-8", errors="surrogateescape")
     part.replace(record)
 
 

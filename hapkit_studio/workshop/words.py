@@ -66,9 +66,13 @@ def of_syntax(error: SyntaxError, lines: int) -> LawError:
     return LawError(_short(words), min(error.lineno or 1, max(lines, 1)))
 
 
-def of_exception(error: BaseException, file: str) -> LawError:
-    """Return what went wrong while a file was executed, with the last line of that file that took part."""
+def of_exception(error: BaseException, file: str, otherwise: int = 0) -> LawError:
+    """Return what went wrong while a file was executed, with the last line of that file that took part.
+
+    otherwise is the line where none of the file did.
+    """
     line, inside = _line(error.__traceback__, file)
+    line = line or otherwise
     if isinstance(error, LawError):
         return error if error.line else LawError(plain(error), line)
     return LawError(_short(_words(error, inside)), line)
