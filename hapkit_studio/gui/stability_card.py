@@ -139,10 +139,8 @@ class StabilityCard(QWidget):
         if self._studio.environment.impedance is None:
             return "No limit applies", "This environment renders no stiffness or damping of its own."
         if not self._linear():
-            return (
-                "No exact limit",
-                f"{ESTIMATORS[self._studio.loop.estimator].label} is not linear: feel it.",
-            )
+            name = ESTIMATORS[self._studio.loop.estimator].label
+            return "No exact limit", f"{name} is not linear: only a run can tell."
         return "Measuring the delay", "Half a second at zero force, on connecting."
 
     def _linear(self) -> bool:
