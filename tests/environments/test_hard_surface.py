@@ -61,6 +61,12 @@ def test_peaks_when_theory_says(material, t_peak, peak):
     assert -run.force[highest] == pytest.approx(0.1 * 0.044 * peak, rel=0.01)
 
 
+def test_it_begins_without_a_step():
+    for depth in (1e-9, 1e-6):
+        assert force("hard_surface", 0.005 + depth, 0.3) == pytest.approx(-250.0 * depth, rel=1e-6)
+        assert force("hard_surface", 0.005 - depth, 0.3) == 0.0
+
+
 def test_the_limit_is_on_the_ringing_alone():
     run, first = entered(0.5, seconds=0.06, amplitude=100.0, limit=0.8)
     ringing = run.force[first:] + 250.0 * (run.position[first:] - 0.005)
