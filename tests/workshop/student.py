@@ -1,0 +1,44 @@
+"""Files as a student writes them, whole, and the line on which something stands."""
+
+import textwrap
+
+HEAD = '''"""A file of mine."""
+
+import math
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+'''
+END = """
+ENVIRONMENT = Environment(
+    key="mine",
+    title="Mine",
+    summary="A law of mine",
+    parameters=(
+        Parameter("stiffness", "Stiffness", "N/m", 200.0, 0.0, 2000.0),
+        Parameter("mass", "Mass", "kg", 0.1, 0.0, 1.0),
+        Choice("side", "Side", ("right", "left")),
+    ),
+    force=force,
+)
+"""
+
+
+def text(body="return -p.stiffness * x", state="", beside="", end=END):
+    """Return a whole file's text: what stands beside the law, the law with this body, the ENVIRONMENT."""
+    decorator = f"@law(state={state})" if state else "@law"
+    body = textwrap.indent(textwrap.dedent(body).strip("\n"), "    ")
+    return f"{HEAD}\n{textwrap.dedent(beside)}\n{decorator}\ndef force(p, s, x, v, dt):\n{body}\n\n{end}"
+
+
+def line_of(whole, words):
+    """Return the number of the first line that holds these words."""
+    return next(n for n, line in enumerate(whole.split("\n"), 1) if words in line)
+
+
+def write(folder, whole, name="mine.py"):
+    """Write a file and return its path."""
+    path = folder / name
+    path.write_text(whole, encoding="utf-8", newline="")
+    return path

@@ -1,0 +1,84 @@
+"""The folder of own environments: made when needed, nothing in it is ever overwritten by chance or half."""
+
+import os
+
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.workshop import folder
+
+
+def test_the_folder_is_where_the_variable_says_and_made_on_demand(tmp_path):
+    assert folder.own_files() == []
+    assert not (tmp_path / "studio").exists()
+    assert folder.own_folder() == tmp_path / "studio" / "environments"
+    assert folder.own_folder().is_dir()
+
+
+def test_without_the_variable_it_is_among_the_documents(monkeypatch, tmp_path):
+    monkeypatch.delenv("HAPKIT_STUDIO_FOLDER")
+    monkeypatch.setattr(folder.platformdirs, "user_documents_dir", lambda: str(tmp_path / "Documents"))
+    assert folder.own_folder() == tmp_path / "Documents" / "Hapkit Studio" / "environments"
+
+
+def test_only_python_files_are_listed_in_order():
+    place = folder.own_folder()
+    for name in ("b.py", "a.py", "notes.txt", "a.py.1.part"):
+        (place / name).write_text("x = 1\n", encoding="utf-8")
+    (place / "c.py").mkdir()
+    assert [f.name for f in folder.own_files()] == ["a.py", "b.py"]
+
+
+@pytest.mark.parametrize(
+    ("title", "name"),
+    [
+        ("My spring", "my_spring.py"),
+        ("Zwei Wände!", "zwei_wande.py"),
+        ("  --  ", "environment.py"),
+        ("弹簧", "environment.py"),
+        ("3 walls", "my_3_walls.py"),
+        ("../../etc/passwd", "etc_passwd.py"),
+        ("NUL", "my_nul.py"),
+        ("x" * 300, "x" * 40 + ".py"),
+        ("wall", "wall_2.py"),
+    ],
+)
+def test_a_title_makes_a_file_name(title, name):
+    path = folder.new_path(title)
+    assert path == folder.own_folder() / name
+    assert not path.exists()
+
+
+def test_a_new_name_is_nobody_elses():
+    names = []
+    for _ in range(3):
+        path = folder.new_path("My spring")
+        path.write_text("", encoding="utf-8")
+        names.append(path.name)
+    (folder.own_folder() / "Other.py").write_text("", encoding="utf-8")
+    assert names == ["my_spring.py", "my_spring_2.py", "my_spring_3.py"]
+    assert folder.new_path("other").name == "other_2.py"
+    assert all(folder.new_path(key).stem not in environments.discover() for key in environments.discover())
+
+
+def test_saving_writes_the_text_and_nothing_else():
+    path = folder.new_path("mine")
+    folder.save(path, "# −0.5 N·s/m\nx = 1\n")
+    folder.save(path, "# −0.7 N·s/m\nx = 2\n")
+    assert path.read_bytes() == "# −0.7 N·s/m\nx = 2\n".encode()
+    assert [f.name for f in path.parent.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("fails", ["replace", "fsync"])
+def test_where_saving_fails_the_old_file_stays(monkeypatch, fails):
+    path = folder.new_path("mine")
+    folder.save(path, "old\n")
+
+    def full(*args):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, fails, full)
+    with pytest.raises(OSError, match="No space"):
+        folder.save(path, "new\n" * 1000)
+    assert path.read_text(encoding="utf-8") == "old\n"
+    assert [f.name for f in path.parent.iterdir()] == [path.name]
