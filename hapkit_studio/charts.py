@@ -51,7 +51,7 @@ def fidelity_figure(results: Sequence["Fidelity"], path: str | Path) -> None:
         axes.text(columns + 0.5, row + 0.5, f"{saved:.2f} ×", ha="center", va="center", size=14, color=INK)
     figure.suptitle(
         "What a scene needs: the largest change of any outcome when one term is left out.\n"
-        "Shaded: needed, more than 2 % of what is felt. Small: in what, under which hand, time without ÷ with.",
+        "Shaded: needed, more than 2 % of its scale. Small: in what, under which hand, time without ÷ with.",
         size=15, color=INK,
     )  # fmt: skip
     figure.savefig(path, dpi=110, facecolor=SURFACE)

@@ -40,7 +40,8 @@ def edited(source: str, needs: Iterable[str]) -> str:
         end = (call.end_col_offset or 0) - 1
         lines[place] = f"{_head(lines[place], end).rstrip(', ')}, {text}{_tail(lines[place], end)}"
         return "\n".join(lines)
-    return "\n".join([*lines[:place], f"{_INDENT}{text},", *lines[place:]])
+    ending = "\r" if lines[place].endswith("\r") else ""
+    return "\n".join([*lines[:place], f"{_INDENT}{text},{ending}", *lines[place:]])
 
 
 def write(environment: Environment, needs: Iterable[str]) -> bool:

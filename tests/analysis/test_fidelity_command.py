@@ -1,0 +1,80 @@
+"""The fidelity command: a table, one object, a picture, the files."""
+
+import json
+
+import pytest
+
+from hapkit_studio import charts
+from hapkit_studio.analysis import needs_writer
+from hapkit_studio.cli import main
+from hapkit_studio.devices.terms import TERMS
+
+
+def run(capsys, *words):
+    code = main(("fidelity", *words))
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_the_table_names_scene_term_outcome_and_hand(capsys):
+    code, out, err = run(capsys, "free", "wall")
+    assert (code, err) == (0, "")
+    for term in TERMS:
+        assert term in out
+    assert "free needs mass, viscous, coulomb;" in out
+    lines = [line for line in out.split("\n") if line.strip().startswith("saturation")]
+    assert len(lines) == 2
+    assert all("*" not in line for line in lines)
+    assert "under released" in out
+
+
+def test_one_object_with_a_row_a_cell(capsys):
+    code, out, err = run(capsys, "free", "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+    rows = found["rows"]
+    assert [row["term"] for row in rows] == [*TERMS, "together"]
+    assert set(rows[0]) == {
+        "scene", "term", "change", "outcome", "hand", "needed",
+        "ns_per_simulated_s_with", "ns_per_simulated_s_without",
+    }  # fmt: skip
+    assert [row["term"] for row in rows if row["needed"]] == found["needs"]["free"]
+
+
+def test_a_picture_of_all_that_was_asked(capsys, tmp_path):
+    path = tmp_path / "table.png"
+    code, out, _ = run(capsys, "free", "damping", "--plot", str(path))
+    assert code == 0
+    assert f"wrote {path}" in out
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert path.stat().st_size > 20_000
+
+
+def test_a_picture_in_no_known_format_is_one_line(capsys, tmp_path):
+    code, out, err = run(capsys, "free", "--plot", str(tmp_path / "table.wall"))
+    assert (code, out) == (2, "")
+    assert "A picture is one of" in err
+    assert err.count("\n") == 1
+
+
+def test_an_unknown_scene_is_one_line(capsys):
+    code, out, err = run(capsys, "fre")
+    assert (code, out) == (2, "")
+    assert err.startswith("hapkit-studio: There is no environment 'fre'")
+
+
+def test_the_file_gets_what_was_computed(capsys, tmp_path, monkeypatch):
+    file = tmp_path / "free.py"
+    file.write_text("ENVIRONMENT = Environment(\n    key='free',\n)\n", encoding="utf-8")
+    monkeypatch.setattr(needs_writer, "file_of", lambda environment: file)
+    assert f"wrote {file}" in run(capsys, "free", "--write")[1]
+    assert '    needs=("mass", "viscous", "coulomb"),\n' in file.read_text(encoding="utf-8")
+    assert "wrote" not in run(capsys, "free", "--write")[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [(None, "–"), (0.0004, "0 %"), (0.0206, "2.1 %"), (0.0996, "10 %"), (9.99, "999 %"), (1e6, "> 999 %")],
+)
+def test_shares_in_words(change, words):
+    assert charts.percent(change) == words
