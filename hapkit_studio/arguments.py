@@ -19,14 +19,14 @@ def window_parser() -> LineParser:
     parser.add_argument("--environment", default="wall", help="environment to begin with")
     parser.add_argument("--device", default="simulated", help="device to begin with")
     parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
-    parser.add_argument("--size", type=_size, metavar="WxH", help="window size in pixels, e.g. 1280x720")
+    parser.add_argument("--size", type=size, metavar="WxH", help="window size in pixels, e.g. 1280x720")
     parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then leave")
     parser.add_argument("--seconds", type=float, default=5.0, help="how long it runs before the picture")
     parser.add_argument("--push", type=float, metavar="MM", help="for the picture: push the handle to MM")
     return parser
 
 
-def _size(text: str) -> tuple[int, int]:
+def size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     if not (width.isdecimal() and height.isdecimal()):
         raise argparse.ArgumentTypeError(f"a size is written 1280x720, not {text!r}")

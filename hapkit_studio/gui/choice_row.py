@@ -1,4 +1,4 @@
-"""One choice of the panel: a segmented control for up to three options, a list for more."""
+"""One choice of the panel: a segmented control for up to three short options, a list otherwise."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,8 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QWidget
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.parameters import Choice
 
-_MOST_SEGMENTS = 3
+# more, or longer words, do not fit beside the label in a narrow panel
+_MOST_SEGMENTS, _MOST_LETTERS = 3, 14
 
 
 class ChoiceRow(QWidget):
@@ -29,7 +30,7 @@ class ChoiceRow(QWidget):
         self.label = QLabel(choice.label)
         self.label.setWordWrap(True)
         self.picker: Segmented | QComboBox
-        if len(words) <= _MOST_SEGMENTS:
+        if len(words) <= _MOST_SEGMENTS and sum(map(len, words)) <= _MOST_LETTERS:
             self.picker = Segmented(choice.label, words)
             self.picker.chosen.connect(self._take)
         else:

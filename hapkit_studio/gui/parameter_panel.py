@@ -100,6 +100,7 @@ class PanelTitle(QWidget):
         self._studio = studio
         self.picture = QLabel()
         self.title = QLabel()
+        self.title.setWordWrap(True)
         self.formula = QLabel()
         self.formula.setWordWrap(True)
         self.explanation = QLabel()

@@ -84,6 +84,20 @@ def test_the_measured_force_lies_where_the_samples_say(phase, qapp):
     assert off.max() <= 3.5 + 0.4 * abs(up) / across
 
 
+def test_another_environment_begins_with_an_empty_plot(phase, history):
+    """What the handle did in the wall says nothing about damping."""
+    settle(phase)
+    assert len(colored(phase.canvas.viewport().grab().toImage(), "applied")) > 500
+    phase.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
+    settle(phase)
+    dot = colored(phase.canvas.viewport().grab().toImage(), "applied")
+    assert np.ptp(dot[:, 0]) < 16
+    more = telemetry(3000, 14_000)
+    history.append(more)
+    settle(phase)
+    assert len(colored(phase.canvas.viewport().grab().toImage(), "applied")) > 2 * len(dot)
+
+
 def test_older_parts_are_paler_and_the_oldest_are_gone(phase, history):
     still = telemetry(12_000, 14_000)
     still[:, rows.POSITION], still[:, rows.APPLIED] = -0.01, 0.0

@@ -63,6 +63,8 @@ class ForcePosition(QWidget):
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Recompute theory and limits (N) for another environment or other values."""
         other = environment is not self._environment
+        if other and self._environment is not None:
+            self.canvas.begin_here()
         self._environment, self._values = environment, dict(values)
         self._max_force = max_force
         if other:

@@ -29,6 +29,7 @@ class PhaseCanvas(Canvas):
         self._layers: Layers | None = None
         self._key: tuple | None = None
         self._drawn = 0
+        self._begin = -math.inf
         self._under: QPixmap | None = None
         self._theory: tuple[np.ndarray, np.ndarray] | None = None
         self._pointed: dict[str, float] | None = None
@@ -54,7 +55,11 @@ class PhaseCanvas(Canvas):
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self._live = self._history = history
-        self._key = None
+        self._begin, self._key = -math.inf, None
+
+    def begin_here(self) -> None:
+        """Leave out what is older than now: it belongs to another environment."""
+        self._begin, self._key = float(np.nan_to_num(self._live.now, nan=-math.inf)), None
 
     def set_paused(self, paused: bool) -> None:
         """Freeze what is shown; the live history goes on."""
@@ -121,7 +126,7 @@ class PhaseCanvas(Canvas):
     # data ---------------------------------------------------------------------------------------
 
     def _recent(self) -> Window:
-        return self._history.between(self._history.now - SECONDS, math.inf)
+        return self._history.between(max(self._history.now - SECONDS, self._begin), math.inf)
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]

@@ -1,0 +1,102 @@
+"""Pictures of the window with every environment in use: ``python -m hapkit_studio.gui.portraits FOLDER``."""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer
+from PySide6.QtWidgets import QApplication
+
+from hapkit_studio import devices
+from hapkit_studio.arguments import LineParser, size
+from hapkit_studio.dynamics.hand import SCRIPTS
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui import prepare
+from hapkit_studio.gui.app import Preparation
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.window import MainWindow
+
+FRAME_MS = 16
+RELEASED = "released"
+
+
+def options(argv: Sequence[str] | None = None) -> argparse.Namespace:
+    """Return the checked options."""
+    parser = LineParser(prog="python -m hapkit_studio.gui.portraits", description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seconds", type=float, default=12.0, help="how long each is in use before")
+    parser.add_argument("--size", type=size, default=(1280, 800), metavar="WxH")
+    parser.add_argument("--theme", choices=("light", "dark", "contrast"), default="light")
+    parser.add_argument("environments", nargs="*", metavar="ENVIRONMENT", help="all of them if none is named")
+    return parser.parse_intermixed_args(argv)
+
+
+def usual_hand(environment: Environment) -> str:
+    """Return the first hand that an environment names as its own, whose movement shows what it is."""
+    return next((hand for hand in environment.hands if hand != RELEASED), "stroke")
+
+
+class Portraits(QObject):
+    """Leads a hand through one environment after the other; saves the window and the scene of each."""
+
+    def __init__(self, window: MainWindow, keys: Sequence[str], folder: Path, seconds: float):
+        super().__init__(window)
+        self._window, self._keys = window, list(keys)
+        self._folder, self._seconds = folder, seconds
+        self._begun = 0.0
+        self._frames = QTimer(self, interval=FRAME_MS)
+        self._frames.timeout.connect(self._move)
+        window.studio.engine_changed.connect(self._start)
+
+    def _start(self) -> None:
+        if self._window.studio.engine is not None:
+            self._next()
+            self._frames.start()
+
+    def _next(self) -> None:
+        studio = self._window.studio
+        studio.choose(self._keys[0])
+        self._window.live.history.clear()
+        self._hand = SCRIPTS[usual_hand(studio.environment)]
+        self._begun = time.monotonic()
+
+    def _move(self) -> None:
+        now = time.monotonic() - self._begun
+        if now < self._seconds:
+            self._window.studio.move_hand(float(self._hand.target(now)))
+            return
+        self._save(self._keys.pop(0))
+        if self._keys:
+            self._next()
+        else:
+            self._frames.stop()
+            self._window.close()
+
+    def _save(self, key: str) -> None:
+        self._window.grab().save(str(self._folder / f"{key}.png"))
+        self._window.centre.scene.grab().save(str(self._folder / f"{key}-scene.png"))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Show the window, prepare the loop, take every picture, leave."""
+    chosen = options(argv)
+    chosen.folder.mkdir(parents=True, exist_ok=True)
+    application = QApplication.instance() or QApplication(["hapkit-studio"])
+    assert isinstance(application, QApplication)
+    theme.mode = chosen.theme
+    theme.apply(application)
+    studio = Studio(devices.available)
+    window = MainWindow(studio)
+    window.resize(*chosen.size)
+    window.show()
+    window.live.start()
+    Portraits(window, chosen.environments or list(studio.environments), chosen.folder, chosen.seconds)
+    Preparation(window, prepare.begin("loop"), studio.open_simulated).run()
+    return application.exec()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
