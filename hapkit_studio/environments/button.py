@@ -72,12 +72,10 @@ def over_position(values, x):
 
 
 def impedance(values):
-    """Return the steepest rise of the curve; the play adds its stiffness only within its few counts."""
-    climb = values["snap_force"] - values["peak_force"]
-    rises = [2.0 * values["peak_force"] / values["snap_start"], values["stop_stiffness"]]
-    if climb > 0.0:
-        rises.append(1.5 * climb / (values["travel"] - values["snap_start"]))
-    return max(rises), 0.0
+    """Return the steepest slope of the curve; the play adds its stiffness only within its few counts."""
+    first = 2.0 * values["peak_force"] / values["snap_start"]
+    drop = abs(values["peak_force"] - values["snap_force"]) / (values["travel"] - values["snap_start"])
+    return max(first, 1.5 * drop, values["stop_stiffness"]), 0.0
 
 
 ENVIRONMENT = Environment(
