@@ -7,6 +7,9 @@ import math
 
 from hapkit_studio.dynamics.jit import compiled
 
+# A dragged tether is as taut as can be, rounding aside; it is slack by less than a sensor ever shows.
+SLACK = 1e-6
+
 
 @compiled
 def projected(velocity, limit):
@@ -37,3 +40,44 @@ def stribeck(velocity, static, kinetic, stribeck_velocity):
     """Return the level of friction in N >= 0 at a speed: from static at rest down to kinetic."""
     ratio = velocity / stribeck_velocity
     return kinetic + (static - kinetic) * math.exp(-ratio * ratio)
+
+
+@compiled
+def bristle(bend, moved, level, stiffness):
+    """Return the bend in m of a bristle after its root moved: towards level / stiffness, never beyond.
+
+    Dahl's and LuGre's law, exact for a level in N that stays while it moves; stiffness N/m > 0.
+    """
+    if level <= 0.0:
+        return 0.0
+    end = math.copysign(level / stiffness, moved)
+    return end + (bend - end) * math.exp(-stiffness * abs(moved) / level)
+
+
+@compiled
+def sticking_tether(x, before, anchor, stuck, stiffness, damping, static, kinetic, dt):
+    """Return (force, anchor, stuck): a spring and damper to an anchor that holds up to `static`.
+
+    Beyond that the anchor is dragged along with `kinetic` N > 0 until the tether goes slack: then it sticks
+    again. x and before m, stiffness N/m > 0, damping N·s/m; the implicit step of Kikuuwe et al. 2006.
+    """
+    shock = damping / dt
+    pull = stiffness * (anchor - x) + shock * (before - x)
+    held = stuck > 0.5 or abs(pull) < kinetic * (1.0 - SLACK)
+    if held and abs(pull) <= max(static, kinetic):
+        return pull, anchor, 1.0
+    force = math.copysign(kinetic, pull)
+    stretch = (force + shock * (anchor - before)) / (stiffness + shock)
+    return force, x + stretch, 0.0
+
+
+@compiled
+def banded(x, v, anchor, stiffness, static, kinetic, band):
+    """Return (force, anchor, stuck) by Karnopp's rule: held within a band of speed, sliding beyond it.
+
+    It enters the band with a slack tether: one already taut would be energy from nowhere.
+    """
+    if abs(v) < band:
+        hold, anchor = tether(x, anchor, stiffness, static)
+        return hold, anchor, 1.0 if abs(hold) < static else 0.0
+    return -math.copysign(kinetic, v), x, 0.0

@@ -1,0 +1,205 @@
+"""Dry friction by seven models, so that their faults can be felt beside what sticks and slips as it should.
+
+A device knows position and speed, not the hand's force: what sticks does so through a stiff spring to an
+anchor, which is dragged along when the spring pulls beyond the level of friction.
+"""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
+from hapkit_studio.dynamics.friction import banded, bristle, sticking_tether, stribeck, tether
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+MODELS = ("coulomb", "smoothed", "karnopp", "stribeck", "projection", "tether", "lugre")
+COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODELS))
+# Friction of exactly nothing would have no direction, and what slides could not be seen to turn back.
+LEAST = 1e-6
+
+# For what depends on the handle or the loop where only the values are known.
+USUAL_MASS, USUAL_PERIOD = 0.044, 1e-3
+
+
+@law(state={"anchor": 0.0, "stuck": 1.0, "before": 0.0, "started": 0.0})
+def force(p, s, x, v, dt):
+    if s.started < 0.5:
+        s.started = 1.0
+        s.before = x
+        s.anchor = x
+    kinetic = max(p.kinetic_force, LEAST)
+    static = max(p.static_force, kinetic)
+    stiffness = p.tether_stiffness
+    if p.model == "tether":
+        dry, s.anchor, s.stuck = sticking_tether(
+            x, s.before, s.anchor, s.stuck, stiffness, 0.0, static, kinetic, dt
+        )
+    elif p.model == "projection":
+        dry, s.anchor, s.stuck = sticking_tether(
+            x, s.before, s.anchor, s.stuck, stiffness, stiffness * dt, static, kinetic, dt
+        )
+    elif p.model == "karnopp":
+        dry, s.anchor, s.stuck = banded(x, v, s.anchor, stiffness, static, kinetic, p.stick_velocity)
+    elif p.model == "stribeck":
+        level = stribeck(v, static, kinetic, p.stribeck_velocity)
+        dry, s.anchor = tether(x, s.anchor, stiffness, level)
+        s.stuck = 1.0 if abs(dry) < level else 0.0
+    elif p.model == "lugre":
+        level = stribeck(v, static, kinetic, p.stribeck_velocity)
+        bend = bristle(s.before - s.anchor, x - s.before, level, stiffness)
+        dry = -stiffness * bend
+        s.anchor = x - bend
+        s.stuck = 1.0 if abs(dry) < kinetic else 0.0
+    else:
+        dry = 0.0
+        if p.model == "smoothed":
+            dry = -kinetic * math.tanh(v / p.stick_velocity)
+        elif v != 0.0:
+            dry = -math.copysign(kinetic, v)
+        s.anchor = x
+        s.stuck = 0.0
+    s.before = x
+    return dry - p.viscous * v
+
+
+def levels(values):
+    """Return the (static, kinetic) friction in N as the law takes them."""
+    kinetic = max(values["kinetic_force"], LEAST)
+    return max(values["static_force"], kinetic), kinetic
+
+
+def over_velocity(values, v):
+    """Return the force (n,) in N of a steady slide at v (n,) in m/s."""
+    static, kinetic = levels(values)
+    model = values["model"]
+    level = np.full_like(v, kinetic)
+    if model in (STRIBECK, LUGRE):
+        level = kinetic + (static - kinetic) * np.exp(-((v / values["stribeck_velocity"]) ** 2))
+    elif model == KARNOPP:
+        level[np.abs(v) < values["stick_velocity"]] = static
+    share = np.tanh(v / values["stick_velocity"]) if model == SMOOTHED else np.sign(v)
+    return -level * share - values["viscous"] * v
+
+
+def over_position(values, x):
+    """Return the force (2, n) in N of a slow slide to the right, and back."""
+    static, kinetic = levels(values)
+    level = static if values["model"] in (STRIBECK, LUGRE, KARNOPP) else kinetic
+    return np.array([np.full_like(x, -level), np.full_like(x, level)])
+
+
+def impedance(values):
+    """Return the stiffness of what holds, or the damping as which a friction by speed alone begins.
+
+    Plain Coulomb friction is judged by the slowest speed that a usual sensor shows: a count per period.
+    """
+    kinetic, viscous = levels(values)[1], values["viscous"]
+    by_speed = {
+        COULOMB: USUAL_QUANTUM / USUAL_PERIOD,
+        SMOOTHED: values["stick_velocity"],
+        KARNOPP: values["stick_velocity"],
+    }
+    model = values["model"]
+    stiffness = values["tether_stiffness"] if model not in (COULOMB, SMOOTHED) else 0.0
+    return stiffness, viscous + (kinetic / by_speed[model] if model in by_speed else 0.0)
+
+
+def warnings(values, conditions):
+    """Tell which model is beyond its limit."""
+    model, period = values["model"], conditions.period
+    kinetic = levels(values)[1]
+    if model == COULOMB:
+        most = 1.5 * USUAL_MASS * conditions.quantum / period**2
+        if kinetic > most:
+            yield f"Above {most:.2g} N plain Coulomb friction chatters over several counts: try tether."
+    elif model == SMOOTHED:
+        slope, most = kinetic / values["stick_velocity"], 2.0 * USUAL_MASS / period
+        if slope > most:
+            yield f"Friction begins as {slope:.3g} N·s/m, above {most:.3g} N·s/m: raise the stick velocity."
+    else:
+        most = 2.0 * (conditions.viscous + values["viscous"]) / period
+        if values["tether_stiffness"] > most:
+            yield f"A tether above {most:.4g} N/m buzzes while it holds: lower its stiffness."
+    if model == KARNOPP and values["stick_velocity"] * period < conditions.quantum:
+        most = 1e3 * conditions.quantum / period
+        yield f"One count per period is {most:.3g} mm/s: a lower stick velocity never holds."
+    if model == LUGRE and values["tether_stiffness"] * conditions.speed * period > 2.0 * kinetic:
+        most = 2.0 * kinetic / (values["tether_stiffness"] * period)
+        yield f"Above {most:.2g} m/s LuGre's bristles are at their end within a period: plain sliding."
+
+
+ENVIRONMENT = Environment(
+    key="friction",
+    title="Friction",
+    summary="Sticks, slips, holds",
+    parameters=(
+        Choice(
+            "model",
+            "Model",
+            MODELS,
+            "tether",
+            "Coulomb and smoothed know the speed alone and let go. Karnopp holds within a band of speed. "
+            "Tether and projection hold and break away at once, Stribeck and LuGre by degrees.",
+        ),
+        Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
+        Parameter(
+            "static_force",
+            "Static force",
+            "N",
+            0.6,
+            0.0,
+            3.0,
+            "The pull at which it breaks away; never below the kinetic force",
+            "F_s",
+        ),
+        Parameter(
+            "viscous", "Viscous", "N·s/m", 1.0, 0.0, 20.0, "Force per metre per second, in every model", "b"
+        ),
+        Parameter(
+            "stribeck_velocity",
+            "Stribeck velocity",
+            "m/s",
+            0.02,
+            0.001,
+            0.2,
+            "The speed by which most static force is gone; Stribeck, LuGre",
+            "v_S",
+        ),
+        Parameter(
+            "stick_velocity",
+            "Stick velocity",
+            "m/s",
+            0.03,
+            0.001,
+            0.2,
+            "Karnopp: the speed below which it holds. Smoothed: the speed at which friction has grown",
+            "Δv",
+        ),
+        Parameter(
+            "tether_stiffness",
+            "Tether stiffness",
+            "N/m",
+            500.0,
+            100.0,
+            20_000.0,
+            "The spring that holds; for LuGre, its bristles",
+            "K",
+        ),
+    ),
+    force=force,
+    shortcut="4",
+    formula="|<i>F</i>| ≤ <i>F</i><sub>s</sub> at rest, <i>F</i><sub>k</sub> + <i>b</i>|<i>v</i>| sliding",
+    explanation="Friction holds a resting body against any pull up to the static force; sliding, it resists "
+    "with less. So a body drawn by a spring sticks, slips, sticks. A loop that knows the speed alone cannot "
+    "hold: near rest the sign of the speed is noise, and the force chatters. A tether to an anchor holds: it "
+    "pulls back like a spring, and is dragged along once you pull harder than friction can.",
+    impedance=impedance,
+    warnings=warnings,
+    over_position=over_position,
+    over_velocity=over_velocity,
+    outcomes=("peak_force", "final_position", "energy"),
+    hands=("stroke", "pluck", "released"),
+    order=4,
+)
