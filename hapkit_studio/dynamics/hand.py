@@ -148,8 +148,8 @@ SCRIPTS: dict[str, Hand] = {
     "hold": _script(_hold, "Goes to 10 mm on the right and keeps still", "firm"),
     "pluck": _script(_pluck, "Pulls to 20 mm on the right and lets go after 1 s", release=1.0),
     "shake": _script(_shake, "Shakes by 12 mm, from 0.5 Hz up to 6 Hz", "firm"),
-    "pet": _script(_pet, "Pets 60 mm there and back at 5 cm/s", "light"),
-    "rub": _script(_rub, "Rubs 60 mm there and back at 20 cm/s", "light"),
+    "pet": _script(_pet, "Pets 60 mm there and back at 5 cm/s"),
+    "rub": _script(_rub, "Rubs 60 mm there and back at 20 cm/s", "firm"),
     "released": Hand(release=0.0, summary="No hand: the handle is free"),
 }
 

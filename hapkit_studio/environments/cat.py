@@ -1,0 +1,186 @@
+"""Cat: fur with a nap, a body that breathes, and a mood that the hand makes."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.dynamics.friction import tether
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+FUR_STIFFNESS = 200.0  # N/m: hairs bend by 2 to 3 mm before they slip
+HAIR_SPACING = 0.003  # m
+# Paces of the hand in m/s: below the first it rests, between the next two a stroke is felt as caress
+# (C-tactile afferents, Löken et al. 2009), beyond the last it is rough either way.
+RESTS, SLOW, FAST, ROUGH = 0.003, 0.01, 0.10, 0.25
+PACE_TIME = 0.01  # s: two low-passes of this, so that neither sensor counts nor the purr are taken for a hand
+LIKED, MISLIKED, HATED = 3.0, 0.8, 3.5  # contentment per metre
+FORGETS = 10.0  # s
+PURRS_ABOVE, SWATS_BELOW = 0.3, -0.5
+BREATH_PITCH, BREATH_STRENGTH = 1.2, 0.2  # Hz, and a share: more while it breathes out, less while in
+SWAT_TIME, SWAT_FORCE = 0.3, 1.5  # s, N
+SULK_TIME = 5.0  # s
+CHOOSY, GRUMPY = 1, 2
+TURN = 2.0 * math.pi
+
+
+def noticed(way, nearly, pace, dt):
+    """Return the hand's pace in m/s as the cat feels it, and the value half-way to it."""
+    nearly += (way - nearly * dt) / (PACE_TIME + dt)
+    return nearly, pace + (nearly - pace) * dt / (PACE_TIME + dt)
+
+
+def feeling(pace, temperament, sulk):
+    """Return the contentment gained per metre to the right in a hand's way, by its pace in m/s.
+
+    The way is counted with its sign, so that a flicker there and back leaves no trace in the mood.
+    """
+    liking, dislike = 1.0, 1.0
+    if temperament == CHOOSY:
+        liking, dislike = 0.8, 1.25
+    elif temperament == GRUMPY:
+        liking, dislike = 0.7, 1.5
+    if pace > ROUGH:
+        return -HATED * dislike
+    if pace < -FAST:
+        return HATED * dislike
+    if pace < -RESTS:
+        return MISLIKED * dislike
+    if SLOW <= pace <= FAST and sulk == 0.0:
+        return LIKED * liking
+    return 0.0
+
+
+def paw(swat, sulk, provoked, dt):
+    """Return the seconds left of a swat and of the sulking after it, in which there is no other."""
+    if swat > 0.0:
+        swat = max(0.0, swat - dt)
+        return swat, SULK_TIME if swat == 0.0 else 0.0
+    if provoked and sulk == 0.0:
+        return SWAT_TIME, 0.0
+    return 0.0, max(0.0, sulk - dt)
+
+
+def turned(angle, frequency, dt):
+    """Return an angle in rad after dt s at a frequency in Hz, below one turn."""
+    return math.fmod(angle + TURN * frequency * dt, TURN)
+
+
+def purr(contentment, strength, frequency, breath, phase, dt):
+    """Return the purr in N and its phase in rad, summed so that the pitch may change with the breath."""
+    if contentment <= PURRS_ABOVE:
+        return 0.0, 0.0
+    out = 1.0 if breath < math.pi else -1.0
+    phase = turned(phase, frequency + BREATH_PITCH * out, dt)
+    return contentment * strength * (1.0 + BREATH_STRENGTH * out) * math.sin(phase), phase
+
+
+@law(
+    state={
+        "anchor": 0.0,
+        "phase": 0.0,
+        "breath": 0.0,
+        "contentment": 0.0,
+        "swat": 0.0,
+        "sulk": 0.0,
+        "push": 0.0,
+        "last": 0.0,
+        "nearly": 0.0,
+        "pace": 0.0,
+        "started": 0.0,
+    }
+)
+def force(p, s, x, v, dt):
+    if s.started == 0.0:
+        s.started, s.anchor, s.last = 1.0, x, x
+    way = x - s.last
+    s.last = x
+    s.nearly, s.pace = noticed(way, s.nearly, s.pace, dt)
+    gain = way * feeling(s.pace, p.temperament, s.sulk)
+    s.contentment = min(1.0, max(-1.0, s.contentment * (1.0 - min(1.0, dt / FORGETS)) + gain))
+    if s.swat == 0.0:
+        s.push = -1.0 if s.pace > 0.0 else 1.0
+    s.swat, s.sulk = paw(s.swat, s.sulk, gain < 0.0 and s.contentment < SWATS_BELOW, dt)
+    blow = s.push * SWAT_FORCE * math.sin(math.pi * s.swat / SWAT_TIME)
+
+    limit = p.fur_friction if x > s.anchor else p.fur_friction * p.nap_ratio
+    fur, s.anchor = tether(x, s.anchor, FUR_STIFFNESS, limit)
+    fur += p.hair * math.sin(TURN * x / HAIR_SPACING) - p.fur_damping * v
+
+    s.breath = turned(s.breath, p.breathing_rate, dt)
+    hum, s.phase = purr(s.contentment, p.purr_force, p.purr_frequency, s.breath, s.phase, dt)
+    return fur + blow + hum
+
+
+def impedance(p):
+    """Return the (stiffness, damping) of hairs that bend, where their ripple is steepest."""
+    return FUR_STIFFNESS + p["hair"] * TURN / HAIR_SPACING, p["fur_damping"]
+
+
+def over_position(p, x):
+    """Return the force in N, (2, n), on a slow stroke: the first row with the nap, the second against it."""
+    ripple = p["hair"] * np.sin(TURN * x / HAIR_SPACING)
+    return np.array([ripple - p["fur_friction"], ripple + p["fur_friction"] * p["nap_ratio"]])
+
+
+PARAMETERS = (
+    Parameter("fur_friction", "Fur friction", "N", 0.35, 0.0, 1.5, "Where the fur slips with the nap", "μ"),
+    Parameter(
+        "nap_ratio", "Against : with", "", 1.8, 1.0, 3.0, "How many times harder it goes against the nap", "r"
+    ),
+    Parameter("fur_damping", "Fur damping", "N·s/m", 1.5, 0.0, 10.0, "Force per metre per second", "b"),
+    Parameter("hair", "Tufts", "N", 0.06, 0.0, 0.3, "Ripple of the hair, one tuft every 3 mm", "A"),
+    Parameter(
+        "purr_force",
+        "Purr",
+        "N",
+        0.25,
+        0.0,
+        1.0,
+        "How strong the purr is in full contentment",
+        "F<sub>p</sub>",
+    ),
+    Parameter(
+        "purr_frequency",
+        "Purr pitch",
+        "Hz",
+        26.3,
+        20.0,
+        30.0,
+        "1.2 Hz higher while it breathes out, 1.2 Hz lower while it breathes in",
+        "f",
+    ),
+    Parameter("breathing_rate", "Breathing", "Hz", 0.4, 0.1, 1.0, "Breaths per second"),
+    Choice(
+        "temperament",
+        "Temper",
+        ("easy", "choosy", "grumpy"),
+        "easy",
+        "Easy: any slow stroke will do. Choosy: likes 0.8 times as much, resents 1.25 times as much. "
+        "Grumpy: 0.7 and 1.5 times.",
+    ),
+)
+
+
+ENVIRONMENT = Environment(
+    key="cat",
+    title="Cat",
+    summary="Pet it. Gently.",
+    parameters=PARAMETERS,
+    force=force,
+    shortcut="C",
+    formula="<i>F</i> = fur − <i>b v</i> + <i>c F</i><sub>p</sub> sin <i>φ</i>",
+    explanation="The hair lies from the head (−40 mm) to the tail (+40 mm). It bends like a spring, 200 N/m, "
+    "and slips at μ with the nap, at r·μ against it. Contentment c, −1 to +1, counts the way you stroke, "
+    "not the time: +3 per metre with the nap at 1 to 10 cm/s, where the nerves for caress answer best; −0.8 "
+    "per metre against the nap; −3.5 against it above 10 cm/s, or either way above 25 cm/s. Left alone the "
+    "cat forgets, by a third every 4 s. Above 0.3 it purrs, louder and 2.4 Hz higher breathing out than in. "
+    "Rubbed to below −0.5 it swats once, back the way your hand came, then sulks for 5 s, and no stroke "
+    "pleases it until that is over.",
+    impedance=impedance,
+    over_position=over_position,
+    outcomes=("peak_force", "count:swat"),
+    hands=("pet", "rub", "released"),
+    order=12,
+)

@@ -1,0 +1,153 @@
+"""The cat's head, turned to the viewer: ears and muzzle; its eyes are in a file of their own.
+
+Drawn in units of the head, about 52 wide, its origin in the middle of the face.
+"""
+
+from functools import cache
+
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QPainterPath
+
+from hapkit_studio.gui.scenes.cat_coat import color, pen
+from hapkit_studio.gui.scenes.cat_eyes import eyes
+from hapkit_studio.gui.scenes.cat_mood import Mood, between
+from hapkit_studio.gui.scenes.cat_shape import HEAD, scale, y
+from hapkit_studio.gui.scenes.stage import Stage
+
+_TURN = 4.5  # units: how far the face looks away while it sulks
+_EDGE = 1.8
+
+
+def head(stage: Stage, mood: Mood, pad: float) -> None:
+    """Draw the head; pad is the place in mm that the eyes follow."""
+    p, s = stage.p, scale(stage)
+    p.save()
+    p.translate(stage.x(HEAD[0]), y(stage, HEAD[1]) - (mood.chest - 1.0) * 0.4 * stage.band)
+    p.rotate(-3.0 * between(mood.contentment, 0.1, 0.5) if not mood.cross else 0.0)
+    p.scale(s, s)
+    edge = pen("edge", _EDGE * stage.u / s)
+    for side in (-1.0, 1.0):
+        outer, inner = _ear(side, mood.ears)
+        _shape(stage, outer, "fur", edge)
+        stage.fill(inner, color("pink"))
+    _shape(stage, _skull(), "fur", edge)
+    stage.stroke(_marks()[0], pen("stripe", 3.0))
+    stage.stroke(_marks()[1], pen("stripe", 2.5))
+    p.translate(-_TURN if mood.sulk > 0.0 else 0.0, 0.0)
+    stage.fill(_muzzle(), color("cream"))
+    eyes(stage, mood, pad)
+    _mouth(stage, mood)
+    stage.stroke(_whiskers(round(mood.ears, 1)), pen("whisker", 1.1, 0.85))
+    p.restore()
+
+
+def _shape(stage: Stage, path: QPainterPath, part: str, edge) -> None:
+    stage.fill(path, color(part))
+    stage.stroke(path, edge)
+
+
+def _mixed(a: tuple[float, float], b: tuple[float, float], share: float, side: float) -> QPointF:
+    return QPointF(side * (a[0] + share * (b[0] - a[0])), a[1] + share * (b[1] - a[1]))
+
+
+# three curves' points from the outer root over the tip to the inner root: upright, and turned back
+_UP = ((24.0, -6.0), (25.0, -30.0), (20.0, -37.0), (9.0, -30.0), (4.0, -19.0))
+_BACK = ((25.5, -1.0), (36.0, -8.0), (39.5, -15.0), (24.0, -22.0), (8.0, -18.5))
+_UP_INSIDE = ((20.5, -13.0), (21.5, -26.0), (18.8, -31.0), (12.0, -26.0), (9.0, -18.5))
+_BACK_INSIDE = ((25.0, -6.5), (32.0, -10.0), (35.0, -13.5), (25.0, -18.5), (17.0, -17.5))
+
+
+def _ear(side: float, turned: float) -> tuple[QPainterPath, QPainterPath]:
+    """Return an ear's outline and its inside, turned back by 0..1."""
+    paths = []
+    for up, back in ((_UP, _BACK), (_UP_INSIDE, _BACK_INSIDE)):
+        root, bow, tip, slope, inner = (_mixed(a, b, turned, side) for a, b in zip(up, back, strict=True))
+        path = QPainterPath(root)
+        path.quadTo(bow, tip)
+        path.quadTo(slope, inner)
+        path.closeSubpath()
+        paths.append(path)
+    return paths[0], paths[1]
+
+
+def curved(*points: tuple[float, ...]) -> QPainterPath:
+    """Return a path: a start (x, y), then lines (2 numbers), quadratic (4) and cubic (6) curves."""
+    path = QPainterPath(QPointF(*points[0]))
+    for step in points[1:]:
+        ends = [QPointF(*step[i : i + 2]) for i in range(0, len(step), 2)]
+        (path.lineTo, path.quadTo, path.cubicTo)[len(ends) - 1](*ends)
+    return path
+
+
+@cache
+def _skull() -> QPainterPath:
+    return curved(
+        (-26, 2), (-27, -14, -14, -21, 0, -21), (14, -21, 27, -14, 26, 2), (29, 6, 29, 9, 25, 10),
+        (20, 20, 9, 23, 0, 23), (-9, 23, -20, 20, -25, 10), (-29, 9, -29, 6, -26, 2),
+    )  # fmt: skip
+
+
+@cache
+def _marks() -> tuple[QPainterPath, QPainterPath]:
+    """Return the stripes on the forehead and on the cheeks."""
+    brow, cheeks = QPainterPath(), QPainterPath()
+    for a in (-6.0, 0.0, 6.0):
+        brow.addPath(curved((a * 1.15, -19.0), (a * 0.9, -14.0, a * 0.75, -9.5)))
+    for side in (-1.0, 1.0):
+        for b in (1.0, 6.2):
+            cheeks.addPath(curved((side * 25.0, b), (side * 21.0, b + 0.2, side * 18.2, b - 1.0)))
+    return brow, cheeks
+
+
+@cache
+def _muzzle() -> QPainterPath:
+    return curved((0, 3.5), (13, 2, 17, 18, 7, 21), (4, 22, -4, 22, -7, 21), (-17, 18, -13, 2, 0, 3.5))
+
+
+@cache
+def _whiskers(drawn_back: float) -> QPainterPath:
+    path = QPainterPath()
+    for side in (-1.0, 1.0):
+        for i, b in enumerate((8.0, 11.5, 15.0)):
+            tip = (side * (33.0 - i), b + (i - 1.2) * 4.6 - 5.0 * drawn_back)
+            path.addPath(curved((side * 10.5, b * 0.8 + 3.2), (side * 22.0, b * 0.9 + (i - 1) * 1.6, *tip)))
+    return path
+
+
+@cache
+def _nose() -> QPainterPath:
+    return curved((-3.4, 6), (0, 4.6, 3.4, 6), (2.4, 9.6, 0, 10.2), (-2.4, 9.6, -3.4, 6))
+
+
+def _mouth(stage: Stage, mood: Mood) -> None:
+    """Draw nose and mouth: a smile, a frown, or the teeth."""
+    line = pen("dark", 1.9)
+    if mood.swat > 0.0:
+        stage.fill(
+            curved((-6, 13), (0, 10, 6, 13), (6.5, 21.5, 0, 21.5), (-6.5, 21.5, -6, 13)), color("dark")
+        )
+        for side in (-1.0, 1.0):
+            stage.fill(curved((side * 5.0, 12.8), (side * 3.6, 17.6), (side * 2.2, 11.9)), color("cream"))
+    else:
+        smile = (
+            1.0 + 0.35 * between(mood.contentment, 0.0, 0.5) - 2.2 * max(mood.anger, float(mood.sulk > 0.0))
+        )
+        stage.stroke(curved((0, 10.2), (0, 12.2)), line)
+        low, corner = 12.4 + 4.6 * smile, 12.6 - 0.8 * smile
+        stage.stroke(curved((-7, corner), (-3.5, low, 0, 12.4), (3.5, low, 7, corner)), line)
+    _shape(stage, _nose(), "pink", pen("dark", 0.9))
+
+
+def purr(stage: Stage, mood: Mood) -> None:
+    """Draw the arcs at the throat: as many as the cat is content, paler outwards."""
+    if not mood.purrs or mood.cross:
+        return
+    s, x, row = scale(stage), stage.x(HEAD[0]), y(stage, HEAD[1])
+    for i, alpha in enumerate((0.95, 0.65, 0.35)):
+        if mood.contentment > 0.3 + 0.1 * i:
+            far = 31.0 + 7.0 * i
+            path = QPainterPath(QPointF(x + (far * 0.86 + 4) * s, row + (13 - i * 3.2) * s))
+            bow, end = QPointF((4 + i) * s, (6 + i * 2.4) * s), QPointF(0.0, (12 + i * 5) * s)
+            start = path.currentPosition()
+            path.quadTo(start + bow, start + end)
+            stage.stroke(path, stage.pen("accent", 2.0, alpha=alpha))
