@@ -37,7 +37,7 @@ OTHER_SECONDS = 2.0
 # Of an environment that names none, a student's own.
 HANDS = ("released", "press", "stroke")
 OUTCOMES = ("peak_force", "final_position", "energy")
-REPEATS = 3
+REPEATS = 5
 
 Progress = Callable[[int, int], None]
 

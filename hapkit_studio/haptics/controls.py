@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.terms import MODELS
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
@@ -14,8 +15,6 @@ from hapkit_studio.haptics import block, rig
 from hapkit_studio.haptics.drivers import Driver
 from hapkit_studio.haptics.fences import load_acquire
 from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
-
-MODELS = ("scene", "everything")
 
 
 def _environment(named: str | Environment) -> Environment:
@@ -63,6 +62,11 @@ class Controls:
     @property
     def environment(self) -> Environment:
         return self._wanted.environment
+
+    def renders(self, environment: Environment) -> bool:
+        """Return whether the newest rows hold this environment's state: a switch takes until the next tick."""
+        law = int(self._rig.laws[self._rig.word[rig.SLOT]])
+        return environment is self.environment and law == environment.force.compiled().address
 
     @property
     def values(self) -> dict[str, float]:
