@@ -66,7 +66,9 @@ class Pictures(QObject):
     def show_frame(self, row: np.ndarray, clamped: bool) -> None:
         """Show the newest row everywhere."""
         flags, target = int(row[rows.FLAGS]), float(row[rows.HAND_TARGET])
-        names = self._studio.environment.state_names
+        environment, engine = self._studio.environment, self._studio.engine
+        known = engine is not None and engine.renders(environment)
+        width = len(environment.state_names) if known else 0
         self._centre.scene.update_state(
             float(row[rows.POSITION]),
             float(row[rows.APPLIED]),
@@ -74,7 +76,7 @@ class Pictures(QObject):
             None if math.isnan(target) else target,
             clamped,
             bool(flags & (rows.STOPPED | rows.FAULT)),
-            row[rows.STATE : rows.STATE + len(names)],
+            row[rows.STATE : rows.STATE + width],
         )
         self._centre.refresh()
         self._status.show_clamp(clamped, self.max_force)

@@ -158,3 +158,18 @@ def test_lateness_is_counted_for_every_row(started):
     rest(reader, 50)
     engine.close()
     assert int(engine.lateness_bins.sum()) == int(engine.arrays.control[rig.HEAD])
+
+
+def test_says_whose_state_the_rows_hold():
+    """Nobody's before the loop runs; after a switch the new environment's, from the tick that took it."""
+    engine = Engine(SimulatedHapkit(), "wall", realtime=False)
+    wall, button = environments.named("wall"), environments.named("button")
+    assert not engine.renders(wall)
+    engine.start()
+    try:
+        wait_for(lambda: engine.renders(wall))
+        engine.set_environment("button")
+        assert not engine.renders(wall)
+        wait_for(lambda: engine.renders(button))
+    finally:
+        engine.close()
