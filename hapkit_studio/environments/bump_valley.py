@@ -113,5 +113,6 @@ ENVIRONMENT = Environment(
     impedance=impedance,
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
     order=6,
 )

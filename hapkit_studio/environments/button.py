@@ -130,5 +130,6 @@ ENVIRONMENT = Environment(
     shades=True,
     outcomes=("peak_force", "final_position", "count:downs", "count:ups"),
     hands=("press", "pluck", "released"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
     order=8,
 )

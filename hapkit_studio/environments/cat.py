@@ -182,5 +182,6 @@ ENVIRONMENT = Environment(
     over_position=over_position,
     outcomes=("peak_force", "count:swat"),
     hands=("pet", "rub", "released"),
+    needs=("mass", "viscous", "coulomb", "filter"),
     order=12,
 )

@@ -63,5 +63,6 @@ ENVIRONMENT = Environment(
     impedance=lambda p: (p["stiffness"], p["damping"]),
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
     order=9,
 )

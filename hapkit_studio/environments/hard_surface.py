@@ -125,5 +125,6 @@ ENVIRONMENT = Environment(
     shades=True,
     outcomes=("peak_force", "peak_position"),
     hands=("tap", "released"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
     order=5,
 )

@@ -133,5 +133,6 @@ ENVIRONMENT = Environment(
     over_position=pushed_slowly,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("press", "tap", "released"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
     order=10,
 )
