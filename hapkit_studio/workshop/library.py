@@ -55,5 +55,5 @@ def _without_twin(entry: Entry, keys: dict[str, Path]) -> Entry:
     first = keys.setdefault(entry.environment.key, entry.file)
     if first == entry.file:
         return entry
-    words_ = f'{first.name} has the same key "{entry.environment.key}": change one of them'
+    words_ = f'the key "{entry.environment.key}" is also that of {first.name}: change one of them'
     return Entry(entry.file, entry.trusted, entry.tried, None, Problem(0, words_))

@@ -1,4 +1,4 @@
-"""Templates: short whole files, each ready for the loop, each with a title and a key of its own once filled."""
+"""Templates: short whole files, each ready for the loop, each with its own title and key once filled."""
 
 import pytest
 

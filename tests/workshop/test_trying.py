@@ -1,0 +1,162 @@
+"""The first 10,000 calls: a law that faults at a corner is refused, with its line and what was given."""
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.parameters import Choice, Parameter
+from hapkit_studio.workshop import corners, reading, trust, trying
+from tests.workshop.student import END, line_of, text, write
+
+RING = '{"ring": (0.0, 0.0, 0.0), "n": 0.0, "on": 0.0}'
+GROW = "s.n += 1.0\nif s.n > 50.0:\n    return s.ring[s.n - 48.0]\nreturn 0.0"
+LATE = "if x != s.on:\n    s.n += 1.0\ns.on = x\nreturn 1.0 / (s.n - 60.5) / (9.0 - s.n)"
+LENGTH = END.replace(
+    'Parameter("mass"', 'Parameter("edge", "Edge", "m", 0.0123, -0.04, 0.04),\n        Parameter("mass"'
+)
+
+# (law, its state, the line that faults, what is said of it)
+FAULTS = [
+    ("return 1.0 / (x - x)", "", "x - x", "a division by zero at x = 0 mm, v = 0 m/s:"),
+    ("return p.stiffness / (x - x)", "", "x - x", "a division by zero at x = 0 mm, v = 0 m/s:"),
+    ("return x / p.mass", "", "p.mass", "zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the divisor"),
+    ("return x / (p.mass - 1.0)", "", "p.mass", "mass = 1 kg:"),
+    ("return x / (1.0 if p.side == 'right' else 0.0)", "", "return", "side = left:"),
+    ("a = 1.0\nreturn a / (x - 0.06)", "", "return a", "at x = 60 mm"),
+    ("a = 1.0\nreturn a / (v + 3.0)", "", "return a", "v = −3 m/s"),
+    ("return x % p.mass", "", "p.mass", "mass = 0 kg"),
+    ("return math.sqrt(x)", "", "math.sqrt", "finite number at x = −"),
+    ("return math.log(p.mass)", "", "math.log", "mass = 0 kg"),
+    ("return math.exp(1e6 * abs(x))", "", "math.exp", "this gives no finite number at x = "),
+    ("a = 1e300\nreturn a * 1e300 * x", "", "return a", "this gives no finite number at x = "),
+    (GROW, RING, "s.ring[s.n", "the index lies beyond the state at x ="),
+    ("return s.ring[p.stiffness]", RING, "return s", "the index lies beyond the state"),
+    (LATE, RING, "return 1.0", "a division by zero at x ="),
+    ("for i in range(2000000000):\n    a = i\nreturn x", "", "for i", "does not come to an end at x ="),
+    ("for i in range(15000):\n    for j in range(3):\n        a = i\nreturn x", "", "for ", "use fewer"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("body", "state", "where", "said"), FAULTS)
+def test_a_fault_at_a_corner_is_refused_at_its_line(tmp_path, body, state, where, said):
+    whole = text(body, state)
+    verdict = trying.try_file(write(tmp_path, whole))
+    assert not verdict.ok
+    (problem,) = verdict.problems
+    assert said in problem.text
+    lines = whole.split("\n")
+    assert where in lines[problem.line - 1]
+    assert verdict.digest == trust.digest(whole)
+
+
+@pytest.mark.parametrize("body", [FAULTS[i][0] for i in (0, 2, 5, 7, 8, 13, 15)])
+def test_the_same_fault_in_a_run_latches_at_its_line_without_force(tmp_path, body):
+    """Untried, in the loop itself: at rest, at -60 mm, at 60 mm, or falling through them."""
+    whole = text(body, RING)
+    line = trying.try_file(write(tmp_path, whole)).problems[0].line
+    made = reading.load(write(tmp_path, whole))
+    values = {"mass": 1.0 if "mass - 1" in body else 0.0, "side": "left"}
+    for way in (lambda t: 0.06, lambda t: -0.06, lambda t: 0.06 - 3.0 * t):
+        run = hs.simulate(
+            made, values, hand=Prescribed(way), seconds=0.04, device=hs.SimulatedHapkit(quantum=0.0)
+        )
+        if run.faults:
+            break
+    (fault,) = run.faults
+    assert f"line {line}" in fault
+    first = int(np.flatnonzero(run.flags)[0])
+    assert not run.applied_force[first:].any()
+
+
+def test_where_a_parameter_is_a_length_the_law_is_called_there(tmp_path):
+    body = "return 1.0 / (x - p.edge)"
+    verdict = trying.try_file(write(tmp_path, text(body, end=LENGTH)))
+    assert "at x = 12.3 mm" in verdict.problems[0].text
+
+
+def test_a_guarded_law_passes(tmp_path):
+    guarded = "if p.mass < 0.01 or x == 0.0:\n    return 0.0\nreturn p.stiffness * v / p.mass + 1.0 / x"
+    verdict = trying.try_file(write(tmp_path, text(guarded + " if p.side == 'right' else 0.0")))
+    assert verdict.problems == verdict.warnings == ()
+    assert verdict.calls >= 10_000
+    assert 0.0 < verdict.ns_per_call < 1000.0
+
+
+def test_the_length_of_a_law_is_its_cost(tmp_path):
+    loop = "a = 0.0\nfor i in range({}):\n    a = math.sin(a + x)\nreturn a"
+    short, long = (trying.try_file(write(tmp_path, text(loop.format(n)))) for n in (10, 1000))
+    assert long.ns_per_call > 20 * short.ns_per_call
+    assert any("One call of the law takes" in w for w in long.warnings)
+    assert not any("One call" in w for w in short.warnings)
+
+
+def test_what_does_nothing_is_said(tmp_path):
+    verdict = trying.try_file(write(tmp_path, text("return 0.0 * p.stiffness")))
+    assert verdict.ok
+    assert verdict.warnings == (
+        "The law never pushed: its force was 0 N in every call.",
+        "Mass changes nothing: the law does not use p.mass.",
+        "Side changes nothing: the law does not use p.side.",
+    )
+
+
+# (what Environment is given besides, the line of the error, what is said)
+FUNCTIONS = [
+    ("impedance=lambda p: (1.0 / p['mass'], 0.0),", "a division by zero"),
+    ("impedance=lambda p: (p['stifness'], 0.0),", "'stifness' (KeyError)"),
+    ("impedance=lambda p: None,", "returns (stiffness, damping), not None"),
+    ("impedance=lambda p: (1.0, 'b'),", "returns (stiffness, damping), not (1.0, 'b')"),
+    ("impedance=lambda p: (1.0, math.nan),", "returns (stiffness, damping), not (1.0, nan)"),
+    ("check=lambda p: 'too soft',", "the defaults do not go together: too soft"),
+    ("check=lambda p: nothing,", "'nothing' is not defined"),
+    ("warnings=lambda p, c: [1 / 0],", "a division by zero"),
+    ("over_position=lambda p, x: x[:2],", "one value for each place"),
+    ("over_velocity=lambda p, v: 'fast',", "returns numbers, not 'fast'"),
+]
+
+
+@pytest.mark.parametrize(("given", "said"), FUNCTIONS)
+def test_the_environments_other_functions_are_tried_too(tmp_path, given, said):
+    whole = text(end=END.replace("    force=force,", "    force=force,\n    " + given))
+    (problem,) = trying.try_file(write(tmp_path, whole)).problems
+    assert said in problem.text
+    assert problem.line == line_of(whole, given)
+
+
+def test_what_the_environment_refuses_is_not_tried(tmp_path):
+    given = "    force=force, check=lambda p: '' if p['mass'] else 'no mass',"
+    whole = text("return x / p.mass", end=END.replace("    force=force,", given))
+    assert trying.try_file(write(tmp_path, whole)).ok
+
+
+def test_another_text_than_the_one_that_was_seen_is_not_executed(tmp_path):
+    mark = tmp_path / "executed"
+    whole = text(beside=f"import pathlib\npathlib.Path({str(mark)!r}).touch()\n")
+    verdict = trying.try_file(write(tmp_path, whole), trust.digest(whole + "\n"))
+    assert "has changed meanwhile" in verdict.problems[0].text
+    assert not mark.exists()
+    assert trying.try_file(write(tmp_path, whole), trust.digest(whole)).ok
+    assert mark.exists()
+
+
+def test_the_calls_cover_every_limit_and_what_the_loop_can_see():
+    parameters = (
+        Parameter("a", "A", "N/m", 2.0, 1.0, 3.0),
+        Parameter("b", "B", "m", 0.01, -0.02, 0.03),
+        Choice("c", "C", ("left", "middle", "right")),
+    )
+    made = type("Made", (), {"parameters": parameters, "check": staticmethod(lambda values: "")})
+    found = list(corners.sequences(made))
+    assert sum(len(f.x) for f in found) >= 10_000
+    assert found[0].values == {"a": 2.0, "b": 0.01, "c": 0.0}
+    for key, wanted in (("a", {1.0, 2.0, 3.0}), ("b", {-0.02, 0.01, 0.03}), ("c", {0.0, 1.0, 2.0})):
+        assert {f.values[key] for f in found} == wanted
+    assert {f.dt for f in found} == {1e-4, 1e-3, 1e-2}
+    x, v = np.concatenate([f.x for f in found]), np.concatenate([f.v for f in found])
+    pairs = set(zip(x.tolist(), v.tolist(), strict=True))
+    assert pairs >= {(px, pv) for px in (-0.06, 0.06, 0.03) for pv in (-3.0, 0.0, 3.0)}
+    assert np.abs(x).max() <= 0.0602
+    assert np.abs(v).max() == 3.0
+    steps = found[0].x[found[0].v == 20.7e-6 / found[0].dt]
+    assert np.isclose(np.diff(steps), 20.7e-6).sum() >= 7
