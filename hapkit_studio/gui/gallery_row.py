@@ -11,7 +11,7 @@ from hapkit_studio.gui.theme import theme
 
 WIDE, RAIL = 228, 64
 ROW, RAIL_ROW = 51, 42
-_LEFT, _RIGHT = 48, 36
+_ICON, _LEFT, _RIGHT = 10, 42, 30
 
 
 def icon_name(scene: str) -> str:
@@ -83,7 +83,7 @@ class GalleryRow(QAbstractButton):
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
         picture = _picture(self.picture, theme.color(color).name(), color, self.devicePixelRatioF())
-        painter.drawPixmap(12 if self.rail else 13, (self.height() - 24) // 2, picture)
+        painter.drawPixmap(12 if self.rail else _ICON, (self.height() - 24) // 2, picture)
 
     def _paint_words(self, painter: QPainter, color: str) -> None:
         middle = Qt.AlignmentFlag.AlignVCenter
@@ -103,7 +103,7 @@ class GalleryRow(QAbstractButton):
             painter.setPen(theme.color("ink2"))
             painter.drawText(QRectF(39, 0, 20, self.height()), Qt.AlignmentFlag.AlignCenter, self.key)
             return
-        box = QRectF(self.width() - 32.5, self.height() / 2 - 10, 19, 20)
+        box = QRectF(self.width() - 26.5, self.height() / 2 - 10, 19, 20)
         painter.setPen(QPen(theme.color("line"), 1))
         painter.setBrush(theme.color("surface"))
         painter.drawRoundedRect(box, 4, 4)

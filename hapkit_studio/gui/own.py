@@ -6,12 +6,13 @@ from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.editor.trial_runner import TrialRunner
+from hapkit_studio.gui.loader import Loader
 from hapkit_studio.gui.own_file import OwnFile, described
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.workshop import folder, tried, trust
 from hapkit_studio.workshop.own import OwnEnvironment
-from hapkit_studio.workshop.reading import load_text, text_of
-from hapkit_studio.workshop.verdict import Problem, Verdict, failed
+from hapkit_studio.workshop.reading import text_of
+from hapkit_studio.workshop.verdict import Verdict, failed
 from hapkit_studio.workshop.words import plain
 
 
@@ -35,6 +36,9 @@ class OwnEnvironments(QObject):
         self.files: list[OwnFile] = []
         self.runner = TrialRunner(self)
         self.runner.finished.connect(self._judge)
+        self._loader = Loader(self._holder, self)
+        self._loader.loaded.connect(self._take_in)
+        self._loader.failed.connect(self._refuse)
         self.refresh()
 
     # what there is
@@ -90,35 +94,25 @@ class OwnEnvironments(QObject):
 
     def _judge(self, path: Path, verdict: Verdict) -> None:
         if verdict.ok:
-            verdict = self._take_in(path, verdict)
-        if verdict.ok:
-            self._broken.pop(path, None)
+            self._loader.begin(path, verdict)
         else:
-            self._broken[path] = verdict.digest
+            self._refuse(path, verdict)
+
+    def _refuse(self, path: Path, verdict: Verdict) -> None:
+        self._broken[path] = verdict.digest
         self.refresh()
         self.judged.emit(path, verdict)
 
-    def _take_in(self, path: Path, verdict: Verdict) -> Verdict:
-        """Load what the trial has compiled and put it in force; return what came in the way, if anything."""
-        try:
-            text = text_of(path)
-            if trust.digest(text) != verdict.digest or not trust.is_trusted(text):
-                return failed(f"{path.name} was changed while it was checked", digest=verdict.digest)
-            environment = load_text(text, path)
-            other = self._holder(environment.key, path)
-            if other:
-                return failed(
-                    f'{other} has the key "{environment.key}" too: choose another one', digest=verdict.digest
-                )
-            environment.force.compiled()
-        except LawError as error:
-            return Verdict((Problem(error.line, plain(error)),), digest=verdict.digest)
+    def _take_in(self, path: Path, environment: OwnEnvironment, verdict: Verdict) -> None:
+        """Put a loaded environment in force, in the place of its older version."""
         old = self._loaded.get(path)
         self._loaded[path] = environment
+        self._broken.pop(path, None)
         self._studio.adopt(environment)
         if old is not None and old.key != environment.key:
             self._studio.drop(old.key)
-        return verdict
+        self.refresh()
+        self.judged.emit(path, verdict)
 
     def _holder(self, key: str, path: Path) -> str:
         """Return who else has a key, "" for nobody."""

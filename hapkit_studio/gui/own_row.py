@@ -3,18 +3,25 @@
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QSize, Signal
-from PySide6.QtGui import QContextMenuEvent, QResizeEvent
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QContextMenuEvent, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.gallery_row import RAIL, RAIL_ROW, ROW, WIDE, GalleryRow, icon_name
 from hapkit_studio.gui.own_file import OwnFile
+from hapkit_studio.gui.theme import theme
 
 # state: the icon that says it, the line that says it
 _SIGNS = {"foreign": "lock", "broken": "triangle"}
 _LINES = {"foreign": "From someone else", "broken": "Does not run yet", "checking": "Checking line by line…"}
-_PENCIL = 28
+_PENCIL, _RING = 28, 26
+
+
+def initials(title: str) -> str:
+    """Return up to two letters that tell one title from another: "My two walls" is MW."""
+    words = [word for word in title.split() if word[0].isalnum()]
+    return "".join(word[0] for word in (words[:1] + words[1:][-1:])).upper()
 
 
 class OwnRow(GalleryRow):
@@ -53,6 +60,18 @@ class OwnRow(GalleryRow):
     def sizeHint(self) -> QSize:
         """Take what the gallery gives: words of a stranger's length are cut, the tooltip has them whole."""
         return QSize(RAIL, RAIL_ROW) if self.rail else QSize(WIDE, ROW)
+
+    def _paint_icon(self, painter: QPainter, color: str) -> None:
+        """Draw a ring with initials where the file names no scene: a rail has no room for more."""
+        if self.picture != "circle":
+            super()._paint_icon(painter, color)
+            return
+        ring = QRectF(11 if self.rail else 9, (self.height() - _RING) / 2, _RING, _RING)
+        painter.setPen(QPen(theme.color(color), 1.75))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawEllipse(ring)
+        painter.setFont(theme.font("label"))
+        painter.drawText(ring, Qt.AlignmentFlag.AlignCenter, initials(self.title))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

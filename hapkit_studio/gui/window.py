@@ -52,8 +52,8 @@ class MainWindow(QMainWindow):
     studio: Studio
     live: Live
     own: OwnEnvironments
-    desk: Desk
     files: Files
+    desk: Desk
     views: Views
     single_keys: bool
 

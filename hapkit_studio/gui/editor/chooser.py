@@ -61,9 +61,7 @@ class Chooser(QWidget):
         self.group.button(0).setChecked(True)
         self.title.setModified(False)
         self._propose(0)
-        self.strip.say(
-            "A plain Python file is made in your folder. It runs in the window, headless, and on its own."
-        )
+        self.strip.say("It becomes a Python file of your own, which you can change while you feel it.")
         self.title.setFocus()
         self.title.selectAll()
 

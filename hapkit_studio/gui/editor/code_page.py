@@ -15,6 +15,12 @@ from hapkit_studio.gui.theme import theme
 DRAFT_MS = 800
 
 
+def law_line(text: str) -> int:
+    """Return the first line inside the law, where it is changed most; 1 where there is none."""
+    lines = text.splitlines()
+    return next((n + 2 for n, line in enumerate(lines) if line.startswith("def force(")), 1)
+
+
 class CodePage(QWidget):
     """Emits ``save_pressed`` and ``close_pressed``; ``unsaved_changed`` when the marker comes or goes."""
 
@@ -66,13 +72,13 @@ class CodePage(QWidget):
         if draft is not None and draft != text:
             self.code.selectAll()
             self.code.insertPlainText(draft)  # one step of undo back to the file
-            self.code.go_to(1)
             self.strip.say(
                 "Unsaved changes from last time are back. Ctrl+Z shows the file as it was.", "warn"
             )
         else:
             drafts.drop(path)
             self.strip.say("")
+        self.code.go_to(law_line(self.text))
 
     def leave(self) -> None:
         """Show nothing any more, the draft kept if there is one."""

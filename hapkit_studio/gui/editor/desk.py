@@ -19,6 +19,7 @@ class Desk(QObject):
     """Opens, saves and closes laws. ``shown(bool)``: the editor is wanted in sight, or not any more."""
 
     shown = Signal(bool)
+    own: OwnEnvironments
 
     def __init__(self, studio: Studio, own: OwnEnvironments, parent: QObject | None = None):
         super().__init__(parent)
