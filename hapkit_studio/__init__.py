@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from hapkit_studio.dynamics.estimators import estimate_velocity
     from hapkit_studio.dynamics.hand import Hand, Prescribed
     from hapkit_studio.dynamics.integrators import integrate
+    from hapkit_studio.dynamics.stick_slip import stick_slip
     from hapkit_studio.errors import LawError, ParameterError, StudioError
     from hapkit_studio.workshop import load_environment
 
@@ -24,6 +25,7 @@ _PLACES = {
     "measured_stiffness_limit": "analysis.stability",
     "estimate_velocity": "dynamics.estimators",
     "integrate": "dynamics.integrators",
+    "stick_slip": "dynamics.stick_slip",
     "Hand": "dynamics.hand",
     "Prescribed": "dynamics.hand",
     "SimulatedHapkit": "devices.simulated",
@@ -45,6 +47,7 @@ __all__ = [
     "load_environment",
     "measured_stiffness_limit",
     "simulate",
+    "stick_slip",
     "stiffness_limit",
 ]
 

@@ -154,9 +154,7 @@ ENVIRONMENT = Environment(
             "The pull at which it breaks away; never below the kinetic force",
             "F_s",
         ),
-        Parameter(
-            "viscous", "Viscous", "N·s/m", 1.0, 0.0, 20.0, "Force per metre per second, in every model", "b"
-        ),
+        Parameter("viscous", "Viscous", "N·s/m", 1.0, 0.0, 20.0, "Force per metre per second", "b"),
         Parameter(
             "stribeck_velocity",
             "Stribeck velocity",
@@ -177,16 +175,7 @@ ENVIRONMENT = Environment(
             "Karnopp: the speed below which it holds. Smoothed: the speed at which friction has grown",
             "Δv",
         ),
-        Parameter(
-            "tether_stiffness",
-            "Tether stiffness",
-            "N/m",
-            500.0,
-            100.0,
-            20_000.0,
-            "The spring that holds; for LuGre, its bristles",
-            "K",
-        ),
+        Parameter("tether_stiffness", "Tether stiffness", "N/m", 500.0, 100.0, 2e4, "Of what holds", "K"),
     ),
     force=force,
     shortcut="4",
