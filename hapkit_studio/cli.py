@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from io import TextIOWrapper
 
-from hapkit_studio import commands, commands_measure
+from hapkit_studio import commands
 from hapkit_studio.arguments import LineParser, window_parser
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.errors import StudioError
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of every command."""
-    from hapkit_studio import __version__
+    from hapkit_studio import __version__, commands_measure
 
     top = LineParser(
         prog="hapkit-studio",

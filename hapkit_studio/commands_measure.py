@@ -12,20 +12,24 @@ from hapkit_studio.analysis import needs_writer
 from hapkit_studio.charts import outcome_word, percent
 from hapkit_studio.commands import Result
 from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.workshop import asking
 
 _QUIET_SECONDS = 1.0
 
 
 def fidelity_options(command: argparse.ArgumentParser) -> None:
     """Declare what ``fidelity`` takes."""
-    command.add_argument("environment", nargs="*", metavar="ENV", help="scenes to judge; none: all")
+    command.add_argument("environment", nargs="*", metavar="ENV", help="keys or files; none: all")
+    command.add_argument("--trust", action="store_true", help="execute files that you have read")
     command.add_argument("--plot", metavar="PATH", help="draw the table")
     command.add_argument("--write", action="store_true", help="write what is needed into the scenes' files")
 
 
 def fidelity(options: argparse.Namespace) -> Result:
     """Judge which terms each scene needs; draw the table and write the needs where asked."""
-    scenes = [library.named(key) for key in options.environment] or list(library.discover().values())
+    scenes = [_scene(wanted, options.trust) for wanted in options.environment]
+    scenes = scenes or list(library.discover().values())
     begin = time.monotonic()
     results = []
     for number, scene in enumerate(scenes):
@@ -37,6 +41,10 @@ def fidelity(options: argparse.Namespace) -> Result:
     if options.write:
         written += _written(scenes, results)
     return Result(_text(results, written), _as_json(results, written))
+
+
+def _scene(wanted: str, trust: bool) -> Environment:
+    return asking.environment(wanted, trust) if wanted.endswith(".py") else library.named(wanted)
 
 
 def _written(scenes: Sequence, results: Sequence[judge.Fidelity]) -> list[str]:

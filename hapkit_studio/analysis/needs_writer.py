@@ -8,6 +8,7 @@ from pathlib import Path
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.workshop.own import OwnEnvironment
 
 _NAME = "ENVIRONMENT"
 _INDENT = " " * 4
@@ -15,6 +16,8 @@ _INDENT = " " * 4
 
 def file_of(environment: Environment) -> Path:
     """Return the file that declares an environment; raise ParameterError where there is none."""
+    if isinstance(environment, OwnEnvironment):
+        return environment.file
     inside = [name for name in sys.modules if name.startswith(environments.__name__ + ".")]
     for name in (*inside, environment.force.function.__module__):
         module = sys.modules.get(name)

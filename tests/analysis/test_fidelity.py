@@ -161,8 +161,10 @@ def test_every_scene_whose_stability_is_judged_models_what_it_is_judged_by():
             assert not environment.needs or "viscous" in environment.needs, key
 
 
-def test_twice_is_the_same():
-    first, second = (fidelity.compute(WALL) for _ in range(2))
+def test_twice_is_the_same_and_progress_goes_to_the_end():
+    seen = []
+    first, second = (fidelity.compute(WALL, lambda *done: seen.append(done)) for _ in range(2))
+    assert seen == 2 * [(k, len(TERMS) + 2) for k in range(1, len(TERMS) + 3)]
     for a, b in zip(first.effects, second.effects, strict=True):
         assert (a.term, a.change, a.outcome, a.hand) == (b.term, b.change, b.outcome, b.hand)
 
@@ -173,12 +175,6 @@ def test_sixteen_times_the_rate_costs_about_sixteen_times_as_much():
     effect = next(e for e in fidelity.compute(made).effects if e.term == "sampling")
     assert 8.0 < effect.ns_without / effect.ns_with < 32.0
     assert 10e3 < effect.ns_with < 10e6  # a simulated second, 1000 ticks
-
-
-def test_progress_goes_to_the_end():
-    seen = []
-    fidelity.compute(WALL, lambda done, of: seen.append((done, of)))
-    assert seen == [(k, len(TERMS) + 2) for k in range(1, len(TERMS) + 3)]
 
 
 def test_an_environment_that_names_no_outcome_gets_usual_ones():

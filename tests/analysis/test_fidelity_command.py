@@ -72,6 +72,32 @@ def test_the_file_gets_what_was_computed(capsys, tmp_path, monkeypatch):
     assert "wrote" not in run(capsys, "free", "--write")[1]
 
 
+OWN = """from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Parameter
+
+
+@law
+def force(p, s, x, v, dt):
+    return -p.stiffness * x
+
+
+ENVIRONMENT = Environment(
+    "mine", "Mine", "A spring", (Parameter("stiffness", "Stiffness", "N/m", 100.0, 0.0, 500.0),), force
+)
+"""
+
+
+def test_a_persons_own_file_is_judged_and_written(capsys, tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(OWN, encoding="utf-8")
+    code, out, err = run(capsys, str(file), "--trust", "--write")
+    assert (code, err) == (0, "")
+    assert f"wrote {file}" in out
+    assert '    needs=("mass", "viscous", "coulomb"' in file.read_text(encoding="utf-8")
+    assert "wrote" not in run(capsys, str(file), "--trust", "--write")[1]
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [(None, "–"), (0.0004, "0 %"), (0.0206, "2.1 %"), (0.0996, "10 %"), (9.99, "999 %"), (1e6, "> 999 %")],
