@@ -234,4 +234,4 @@ def test_a_scene_draws_at_twice_the_resolution(qapp, key):
     scene.fixed(stage, {})
     stage.axis()
     painter.end()
-    assert picture.toImage().pixelColor(1700, 300) == QColor(theme.c.scene)
+    assert picture.toImage().pixelColor(1700, 16) == QColor(theme.c.scene)

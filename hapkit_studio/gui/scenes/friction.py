@@ -4,13 +4,15 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainterPath
 
+from hapkit_studio.environments.friction import ENVIRONMENT
 from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.declared import Scene, Values
 from hapkit_studio.gui.scenes.parts import ground, read
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import theme
 
-STATES = ("anchor", "stuck")
+STATES = ENVIRONMENT.state_names
+_DEFAULTS = ENVIRONMENT.values()
 _LEVEL = 0.34  # of the band
 _GRAINS = np.random.default_rng(4).uniform(-1.0, 1.0, 101)
 _BRISTLES = 9
@@ -21,7 +23,7 @@ _STILL = 2.0  # mm within the last frames: slow enough for a word to be read
 
 def _roughness(values: Values) -> float:
     """Return the grains' height in px at u = 1: none without friction."""
-    return 3.0 * min(1.6, max(values.get("kinetic_force", 0.4), 0.0) / 0.4) ** 0.5
+    return 3.0 * min(1.6, max(values.get("kinetic_force", _DEFAULTS["kinetic_force"]), 0.0) / 0.4) ** 0.5
 
 
 def _row(stage: Stage) -> float:
@@ -39,23 +41,41 @@ def fixed(stage: Stage, values: Values) -> None:
     ground(stage, lambda mm: stage.band * _LEVEL + height * np.interp(mm, places, _GRAINS))
 
 
-def stretch(values: Values, motion: Motion) -> float:
-    """Return in mm how far the place that holds the bristles lies from the handle."""
-    return 1e3 * read(motion, STATES, "anchor", motion.position / 1e3) - motion.position
+def _started(motion: Motion) -> bool:
+    return read(motion, STATES, "started") > 0.5
+
+
+def _sticks(motion: Motion) -> bool:
+    return _started(motion) and read(motion, STATES, "stuck") > 0.5
+
+
+def stretch(motion: Motion) -> float:
+    """Return in mm how far the anchor that holds the bristles' ends lies from the handle."""
+    return 1e3 * read(motion, STATES, "anchor") - motion.position if _started(motion) else 0.0
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw bristles, pad and, while it sticks, what holds it."""
     u, pad = stage.u, _pad(stage, motion)
-    lean = stretch(values, motion) * stage.per_mm
+    lean = stretch(motion) * stage.per_mm
     bent = max(-_REACH * u, min(_REACH * u, lean))
     _bristles(stage, pad, bent)
-    if read(motion, STATES, "stuck") > 0.5:
-        _hold(stage, pad.center().x() + bent)
+    if bent != lean:
+        _far_anchor(stage, pad.center().x() + bent, pad.center().x() + lean)
+    if _sticks(motion):
+        _hold(stage, pad.center().x() + lean)
     stage.p.setPen(stage.pen("objline", 1.8))
     stage.p.setBrush(theme.color("obj"))
     stage.p.drawRoundedRect(pad, 4 * u, 4 * u)
     stage.taken.append(pad)
+
+
+def _far_anchor(stage: Stage, start: float, anchor: float) -> None:
+    """Draw the tether from the bristles' ends to an anchor that is farther than they reach."""
+    y = _row(stage) - 2 * stage.u
+    stage.line(start, y, anchor, y, stage.pen("objline", 1.6))
+    stage.p.setBrush(theme.color("obj"))
+    stage.p.drawEllipse(QPointF(anchor, y), 3 * stage.u, 3 * stage.u)
 
 
 def _bristles(stage: Stage, pad: QRectF, bent: float) -> None:
@@ -84,7 +104,7 @@ def _hold(stage: Stage, x: float) -> None:
 def words(stage: Stage, values: Values, motion: Motion) -> None:
     """Say that it sticks, where that can be read."""
     slow = not motion.trail or max(motion.trail) - min(motion.trail) < _STILL
-    if slow and read(motion, STATES, "stuck") > 0.5:
+    if slow and _sticks(motion):
         pad, u = _pad(stage, motion), stage.u
         y = pad.center().y() + 4.5 * u
         stage.say("sticks", [(pad.right() + 9 * u, y, 1), (pad.left() - 9 * u, y, -1)], "ink2", 12, 600)

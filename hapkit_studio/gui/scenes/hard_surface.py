@@ -16,7 +16,7 @@ from hapkit_studio.gui.theme import theme
 
 STATES = ENVIRONMENT.state_names
 _DEFAULTS = ENVIRONMENT.values()
-_SECONDS = 2.2e-3  # per mm of the block: 45 mm show 0.1 s
+_SECONDS = 2e-3  # per mm of the block
 _LARGEST = 3.0  # N: fills the block's height
 _SPEED = 0.1  # m/s: the tap that is drawn before the first one
 _SHOWN = 0.25  # s: how long the arcs of an impact stay

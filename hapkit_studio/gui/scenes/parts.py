@@ -127,12 +127,12 @@ def ground(stage: Stage, relief: Relief, fine: bool = False) -> None:
     columns = _columns(stage)
     x, rows = stage.width / 2 + columns * stage.per_mm, stage.rail - relief(columns)
     left, right, low = float(x[0]), float(x[-1]), stage.rail
-    line = QPolygonF([QPointF(a, b) for a, b in zip(x, rows, strict=True)])
+    line = [QPointF(a, b) for a, b in zip(x, rows, strict=True)]
     if fine:
         level = float(rows.mean())
         stage.p.fillRect(QRectF(left, level, right - left, low - level), theme.color("mat"))
         stage.p.setPen(QPen(theme.color("matline"), 1.0))
-        stage.p.drawPolyline(line)
+        stage.p.drawPolyline(QPolygonF(line))
         return
     body = QPainterPath()
     body.addPolygon(QPolygonF([QPointF(left, low), *line, QPointF(right, low)]))

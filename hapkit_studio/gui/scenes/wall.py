@@ -43,7 +43,11 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     surface, stem = stage.x(1e3 * values.get("position", 0.0)), stage.x(motion.position)
     y = stage.top + stage.band * 0.34
     text = f"d = {number(depth(values, motion.position_text), 2)} mm"
-    places = [(surface - side * 9 * u, y + 4 * u, -side), (stem + side * 12 * u, y + 4 * u, side)]
+    places = [
+        (surface - side * 9 * u, y + 4 * u, -side),
+        (stem + side * 12 * u, y + 4 * u, side),
+        ((surface + stem) / 2, y - 8 * u, 0),
+    ]
     stage.say(text, places, "ink2", 12.5, 600, must=True)
     a, b = sorted((surface + side * 2 * u, stem - side * 3.5 * u))
     if b - a > 7.5 * u:

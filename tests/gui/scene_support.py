@@ -1,0 +1,65 @@
+"""Scenes on their own, shown with a state of the law, and their pixels as arrays."""
+
+import numpy as np
+from PySide6.QtGui import QColor, QImage
+
+from hapkit_studio.environments import discover
+from hapkit_studio.gui.scenes import SceneView
+from hapkit_studio.gui.scenes.stage import Stage
+from hapkit_studio.gui.theme import theme
+from hapkit_studio.parameters import Choice
+
+LIBRARY = discover()
+SIZES = ((500, 150), (880, 236), (1100, 330))
+
+
+def scene_of(qtbot, key, size=(880, 236), given=None):
+    """Return a view of an environment without the hint of the first drag, and a stage of its geometry."""
+    view = SceneView()
+    qtbot.addWidget(view)
+    view.resize(*size)
+    view._hint = False
+    view.set_environment(LIBRARY[key], LIBRARY[key].values(given or {}))
+    view.show()
+    return view, Stage(*size)
+
+
+def state_of(key, **numbers):
+    """Return a law's state (n,) with some of its numbers set by name."""
+    state = np.zeros(len(LIBRARY[key].state_names))
+    for name, number in numbers.items():
+        state[LIBRARY[key].state_names.index(name)] = number
+    return state
+
+
+def paint(view, position, state=(), applied=0.0, hand=None):
+    """Paint with the handle at a position in m and return the picture."""
+    view._words.invalidate()
+    view.update_state(position, applied, applied, hand, False, False, np.asarray(state, dtype=float))
+    return view.grab()
+
+
+def shot(view, position, state=(), applied=0.0, hand=None):
+    """Paint and return the colours (height, width, 3)."""
+    image = paint(view, position, state, applied, hand).toImage().convertToFormat(QImage.Format.Format_RGB32)
+    flat = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.width(), 4)
+    return flat[:, :, 2::-1].astype(int)
+
+
+def has(picture, token, near=24):
+    """Return where (height, width) a picture has a token's colour, but for the mixing at edges."""
+    color = QColor(getattr(theme.c, token))
+    wanted = np.array([color.red(), color.green(), color.blue()])
+    return np.abs(picture - wanted).max(axis=2) <= near
+
+
+def corners(environment):
+    """Return the defaults, each parameter alone at its ends or options, and all at their ends together."""
+    ends = {
+        p.key: [float(i) for i in range(len(p.options))] if isinstance(p, Choice) else [p.low, p.high]
+        for p in environment.parameters
+    }
+    alone = [{key: value} for key, values in ends.items() for value in values]
+    together = [{key: values[end] for key, values in ends.items()} for end in (0, -1)]
+    every = [environment.values() | given for given in ({}, *alone, *together)]
+    return [values for values in every if not environment.check(values)]
