@@ -38,8 +38,10 @@ def measured(what, x, v, m, damping, stiffness, force):
 def until(what, level, x, v, span, end, m, damping, stiffness, force):
     """Return (t, x, v) where what is measured crosses level on its way to `end` after span seconds.
 
-    It crosses once. Newton's method inside a shrinking bracket.
+    It crosses once. Newton's method inside a shrinking bracket; where the velocity turns is only a place to
+    part a piece, so it need not be known so well.
     """
+    enough = (1e-6 if what == _ACCELERATION else 1e-15) * span
     start, _ = measured(what, x, v, m, damping, stiffness, force)
     if (start - level) * (end - level) >= 0.0:
         return 0.0, x, v
@@ -56,7 +58,7 @@ def until(what, level, x, v, span, end, m, damping, stiffness, force):
         guess = t - (value - level) / slope if slope != 0.0 else high
         if not low < guess < high:
             guess = 0.5 * (low + high)
-        if abs(guess - t) <= 1e-15 * span:
+        if abs(guess - t) <= enough:
             break
         t = guess
     if what == _POSITION:
@@ -67,22 +69,25 @@ def until(what, level, x, v, span, end, m, damping, stiffness, force):
 
 
 @compiled
-def first_event(touching, beyond, turned, x, v, span, m, b, k, f, touch, side, speed, pad, reach):
+def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touch, side, speed, pad, reach):
     """Return (t, x, v, event) at the end of a piece: after span, or at the first event before.
 
-    Each search shortens the piece for the next: where the acceleration keeps its sign the velocity crosses a
-    level once, where the velocity keeps its sign the position does.
+    Each search shortens the piece for the next. What turns once crosses a level once if its ends lie on both
+    sides; if not, the turn itself is searched where it may lie beyond: velocity changes by `swing` at most.
     """
     event = _NONE
     q, u = moved(x, v, span, m, b, k, f)
-    ahead = f - b * u - k * q
-    if turned == 0.0 and (f - b * v - k * x) * ahead < 0.0:
+    now, ahead = (f - b * v - k * x) / m, (f - b * u - k * q) / m
+    swing = span * (abs(now) + 0.5 * span * abs(b * now + k * v) / m)
+    damped = touching * pad > 0.0
+    if turned == 0.0 and now * ahead < 0.0 and (abs(v) <= swing or (damped and abs(v - speed) <= swing)):
         event = _TURN
-        span, q, u = until(_ACCELERATION, 0.0, x, v, span, ahead / m, m, b, k, f)
-    if v * u < 0.0:
+        span, q, u = until(_ACCELERATION, 0.0, x, v, span, ahead, m, b, k, f)
+    nearest = min(abs(x - touch), abs(abs(x) - reach))
+    if v * u < 0.0 and (friction > 0.0 or nearest <= (abs(v) + swing) * span):
         event = _STOP
         span, q, u = until(_VELOCITY, 0.0, x, v, span, u, m, b, k, f)
-    if touching * pad > 0.0 and (v - speed) * (u - speed) < 0.0:
+    if damped and (v - speed) * (u - speed) < 0.0:
         event = _STOP
         span, q, u = until(_VELOCITY, speed, x, v, span, u, m, b, k, f)
     depth = side * (touch - q)
@@ -139,7 +144,22 @@ def exact(x, v, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach
         if stiffness > 0.0:
             span = min(left, _PIECE_ANGLE * math.sqrt(m / stiffness))
         span, x, v, event = first_event(
-            touching, beyond, turned, x, v, span, m, damping, stiffness, force, touch, side, speed, pad, reach
+            touching,
+            beyond,
+            turned,
+            x,
+            v,
+            span,
+            friction,
+            m,
+            damping,
+            stiffness,
+            force,
+            touch,
+            side,
+            speed,
+            pad,
+            reach,
         )
         turned = 1.0 if event == _TURN else 0.0
         if event == _MEET:

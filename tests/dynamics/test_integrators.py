@@ -1,0 +1,183 @@
+"""Integrators of a mass on a spring against the exact solution: error, order, energy and frequency."""
+
+import math
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.dynamics.integrators import INTEGRATORS
+from tests.dynamics import growth
+
+SLIDER = {"mass": 0.05, "stiffness": 300.0, "x0": 0.010, "v0": 0.0}
+STEPS = [4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3]
+# largest error over x0 of 1 s of free decay with b = 0.4 N·s/m, at each of STEPS
+ERRORS = {
+    "explicit_euler": (2180, 6.97, 0.473, 0.171, 0.0763, 0.0361),
+    "lecture": (1920, 7.04, 0.476, 0.173, 0.0769, 0.0364),
+    "semi_implicit": (0.168, 0.0794, 0.0390, 0.0194, 0.00967, 0.00483),
+    "verlet": (0.0298, 7.39e-3, 1.84e-3, 4.61e-4, 1.15e-4, 2.88e-5),
+    "trapezoid": (0.0568, 0.0142, 3.56e-3, 8.91e-4, 2.23e-4, 5.57e-5),
+    "rk4": (5.5e-4, 3.4e-5, 2.1e-6, 1.3e-7, 8.4e-9, 5.2e-10),
+    "implicit_euler": (0.473, 0.325, 0.203, 0.117, 0.0631, 0.0330),
+}
+ORDERS = {"explicit_euler": 1, "lecture": 1, "semi_implicit": 1, "verlet": 2, "trapezoid": 2, "rk4": 4}
+ORDERS |= {"implicit_euler": 1}
+
+
+def decay(t, damping, mass, stiffness, x0, v0):
+    """Return the underdamped motion in closed form."""
+    rate = damping / (2.0 * mass)
+    omega = math.sqrt(stiffness / mass - rate * rate)
+    return np.exp(-rate * t) * (x0 * np.cos(omega * t) + (v0 + rate * x0) / omega * np.sin(omega * t))
+
+
+def largest_error(method, dt):
+    t, x, _ = hs.integrate(method, damping=0.4, dt=dt, seconds=1.0, **SLIDER)
+    return np.abs(x - decay(t, 0.4, **SLIDER)).max() / 0.010
+
+
+@pytest.mark.parametrize("method", ERRORS)
+def test_errors_are_those_of_the_work_precision_chart(method):
+    for dt, want in zip(STEPS, ERRORS[method], strict=True):
+        assert largest_error(method, dt) == pytest.approx(want, rel=0.10), dt
+
+
+@pytest.mark.parametrize("method", ORDERS)
+def test_order(method):
+    """Measured where the steps are short enough for the leading term; RK4 above its rounding."""
+    long, short = (1e-3, 0.5e-3) if method == "rk4" else (0.02e-3, 0.01e-3)
+    order = math.log2(largest_error(method, long) / largest_error(method, short))
+    assert order == pytest.approx(ORDERS[method], abs=0.08)
+
+
+@pytest.mark.parametrize("dt", STEPS)
+def test_exact_has_no_error(dt):
+    assert largest_error("exact", dt) < 1e-13
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-9, 0.3, 7.7459, 7.75, 40.0])
+def test_exact_under_a_force_from_no_damping_to_far_beyond_critical(damping):
+    """x'' = (F - b x' - k x) / m by its eigenvalues, complex or real."""
+    t, x, v = hs.integrate(
+        "exact",
+        mass=0.05,
+        damping=damping,
+        stiffness=300.0,
+        x0=0.01,
+        v0=-0.2,
+        dt=3e-3,
+        seconds=0.6,
+        force=0.9,
+    )
+    one, two = np.roots([0.05, damping, 300.0]).astype(complex)
+    a = (-0.2 - two * (0.01 - 0.003)) / (one - two)
+    b = 0.01 - 0.003 - a
+    assert x == pytest.approx((0.003 + a * np.exp(one * t) + b * np.exp(two * t)).real, abs=1e-11)
+    assert v == pytest.approx((a * one * np.exp(one * t) + b * two * np.exp(two * t)).real, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", INTEGRATORS)
+def test_a_free_mass_goes_straight_on(method):
+    t, x, v = hs.integrate(method, mass=0.3, damping=0.0, stiffness=0.0, x0=0.1, v0=0.5, dt=0.01, seconds=2.0)
+    assert x == pytest.approx(0.1 + 0.5 * t, abs=1e-13)
+    assert np.all(v == 0.5)
+
+
+def test_rows_are_multiples_of_the_step_with_both_ends():
+    t, x, v = hs.integrate("rk4", mass=1, damping=0, stiffness=1, x0=0.5, v0=-1, dt=0.1, seconds=1.0)
+    assert t == pytest.approx(np.linspace(0.0, 1.0, 11), abs=1e-15)
+    assert len(x) == len(v) == 11
+    assert (x[0], v[0]) == (0.5, -1.0)
+    assert len(hs.integrate("exact", mass=1, damping=0, stiffness=1, x0=0, v0=0, dt=0.1, seconds=0)[0]) == 1
+
+
+def one_second(method):
+    _, x, v = hs.integrate(method, damping=0.0, dt=1e-3, seconds=1.0, **SLIDER)
+    return x, 0.5 * 0.05 * v * v + 150.0 * x * x
+
+
+@pytest.mark.parametrize(
+    ("method", "factor", "tolerance"),
+    [
+        ("explicit_euler", 396.0, 4.0),
+        ("verlet", 1.0, 2e-3),
+        ("implicit_euler", 0.0025, 0.00005),
+        ("trapezoid", 1.0, 1e-10),
+        ("exact", 1.0, 1e-12),
+    ],
+)
+def test_energy_after_a_second_without_damping(method, factor, tolerance):
+    """omega dt = 0.0775; explicit and implicit Euler have (1 + h^2)^+-1000."""
+    energy = one_second(method)[1]
+    assert energy[-1] / energy[0] == pytest.approx(factor, abs=tolerance)
+
+
+def test_the_lecture_s_rule_grows_nearly_as_fast():
+    """389 times the energy in a second, beside explicit Euler's 396."""
+    for method, factor in (("lecture", 389.0), ("explicit_euler", 396.0)):
+        assert growth.per_sample(one_second(method)[0][5:]) ** 2000 == pytest.approx(factor, rel=2e-3)
+
+
+def test_runge_kutta_loses_what_its_order_says():
+    """|lambda|^2 = 1 - h^6 / 72."""
+    energy = one_second("rk4")[1]
+    assert 1.0 - energy[-1] / energy[0] == pytest.approx(1000.0 * (1e-3**2 * 6000.0) ** 3 / 72.0, rel=0.05)
+
+
+@pytest.mark.parametrize(("method", "share"), [("semi_implicit", 0.5 * 0.07746), ("verlet", 0.07746**2 / 8)])
+def test_symplectic_energy_wobbles_and_does_not_drift(method, share):
+    """By +-h / 2 and +-h^2 / 8 of its mean."""
+    energy = one_second(method)[1]
+    mean = 0.5 * (energy.max() + energy.min())
+    assert np.ptp(energy) / (2.0 * mean) == pytest.approx(share, rel=0.05)
+    assert energy[:500].max() == pytest.approx(energy[500:].max(), rel=0.02 * share)
+
+
+@pytest.mark.parametrize(
+    ("method", "error"),
+    [
+        ("explicit_euler", -2.0e-3),
+        ("semi_implicit", 0.25e-3),
+        ("verlet", 0.25e-3),
+        ("implicit_euler", -2.0e-3),
+        ("trapezoid", -0.5e-3),
+        ("rk4", -(0.07746**4) / 120),
+        ("exact", 0.0),
+    ],
+)
+def test_frequency_error_without_damping(method, error):
+    """x_n+1 - 2 |lambda| cos(w dt) x_n + |lambda|^2 x_n-1 = 0: -h^2/3, h^2/24, -h^2/12 and -h^4/120."""
+    x = one_second(method)[0]
+    twice, squared = np.linalg.lstsq(np.column_stack([x[1:-1], -x[:-2]]), x[2:], rcond=None)[0]
+    angle = math.acos(twice / (2.0 * math.sqrt(squared)))
+    assert angle / (math.sqrt(6000.0) * 1e-3) - 1.0 == pytest.approx(error, rel=0.03, abs=2e-9)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"mass": 0.0}, "Mass .*kg, not 0"),
+        ({"damping": -1.0}, "Damping .*N·s/m, not -1"),
+        ({"stiffness": math.nan}, "Stiffness .*N/m, not nan"),
+        ({"dt": 0.0}, "dt .* s, not 0"),
+        ({"seconds": 1e9}, "steps"),
+        ({"x0": "far"}, "x0 takes a number in m"),
+    ],
+)
+def test_what_no_motion_has_is_refused_in_one_line(wrong, words):
+    given = {"damping": 0.0, "dt": 1e-3, "seconds": 0.1} | SLIDER | wrong
+    with pytest.raises(hs.ParameterError, match=words) as caught:
+        hs.integrate("rk4", **given)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("method", ["euler", "", None, 2.5])
+def test_unknown_methods_are_named_with_those_there_are(method):
+    with pytest.raises(hs.ParameterError, match=r"explicit_euler, lecture, semi_implicit, .*exact, not"):
+        hs.integrate(method, damping=0.0, dt=1e-3, seconds=0.1, **SLIDER)
+
+
+def test_what_grows_beyond_all_numbers_raises_nothing():
+    _, x, _ = hs.integrate("explicit_euler", mass=1, damping=0, stiffness=1e6, x0=1, v0=0, dt=1, seconds=1e3)
+    assert not np.isfinite(x[-1])

@@ -1,0 +1,193 @@
+"""Contact, walls and friction of a moving mass: every step against another computation of the same."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from hapkit_studio.dynamics import steps
+from hapkit_studio.dynamics.events import exact
+from hapkit_studio.dynamics.integrators import INTEGRATORS, step
+from tests.dynamics.reference_mass import World, advance
+
+OF = {name: float(n) for n, name in enumerate(INTEGRATORS)}
+
+
+def anywhere(rng):
+    """Return (world, x, v) with contact, walls and often a damper in reach."""
+    world = World(
+        m=10 ** rng.uniform(-1.3, 0.5),
+        b=rng.choice([0.0, 0.5, 5.0]),
+        k=rng.choice([0.0, 300.0, 2000.0]),
+        f=rng.normal(0.0, 1.0),
+        touch=rng.normal(0.0, 0.005),
+        side=rng.choice([-1.0, 1.0]),
+        speed=rng.choice([0.0, rng.normal(0.0, 0.2)]),
+        contact=rng.choice([50.0, 500.0, 5000.0]),
+        pad=rng.choice([0.0, 3.0, 30.0]),
+        reach=rng.uniform(0.004, 0.02),
+        wall=rng.choice([500.0, 5000.0]),
+    )
+    return world, rng.normal(0.0, 0.006), rng.normal(0.0, 0.4)
+
+
+def test_exact_agrees_with_an_event_driven_solver(rng):
+    met = 0
+    for _ in range(60):
+        world, x, v = anywhere(rng)
+        friction = rng.choice([0.0, 0.0, 0.3])
+        h = 10 ** rng.uniform(-3.0, -1.8)
+        got = exact(x, v, h, friction, *world.numbers)
+        want = advance(world, x, v, h, friction)
+        scale = 1e-8 * (1.0 + abs(v))
+        assert got[0] == pytest.approx(want[0], abs=scale), (world, x, v, h, friction)
+        assert got[1] == pytest.approx(want[1], abs=scale * 300.0), (world, x, v, h, friction)
+        far = replace(world, contact=0.0, pad=0.0, wall=0.0)
+        met += got != exact(x, v, h, friction, *far.numbers)
+    assert met > 30
+
+
+def test_exact_in_one_go_is_exact_in_many(rng):
+    for _ in range(200):
+        world, x, v = anywhere(rng)
+        once = exact(x, v, 4e-3, 0.2, *world.numbers)
+        for _ in range(8):
+            x, v = exact(x, v, 0.5e-3, 0.2, *world.numbers)
+        assert once == pytest.approx((x, v), abs=1e-10), world
+
+
+def test_exact_keeps_the_energy_over_many_bounces():
+    """Between handle and wall, at a step that sees each contact for few samples."""
+    world = World(m=0.05, touch=-0.02, contact=800.0, reach=0.03, wall=300.0)
+    x, v = 0.0, 0.7
+    start, turns = world.energy(x, v), 0
+    for _ in range(20_000):
+        before = v
+        x, v = exact(x, v, 2e-3, 0.0, *world.numbers)
+        turns += before * v < 0.0
+    assert turns > 300
+    assert world.energy(x, v) == pytest.approx(start, rel=1e-10)
+
+
+def test_exact_sees_a_graze_inside_a_step():
+    """In and out of the wall within one step: half a swing inside, straight on outside."""
+    world = World(m=0.05, reach=0.01, wall=5000.0)
+    inside = math.pi * math.sqrt(0.05 / 5000.0)
+    x, v = exact(0.0099, 0.5, inside + 0.0004, 0.0, *world.numbers)
+    assert v == pytest.approx(-0.5, rel=1e-12)
+    assert x == pytest.approx(0.01 - 0.5 * 0.0002, rel=1e-12)
+
+
+def test_exact_returns_with_the_speed_that_the_damper_leaves():
+    """In contact on the way in m x'' = -k x - b x', from its largest depth on m x'' = -k x."""
+    m, k, b, v0 = 0.5, 500.0, 3.0, 0.3
+    rate, omega = b / (2.0 * m), math.sqrt(k / m - (b / (2.0 * m)) ** 2)
+    t = math.atan2(omega, rate) / omega
+    deepest = v0 / omega * math.exp(-rate * t) * math.sin(omega * t)
+    v = exact(
+        0.0, -v0, t + 0.5 * math.pi * math.sqrt(m / k), 0.0, *World(m, touch=0.0, contact=k, pad=b).numbers
+    )
+    assert v[1] == pytest.approx(deepest * math.sqrt(k / m), rel=1e-12)
+
+
+@pytest.mark.parametrize(("method", "weight"), [("implicit_euler", 1.0), ("trapezoid", 0.5)])
+def test_implicit_steps_solve_their_equation(method, weight, rng):
+    """v1 = v + h ((1 - w) a0 + w a(x1, v1)), x1 = x + h ((1 - w) v + w v1), by bracketing."""
+    for _ in range(400):
+        world, x, v = anywhere(rng)
+        h = 10 ** rng.uniform(-3.3, -2.0)
+        world = replace(world, pad=0.0) if rng.random() < 0.5 else world
+        before = world.acceleration(x, v)
+
+        def lack(u, world=world, x=x, v=v, h=h, before=before):
+            place = x + h * ((1.0 - weight) * v + weight * u)
+            return u - v - h * ((1.0 - weight) * before + weight * world.acceleration(place, u))
+
+        got = step(OF[method], x, v, 0.0, h, 0.0, *world.numbers)
+        want = brentq(lack, -1e4, 1e4, xtol=1e-13, rtol=1e-14)
+        assert got[1] == pytest.approx(want, abs=1e-8 * (1.0 + abs(want))), world
+        assert got[0] == pytest.approx(x + h * ((1.0 - weight) * v + weight * got[1]), abs=1e-15)
+
+
+def test_verlet_takes_the_damper_at_the_new_velocity(rng):
+    for _ in range(400):
+        world, x, v = anywhere(rng)
+        h = 10 ** rng.uniform(-3.3, -2.0)
+        before = world.acceleration(x, v)
+        q, u = steps.verlet(x, v, before, h, *world.numbers)
+        assert q == pytest.approx(x + h * v + 0.5 * h * h * before, abs=1e-15)
+        assert u == pytest.approx(v + 0.5 * h * (before + world.acceleration(q, u)), abs=1e-10)
+
+
+def test_runge_kutta_takes_the_force_at_its_own_places(rng):
+    for _ in range(200):
+        world, x, v = anywhere(rng)
+        h = 10 ** rng.uniform(-3.3, -2.0)
+        rates = [np.array([v, world.acceleration(x, v)])]
+        for share in (0.5, 0.5, 1.0):
+            y = np.array([x, v]) + share * h * rates[-1]
+            rates.append(np.array([y[1], world.acceleration(*y)]))
+        want = np.array([x, v]) + h / 6.0 * (rates[0] + 2.0 * rates[1] + 2.0 * rates[2] + rates[3])
+        assert step(OF["rk4"], x, v, 0.0, h, 0.0, *world.numbers)[:2] == pytest.approx(tuple(want), rel=1e-11)
+
+
+# energy out over energy in of one bounce off a spring at three h = omega dt: mean over the phase, range
+BOUNCES = {
+    "explicit_euler": ((1.275, None), (1.624, None), (2.610, None)),
+    "lecture": ((1.275, None), (1.618, None), (2.536, None)),
+    "semi_implicit": ((1.0, 0.0015), (1.0, 0.0045), (1.0, 0.008)),
+    "verlet": ((1.0, 0.0015), (1.0, 0.0045), (1.0, 0.008)),
+    "rk4": ((1.0, 0.0006), (1.0, 0.003), (1.0, 0.007)),
+    "implicit_euler": ((0.784, None), (0.616, None), (0.383, None)),
+}
+
+
+def bounce(method, dt, phase):
+    """Return energy out over energy in of 0.05 kg that meets a spring of 300 N/m."""
+    world = World(m=0.05, reach=0.01, wall=300.0)
+    x, v, before = 0.01 - (1.0 + phase) * 0.1 * dt, 0.1, 0.0
+    for _ in range(round(0.1 / dt)):
+        x, v, before = step(OF[method], x, v, before, dt, 0.0, *world.numbers)
+    assert x < 0.01
+    return (v / 0.1) ** 2
+
+
+def bounces(method, dt):
+    return np.array([bounce(method, dt, phase) for phase in np.arange(0.005, 1.0, 0.01)])
+
+
+@pytest.mark.parametrize("method", BOUNCES)
+def test_energy_of_a_bounce(method):
+    for dt, (mean, reach) in zip((1e-3, 2e-3, 4e-3), BOUNCES[method], strict=True):
+        found = bounces(method, dt)
+        assert found.mean() == pytest.approx(mean, rel=2e-3), dt
+        if reach is not None:
+            assert [1.0 - found.min(), found.max() - 1.0] == pytest.approx([reach, reach], rel=0.25), dt
+
+
+def test_energy_of_a_bounce_is_kept_by_exact():
+    for dt in (1e-3, 2e-3, 4e-3):
+        assert bounces("exact", dt) == pytest.approx(np.ones(100), abs=1e-11)
+
+
+@pytest.mark.parametrize("method", INTEGRATORS)
+def test_friction_brings_it_to_rest_and_holds(method):
+    """After m v / F_c, at v^2 m / (2 F_c): 20 ms and 1 mm; exactly still, also under less than F_c."""
+    world = World(m=0.1, f=0.0)
+    x, v, before, seen = 0.0, 0.1, 0.0, []
+    for _ in range(40):
+        x, v, before = step(OF[method], x, v, before, 1e-3, 0.5, *world.numbers)
+        seen.append((x, v))
+    assert seen[9][1] == pytest.approx(0.05, abs=1e-12)
+    assert seen[25] == seen[-1]
+    assert v == 0.0
+    off = 0.0 if method not in ("explicit_euler", "semi_implicit", "implicit_euler") else 0.5 * 0.1 * 1e-3
+    assert abs(x - 1e-3) == pytest.approx(off, abs=1e-9)
+    pulled = replace(world, f=0.499)
+    for _ in range(20):
+        q, v, before = step(OF[method], x, v, before, 1e-3, 0.5, *pulled.numbers)
+        assert (q, v) == (pytest.approx(x, abs=1e-12), 0.0)
+    away = step(OF[method], x, 0.0, 0.501 / 0.1, 1e-3, 0.5, *replace(world, f=0.501).numbers)
+    assert away[1] == pytest.approx(0.001 / 0.1 * 1e-3, rel=1e-6)
