@@ -8,6 +8,7 @@ from hapkit_studio.gui import icons
 from hapkit_studio.gui.choice_row import ChoiceRow
 from hapkit_studio.gui.gallery import icon_name
 from hapkit_studio.gui.loop_panel import LoopPanel
+from hapkit_studio.gui.model_line import ModelLine
 from hapkit_studio.gui.parameter_row import ParameterRow
 from hapkit_studio.gui.stability_card import StabilityCard
 from hapkit_studio.gui.studio import Studio
@@ -169,12 +170,22 @@ class ParameterPanel(QScrollArea):
         column = self._column = QVBoxLayout(body)
         column.setContentsMargins(_SIDE, _TOP, _SIDE, _TOP)
         column.setSpacing(6)
+        self.model = ModelLine()
+        self.model.chosen.connect(lambda name: studio.set_loop(model=name))
+        self._studio = studio
+        for signal in (studio.environment_changed, studio.engine_changed, studio.loop_changed):
+            signal.connect(self._show_model)
+        self._show_model()
         environment = (self.title, rule(), self.parameters, self.warnings)
-        for part in (*environment, rule(), self.loop, rule(), self.stability):
+        for part in (*environment, rule(), self.loop, self.model, rule(), self.stability):
             column.addWidget(part)
         column.addStretch(1)
         self.setWidget(body)
         self.verticalScrollBar().rangeChanged.connect(self._make_way)
+
+    def _show_model(self) -> None:
+        studio = self._studio
+        self.model.show_model(studio.environment, studio.loop.model, studio.simulated)
 
     def _make_way(self, _low: int, high: int) -> None:
         """Let the scroll bar stand in the margin, so that no row moves when it comes and goes."""

@@ -87,29 +87,31 @@ class Studio(QObject):
         self.values_changed.emit()
 
     def set_value(self, key: str, value: float) -> None:
-        """Change one parameter; raise ParameterError and keep the last good value if it is bad."""
-        parameter = next(p for p in self.environment.parameters if p.key == key)
-        number = parameter.check(value)
-        if self.engine is not None:
-            self.engine.set_parameter(key, number)
-        self.values[key] = number
-        self.values_changed.emit()
+        """Change one parameter; raise ParameterError and keep the last good values if it is bad."""
+        self._set_values({**self.values, key: value})
 
     def reset_values(self) -> None:
-        """Put every parameter of the environment back to its default."""
-        for parameter in self.environment.parameters:
-            self.set_value(parameter.key, parameter.default)
+        """Put every parameter of the environment back to its default, all at once."""
+        self._set_values({})
+
+    def _set_values(self, given: dict[str, float]) -> None:
+        numbers = self.environment.values(given)
+        if self.engine is not None:
+            self.engine.set_environment(self.environment, numbers)
+        self.values.update(numbers)
+        self.values_changed.emit()
 
     # loop and hand
 
     def set_loop(self, **changes: Any) -> None:
-        """Change rate, delay, estimator or options; raise ParameterError if the engine refuses."""
+        """Change rate, delay, estimator, options or model; raise ParameterError if the engine refuses."""
         wish = replace(self.loop, **changes)
         if self.engine is not None:
             changed: dict[str, Any] = {k: getattr(wish, k) for k in ("rate", "delay") if k in changes}
             if "estimator" in changes or "options" in changes:
                 changed["estimator"] = wish.spec
             self.engine.set_loop(**changed)
+            self.engine.set_model(wish.model)
         self.loop = wish
         self.loop_changed.emit()
 
@@ -227,6 +229,7 @@ class Studio(QObject):
         if engine.device.simulated:
             engine.set_loop(rate=self.loop.rate)
         engine.set_grip(self.grip)
+        engine.set_model(self.loop.model)
         self._set_link(Link("running", engine.device.title))
         self.engine_changed.emit()
 

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from hapkit_studio.devices.terms import MODELS
+
 
 @dataclass(frozen=True)
 class Link:
@@ -15,12 +17,13 @@ class Link:
 
 @dataclass(frozen=True)
 class LoopWish:
-    """The loop as chosen: rate in Hz, added delay in s, estimator key and its options."""
+    """The loop as chosen: rate in Hz, added delay in s, estimator key and its options, what is modelled."""
 
     rate: float = 1000.0
     delay: float = 0.0
     estimator: str = "iir"
     options: tuple[tuple[str, float], ...] = ()
+    model: str = MODELS[0]
 
     @property
     def spec(self) -> Any:

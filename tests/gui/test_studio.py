@@ -190,3 +190,18 @@ def test_at_most_two_banners_the_worse_first(window):
     assert shown == ["Stopped. Force is zero.", "Second"]
     window.studio.release_stop()
     assert [banner.title.text() for banner in window.banners.banners] == ["Second", "Third"]
+
+
+def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(idle_window, window, qtbot):
+    """A button's snap starts within its travel; a reset from there changes both at once."""
+    for shown in (idle_window, window):
+        studio = shown.studio
+        studio.choose("button")
+        studio.set_value("snap_start", 0.002)
+        studio.set_value("travel", 0.003)
+        with pytest.raises(errors.ParameterError, match="ravel"):
+            studio.set_value("snap_start", 0.0035)
+        assert studio.values["snap_start"] == 0.002
+        studio.reset_values()
+        assert studio.values == studio.environment.values()
+    assert window.studio.engine.values == studio.values
