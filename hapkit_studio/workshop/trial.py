@@ -18,7 +18,7 @@ TIMEOUT = 20.0
 NO_END = "the file does not come to an end"
 _GONE = "the file ended the program that tried it: remove what exits"
 _CRASHED = "the file crashed Python"
-_LAST_WORDS_SECONDS = 2.0
+_LAST_WORDS_SECONDS = 0.02
 _MORE_MEMORY = 2 * 2**30
 _MODULE = "hapkit_studio.workshop.trial"
 
@@ -84,9 +84,11 @@ def main(file: str, digest: str = "") -> None:
     _stand_back()
     from hapkit_studio.workshop import trying
 
-    verdict = trying.try_file(Path(file), digest)
-    os.write(out, json.dumps(verdict.as_json()).encode() + b"\n")
-    os._exit(0)  # not a moment longer: threads and exit functions of the file do not run on
+    try:
+        verdict = trying.try_file(Path(file), digest)
+        os.write(out, json.dumps(verdict.as_json()).encode() + b"\n")
+    finally:
+        os._exit(0)  # not a moment longer: threads and exit functions of the file do not run on
 
 
 def _stand_back() -> None:

@@ -1,0 +1,175 @@
+"""The trial in a program of its own: whatever a file does, there is a verdict, and nothing runs on."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+from hapkit_studio.workshop import trial, tried, trust
+from hapkit_studio.workshop.verdict import Problem, Verdict
+from tests.workshop.student import line_of, text, write
+
+on_posix = pytest.mark.skipif(sys.platform == "win32", reason="processes are asked after as POSIX does")
+
+
+def alive(number):
+    """Say whether a process of this number still runs."""
+    try:
+        os.kill(number, 0)
+        with open(f"/proc/{number}/stat", encoding="ascii") as file:
+            return file.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except (OSError, ProcessLookupError):
+        return False
+
+
+def gone(number, seconds=5.0):
+    """Wait until a process has ended; say whether it did."""
+    end = time.monotonic() + seconds
+    while alive(number) and time.monotonic() < end:
+        time.sleep(0.02)
+    return not alive(number)
+
+
+def test_a_good_file_passes_and_is_remembered(tmp_path):
+    path = write(tmp_path, text())
+    assert not tried.has_passed(text(), path)
+    verdict = trial.check(path)
+    assert verdict.ok
+    assert verdict.calls >= 10_000
+    assert verdict.digest == trust.digest(text())
+    assert tried.has_passed(text(), path)
+    assert not tried.has_passed(text() + "#", path)
+
+
+def test_it_prints_one_object_and_nothing_of_what_the_file_prints(tmp_path):
+    noise = (
+        "import os, sys\nprint('out')\nprint('err', file=sys.stderr)\nos.write(1, b'{}')\nos.write(2, b'x')\n"
+    )
+    path = write(tmp_path, text(beside=noise + "import warnings\nwarnings.warn('careful')\n"))
+    done = subprocess.run(
+        [sys.executable, "-m", "hapkit_studio.workshop.trial", str(path)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stderr == ""
+    assert done.stdout.count("\n") == 1
+    found = json.loads(done.stdout)
+    assert (found["ok"], found["problems"]) == (True, [])
+    assert Verdict.from_json(found).calls == found["calls"] >= 10_000
+
+
+def test_a_mistake_has_its_line(tmp_path):
+    whole = text("return -stifness * x")
+    verdict = trial.check(write(tmp_path, whole))
+    line = line_of(whole, "stifness")
+    assert verdict.problems == (Problem(line, "'stifness' is not defined"),)
+    assert str(verdict.problems[0]) == f"Line {line}: 'stifness' is not defined."
+
+
+@on_posix
+def test_a_file_without_end_is_killed_with_what_it_started(tmp_path):
+    child = tmp_path / "child"
+    endless = (
+        "import os, subprocess, sys\n"
+        "made = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n"
+        f"open({str(child)!r} + '.part', 'w').write(str(made.pid))\n"
+        f"os.replace({str(child)!r} + '.part', {str(child)!r})\n"
+        "while True:\n    pass\n"
+    )
+    process = trial.begin(write(tmp_path, text(beside=endless)))
+    while not child.exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    verdict = trial.result(process, timeout=0.2)
+    assert verdict.problems == (Problem(0, "the file does not come to an end"),)
+    assert process.poll() is not None
+    assert gone(int(child.read_text(encoding="ascii")))
+
+
+@on_posix
+def test_what_holds_the_pipe_open_is_not_waited_for(tmp_path):
+    child = tmp_path / "child"
+    beside = (
+        "import os\n"
+        "number = os.fork()\n"
+        "if number == 0:\n    import time\n    time.sleep(600)\n"
+        f"open({str(child)!r}, 'w').write(str(number))\n"
+    )
+    begin = time.monotonic()
+    assert trial.check(write(tmp_path, text(beside=beside))).ok
+    assert time.monotonic() - begin < trial.TIMEOUT / 2
+    assert gone(int(child.read_text(encoding="ascii")))
+
+
+ENDS = [
+    ("import os\nos._exit(0)\n", "the file ended the program that tried it"),
+    ("import os\nos.abort()\n", "the file crashed Python"),
+    ("import os\nos.closerange(0, 100)\n", "the file ended the program that tried it"),
+    ("raise KeyboardInterrupt\n", "the file ended the program that tried it"),
+    ("input('name? ')\n", "a file may not end the program or ask for input"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("beside", "said"), ENDS)
+def test_a_file_that_ends_the_program(tmp_path, beside, said):
+    (problem,) = trial.check(write(tmp_path, text(beside=beside))).problems
+    assert said in problem.text
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")
+def test_a_file_that_takes_all_memory(tmp_path):
+    whole = text(beside="A = bytes(4 * 10**9)\n")
+    (problem,) = trial.check(write(tmp_path, whole)).problems
+    assert problem == Problem(line_of(whole, "A = bytes"), "this takes more memory than there is")
+
+
+def test_a_file_that_is_gone(tmp_path):
+    assert trial.check(tmp_path / "mine.py").problems == (Problem(0, "there is no file mine.py"),)
+
+
+def test_it_leaves_nothing_beside_the_file_and_is_kept_from_its_neighbours(tmp_path, monkeypatch):
+    """A file beside it named like one of Python's modules is not that module."""
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    write(folder, "raise SystemExit('mistaken for the module')\n", "random.py")
+    path = write(folder, text(beside="import random\nA = random.Random(1).random()\n"), "my file.py")
+    monkeypatch.chdir(folder)
+    assert trial.check(path).ok
+    assert sorted(f.name for f in folder.rglob("*")) == ["my file.py", "random.py"]
+
+
+@on_posix
+def test_it_has_low_priority(tmp_path):
+    nice = tmp_path / "nice"
+    path = write(tmp_path, text(beside=f"import os\nopen({str(nice)!r}, 'w').write(str(os.nice(0)))\n"))
+    assert trial.check(path).ok
+    assert int(nice.read_text(encoding="ascii")) >= min(os.nice(0) + 10, 19)
+
+
+def test_the_law_it_compiled_is_loaded_without_compiling(tmp_path):
+    whole = text("a = 0.0\nfor i in range(50):\n    a += math.sin(a + 0.5 * x)\nreturn -a")
+    path = write(tmp_path, whole)
+    assert trial.check(path).ok
+    other = write(tmp_path, whole.replace("0.5", "0.25"), "other.py")
+    program = (
+        "import sys\nfrom hapkit_studio import workshop\nfrom numba.core import event\n"
+        "for file in sys.argv[1:]:\n"
+        "    with event.install_recorder('numba:compile') as seen:\n"
+        "        workshop.load(file).force.compiled()\n"
+        "    print(len(seen.buffer) > 0)\n"
+    )
+    again = [sys.executable, "-c", program, str(path), str(other)]
+    done = subprocess.run(again, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True"]
+
+
+def test_a_verdict_that_makes_no_sense_is_a_problem():
+    for words in ("", "{}", "[]", "null", '{"problems": [1]}'):
+        process = subprocess.Popen(
+            [sys.executable, "-c", f"print({words!r}, end='')"], stdout=subprocess.PIPE
+        )
+        assert not trial.result(process).ok
