@@ -1,0 +1,182 @@
+"""Stick and slip against closed forms: period, slip, peaks, the speed where it ends, LuGre's motion."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.errors import ParameterError
+
+# mass, spring, static, kinetic, speed; slip s, period s, greatest speed m/s, peak N
+SETS = [
+    (0.05, 300.0, 1.0, 0.5, 0.01, 0.042554, 0.375887, 0.139486, 1.001498),
+    (0.05, 300.0, 1.0, 0.5, 0.02, 0.044526, 0.211193, 0.150639, 1.005964),
+    (0.05, 300.0, 1.0, 0.5, 0.05, 0.050098, 0.116765, 0.188444, 1.036190),
+    (0.05, 1000.0, 1.0, 0.5, 0.02, 0.026113, 0.076113, 0.093485, 1.019615),
+    (0.10, 300.0, 0.8, 0.6, 0.02, 0.075655, 0.142321, 0.061633, 0.828035),
+    (1.0, 2.0, 1.5, 1.0, 0.1, 2.611259, 7.611259, 0.467423, 1.519615),
+]
+FIRST = {"mass": 0.05, "spring": 300.0, "static": 1.0, "kinetic": 0.5}
+
+
+def closed_form(mass, spring, static, kinetic, speed):
+    """Return (slip s, period s, greatest speed m/s, peak N) of a mass without viscous friction."""
+    drop, w = static - kinetic, math.sqrt(spring / mass)
+    ratio = drop / (speed * math.sqrt(spring * mass))
+    slip = 2.0 * (math.pi - math.atan(ratio)) / w
+    return (
+        slip,
+        slip + 2.0 * drop / (spring * speed),
+        speed * (1.0 + math.hypot(1.0, ratio)),
+        kinetic + math.hypot(drop, speed * math.sqrt(spring * mass)),
+    )
+
+
+def measured(dt, v):
+    """Return (slip s, period s) on average over whole cycles, the first left out."""
+    starts = np.flatnonzero((v[:-1] == 0.0) & (v[1:] != 0.0))[1:]
+    cycles = len(starts) - 1
+    moving = np.count_nonzero(v[starts[0] + 1 : starts[-1] + 1])
+    return moving * dt / cycles, (starts[-1] - starts[0]) * dt / cycles
+
+
+def period_of(t, force):
+    """Return the mean time between falls of the spring's force through its middle, nan if it hardly falls."""
+    late = force[len(force) // 4 :]
+    middle = 0.5 * (late.max() + late.min())
+    if np.ptp(late) < 0.05:
+        return math.nan
+    falls = np.flatnonzero((force[:-1] >= middle) & (force[1:] < middle))[3:]
+    return (t[falls[-1]] - t[falls[0]]) / (len(falls) - 1) if len(falls) > 1 else math.nan
+
+
+@pytest.mark.parametrize("case", SETS)
+def test_the_table_is_the_closed_form(case):
+    assert closed_form(*case[:5]) == pytest.approx(case[5:], rel=2e-5)
+
+
+@pytest.mark.parametrize(("dt", "rel"), [(0.1e-3, 0.005), (0.25e-3, 0.005), (1e-3, 0.02)])
+@pytest.mark.parametrize("case", SETS)
+@pytest.mark.parametrize("model", ["projection", "karnopp"])
+def test_period_slip_and_peaks(model, case, dt, rel):
+    """Over at least twenty periods; at the end of a slip the spring pulls with twice kinetic less static."""
+    mass, spring, static, kinetic, speed, slip, period, fastest, peak = case
+    seconds = static / (spring * speed) + 22.0 * period
+    _, _, v, force = hs.stick_slip(
+        model, mass=mass, spring=spring, static=static, kinetic=kinetic, speed=speed, dt=dt, seconds=seconds
+    )
+    assert measured(dt, v) == pytest.approx((slip, period), rel=rel)
+    assert v.max() == pytest.approx(fastest, rel=rel)
+    assert v.min() == 0.0
+    assert force.max() == pytest.approx(peak, rel=rel)
+    ends = np.flatnonzero((v[:-1] != 0.0) & (v[1:] == 0.0)) + 1
+    assert force[ends] == pytest.approx(2.0 * kinetic - static, abs=rel * static + spring * speed * dt)
+
+
+def test_it_sticks_first_until_the_spring_pulls_with_the_static_force():
+    t, x, v, force = hs.stick_slip("projection", **FIRST, speed=0.02, dt=1e-4, seconds=0.2)
+    assert t.size == 2001
+    assert t[-1] == pytest.approx(0.2)
+    off = np.flatnonzero(v)[0]
+    assert t[off] == pytest.approx(1.0 / (300.0 * 0.02), abs=2e-4)
+    assert not x[:off].any()
+    assert force == pytest.approx(300.0 * (0.02 * t - x), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("viscous", "critical"), [(0.05, 0.445), (0.1, 0.309), (0.2, 0.211), (0.5, 0.120), (1.0, 0.0715)]
+)
+def test_viscous_friction_ends_it_above_a_speed(viscous, critical):
+    """One percent below, it sticks again and again; one percent above, only at the start."""
+    for part in (0.99, 1.01):
+        _, _, v, _ = hs.stick_slip(
+            "projection", **FIRST, viscous=viscous, speed=part * critical, dt=1e-5, seconds=2.0
+        )
+        stops = np.count_nonzero((v[:-1] != 0.0) & (v[1:] == 0.0))
+        assert (stops > 10) if part < 1.0 else (stops == 0)
+
+
+# model, options, period's error in % at 1 ms and 0.2 ms; nan: no stick-slip of that kind
+SCORES = [
+    ("coulomb", {}, math.nan, math.nan),
+    ("smoothed", {"smoothing": 0.001, "stribeck_velocity": 0.003}, math.nan, -24.0),
+    ("smoothed", {}, 5.8, 5.2),
+    ("karnopp_band", {}, 0.0, 0.0),
+    ("karnopp", {}, -0.1, 0.0),
+    ("projection", {}, -0.1, 0.0),
+    ("tether", {}, 0.9, 0.6),
+    ("lugre", {}, -30.0, -31.0),
+    ("hayward_armstrong", {}, -1.0, -61.0),
+]
+
+
+@pytest.mark.parametrize(("model", "options", "coarse", "fine"), SCORES)
+def test_what_each_model_makes_of_the_period(model, options, coarse, fine):
+    """What jitters in place of stick-slip repeats at the spring's own period at most: 62 % too short."""
+    exact = closed_form(**FIRST, speed=0.02)[1]
+    for dt, wanted in ((1e-3, coarse), (0.2e-3, fine)):
+        t, _, _, force = hs.stick_slip(model, **FIRST, speed=0.02, dt=dt, seconds=6.0, **options)
+        error = 100.0 * (period_of(t, force) / exact - 1.0)
+        if math.isnan(wanted):
+            assert math.isnan(error) or error < -55.0
+        else:
+            assert error == pytest.approx(wanted, abs=0.7)
+
+
+@pytest.mark.parametrize("dt", [1e-4, 0.25e-3, 1e-3])
+def test_lugres_classic_motion(dt):
+    """Canudas de Wit's parameters: break-away, period, forces and greatest speed."""
+    t, _, v, force = hs.stick_slip(
+        "lugre",
+        mass=1.0,
+        spring=2.0,
+        static=1.5,
+        kinetic=1.0,
+        viscous=0.4,
+        speed=0.1,
+        dt=dt,
+        seconds=60.0,
+        stiffness=1e5,
+        damping=math.sqrt(1e5),
+        stribeck_velocity=0.001,
+    )
+    assert t[np.argmax(np.where(t < 9.0, force, 0.0))] == pytest.approx(7.645, abs=0.005)
+    assert period_of(t, force) == pytest.approx(6.36, abs=0.01)
+    late = force[t > 12.0]
+    assert late.max() == pytest.approx(1.508, abs=0.001)
+    assert late.min() == pytest.approx(0.741, abs=0.001)
+    assert v.max() == pytest.approx(0.370, abs=0.001)
+
+
+def test_a_hundred_thousand_steps_take_milliseconds():
+    took = []
+    for _ in range(5):
+        start = time.perf_counter()
+        hs.stick_slip("projection", **FIRST, speed=0.02, dt=1e-4, seconds=10.0)
+        took.append(time.perf_counter() - start)
+    assert min(took) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("bad", "names"),
+    [
+        ({"model": "sticky"}, "friction model is one of coulomb, .*, not 'sticky'"),
+        ({"model": None}, "not None"),
+        ({"mass": 0.0}, "Mass goes from .* kg, not 0"),
+        ({"static": 0.4}, "Static friction is at least the kinetic one: 0.5 N or more, not 0.4 N"),
+        ({"kinetic": -1.0}, "Kinetic friction goes from 0"),
+        ({"dt": 0.0}, "dt goes from"),
+        ({"seconds": math.inf}, "Seconds"),
+        ({"speed": "fast"}, "Speed takes a number in m/s, not 'fast'"),
+        ({"stiffness": 100.0}, "projection has no parameter 'stiffness'; it has: none"),
+        ({"model": "lugre", "damping": -1.0}, "Damping goes from 0"),
+        ({"dt": 1e-9}, "up to 1e[+]08 steps"),
+    ],
+)
+def test_refuses_in_one_line(bad, names):
+    given = {"model": "projection", **FIRST, "speed": 0.02, "dt": 1e-3, "seconds": 1.0} | bad
+    with pytest.raises(ParameterError, match=names) as caught:
+        hs.stick_slip(**given)
+    assert "\n" not in str(caught.value)
