@@ -1,0 +1,135 @@
+"""The pushed mass as a scene, and what holds for every moving object."""
+
+import math
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.dynamics.integrators import INTEGRATORS
+from tests.dynamics import growth
+from tests.environments.calling import LIBRARY, call
+from tests.environments.imposed import column, imposed, smoothly
+
+MASS, PUCK = LIBRARY["mass_spring_damper"], LIBRARY["puck"]
+CONTRACT = {"object", "object_velocity", "object_acceleration", "started"}
+
+
+def pushed_and_held(t):
+    """From the rest position to 20 mm beyond, so gently that the object stays in touch."""
+    return smoothly(t, 0.01, 0.03, 0.4)
+
+
+def pushed_and_left(t):
+    return smoothly(t, 0.0, 0.02, 0.1) if t < 0.1 else smoothly(t - 0.1, 0.02, -0.1, 0.2)
+
+
+@pytest.mark.parametrize("method", INTEGRATORS)
+@pytest.mark.parametrize(
+    ("case", "motion", "rate"),
+    [(0, pushed_and_left, 1000.0), (1, pushed_and_held, 1000.0), (2, pushed_and_held, 230.0)],
+)
+def test_the_course_s_mass_grows_in_the_scene_as_its_table_says(method, case, motion, rate):
+    """m = 2 kg, b = 1 N·s/m, k = 300 N/m, free or held in touch by 1000 N/m."""
+    values = {"contact_stiffness": 1000.0, "integrator": method}
+    run = imposed("mass_spring_damper", values, motion, 1.5, rate)
+    after = run.time > 0.45
+    held = 0.01 + (1000.0 * 0.02 / 1300.0 if case else 0.0)
+    swing = column(run, "object")[after] - held
+    assert np.all((run.force[after] < 0.0) == (case > 0))
+    assert np.abs(swing).max() > 2e-5
+    assert growth.rate(swing, 1.0 / rate) == pytest.approx(growth.COURSE_RATES[method][case], rel=0.02)
+
+
+@pytest.mark.parametrize("method", INTEGRATORS)
+def test_the_scene_is_the_integrator(method):
+    """Once the handle is gone, sample by sample; the row's acceleration is that before the last step."""
+    run = imposed("mass_spring_damper", {"integrator": method, "mass": 0.2}, pushed_and_left, 0.6)
+    x, v = column(run, "object"), column(run, "object_velocity")
+    first = 400
+    given = {"mass": 0.2, "damping": 1.0, "stiffness": 300.0, "force": 3.0, "dt": 1e-3, "seconds": 0.199}
+    _, want, speed = hs.integrate(method, x0=x[first], v0=v[first], **given)
+    if method != "lecture":  # that one remembers an acceleration that integrate starts without
+        assert x[first:] == pytest.approx(want, abs=1e-13)
+        assert v[first:] == pytest.approx(speed, abs=1e-11)
+    acceleration = (3.0 - v[first - 1] - 300.0 * x[first - 1]) / 0.2
+    assert column(run, "object_acceleration")[first] == pytest.approx(acceleration, rel=1e-12)
+
+
+def test_objects_begin_at_rest_where_they_belong():
+    for values in ({}, {"rest_position": -0.02}):
+        run = imposed("mass_spring_damper", values, lambda t: -0.05, 0.01)
+        assert np.all(column(run, "object") == values.get("rest_position", 0.01))
+        assert np.all(column(run, "object_velocity") == 0.0)
+    for handle, begins, side in (
+        (-0.05, 0.010, 1.0),
+        (0.05, 0.010, -1.0),
+        (0.008, 0.013, 1.0),
+        (0.01, 0.005, -1.0),
+    ):
+        run = imposed("puck", {}, lambda t, handle=handle: handle, 0.01)
+        assert column(run, "object") == pytest.approx(np.full(10, begins), abs=1e-15)
+        assert np.all(column(run, "side") == side)
+        assert np.abs(run.force).max() < 1e-12
+    assert set(MASS.state_names) >= CONTRACT
+    assert set(PUCK.state_names) >= CONTRACT | {"side"}
+
+
+def test_pushed_slowly_the_mass_gives_contact_and_spring_in_series():
+    values = MASS.values({"damping": 20.0, "stiffness": 200.0, "contact_stiffness": 800.0})
+    x = np.array([-0.02, 0.010, 0.012, 0.03])
+    theory = MASS.over_position(values, x)
+    assert theory == pytest.approx([0.0, 0.0, -160.0 * 0.002, -160.0 * 0.02], rel=1e-12)
+    for where, want in zip(x, theory, strict=True):
+        run = imposed(
+            "mass_spring_damper", values, lambda t, where=where: smoothly(t, -0.02, where, 0.5), 4.0
+        )
+        assert run.force[-1] == pytest.approx(want, abs=1e-6)
+
+
+def values_of_contact(values):
+    return {key: values[key] for key in ("contact_stiffness", "contact_damping")}
+
+
+def test_contact_damping_acts_on_the_way_in_only():
+    values = MASS.values({"contact_stiffness": 100.0, "contact_damping": 7.0})
+    for v, want in ((0.2, -100.0 * 0.003 - 7.0 * 0.2), (0.0, -0.3), (-0.2, -0.3)):
+        assert call(MASS, values, 0.013, v)[0] == pytest.approx(want, rel=1e-12)
+    assert call(MASS, values, 0.009, 0.2)[0] == 0.0
+    assert MASS.impedance(values) == PUCK.impedance(PUCK.values(values_of_contact(values))) == (100.0, 7.0)
+
+
+@pytest.mark.parametrize("rate", [100.0, 1000.0])
+@pytest.mark.parametrize("key", ["mass_spring_damper", "puck"])
+@pytest.mark.parametrize("method", INTEGRATORS)
+def test_what_flies_apart_begins_anew_and_the_force_stays_finite(key, method, rate):
+    """A light object between stiff springs: the explicit rules leave, the implicit ones never do."""
+    values = {"mass": 0.05, "contact_stiffness": 5000.0, "integrator": method}
+    if key == "mass_spring_damper":
+        values |= {"stiffness": 2000.0, "damping": 0.0}
+    else:
+        values |= {"wall_stiffness": 5000.0}
+    run = imposed(key, values, lambda t: 0.012 + 0.01 * math.sin(20.0 * t), 2.0, rate)
+    assert run.faults == ()
+    assert all(np.isfinite(c).all() for c in run.columns().values())
+    x, v = column(run, "object"), column(run, "object_velocity")
+    assert np.abs(x).max() <= 1.0
+    begins_anew = (np.abs(x[:-1]) > 0.1) & (x[1:] >= 0.0) & (x[1:] <= 0.03) & (v[1:] == 0.0)
+    if method in ("implicit_euler", "trapezoid", "exact"):
+        assert not begins_anew.any()
+    if method in ("explicit_euler", "lecture"):
+        assert begins_anew.any()
+
+
+@pytest.mark.parametrize("environment", [MASS, PUCK], ids=lambda e: e.key)
+def test_the_object_lives_on_through_a_change_of_parameters(environment):
+    values = environment.values()
+    state = None
+    for k in range(180):
+        _, state, _ = call(environment, values, min(-0.01 + 0.2e-3 * k, 0.02), 0.0, state)
+    moving = state.copy()
+    changed = environment.values({"mass": 0.3, "contact_stiffness": 900.0, "integrator": "verlet"})
+    _, state, _ = call(environment, changed, -0.05, 0.0, state)
+    where, speed = environment.state_names.index("object"), environment.state_names.index("object_velocity")
+    assert abs(moving[speed]) > 1e-3
+    assert abs(state[where] - moving[where]) < 2e-3 * abs(moving[speed])
