@@ -1,9 +1,19 @@
 """The gallery: the library, below it a person's own environments, last the way to a new one."""
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QLabel, QScrollArea, QVBoxLayout, QWidget
 
-from hapkit_studio.gui.gallery_row import RAIL, WIDE, GalleryRow, icon_name
+from hapkit_studio.gui.gallery_row import (
+    LEAST_RAIL_ROW,
+    LEAST_ROW,
+    RAIL,
+    RAIL_ROW,
+    ROW,
+    WIDE,
+    GalleryRow,
+    icon_name,
+)
 from hapkit_studio.gui.own import OwnEnvironments
 from hapkit_studio.gui.own_row import NewRow, OwnRow
 from hapkit_studio.gui.studio import Studio
@@ -39,7 +49,7 @@ class Gallery(QScrollArea):
             for key, e in studio.environments.items()
         }
         self.own_rows: dict[object, OwnRow] = {}
-        self.new_row = NewRow()
+        self.new_row = NewRow(self)
         self._group = QButtonGroup(self)
         self.rail = False
         self._arrange()
@@ -53,8 +63,9 @@ class Gallery(QScrollArea):
         self.setFixedWidth(RAIL if rail else WIDE)
         self.heading.setVisible(not rail)
         self.own_heading.setVisible(bool(self.own_rows) and not rail)
-        for row in (*self.rows.values(), *self.own_rows.values(), self.new_row):
-            row.set_rail(rail)
+        policy = Qt.ScrollBarPolicy
+        self.setVerticalScrollBarPolicy(policy.ScrollBarAlwaysOff if rail else policy.ScrollBarAsNeeded)
+        self._share_height()
 
     def show_state(self) -> None:
         """Mark the environment in force, whatever was clicked."""
@@ -62,6 +73,7 @@ class Gallery(QScrollArea):
         row = self.rows.get(key) or self.own_rows.get(self._own.path_of(key))
         if row is not None:
             row.setChecked(True)
+            self.ensureWidgetVisible(row, 0, 0)
 
     def show_own(self) -> None:
         """Show the person's own environments as they now stand."""
@@ -90,6 +102,23 @@ class Gallery(QScrollArea):
             before = row.pencil
         QWidget.setTabOrder(before, self.new_row)
 
+    def _share_height(self) -> None:
+        """Give each row what there is; the way to a new one stays in sight, the list scrolls under it."""
+        rows = (*self.rows.values(), *self.own_rows.values(), self.new_row)
+        headings = [h.sizeHint().height() for h in (self.heading, self.own_heading) if not h.isHidden()]
+        least, most = (LEAST_RAIL_ROW, RAIL_ROW) if self.rail else (LEAST_ROW, ROW)
+        height = min(most, max(least, (self.height() - sum(headings)) // len(rows)))
+        for row in rows:
+            row.set_rail(self.rail, height)
+        self.setViewportMargins(0, 0, 0, height)
+        end = sum(headings) + height * (len(rows) - 1)
+        self.new_row.setGeometry(0, min(end, self.height() - height), self.contentsRect().width(), height)
+        self.new_row.raise_()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._share_height()
+
     def _own_row(self, place: int, file) -> OwnRow:
         row = OwnRow(file)
         row.clicked.connect(lambda: self._choose_own(row))
@@ -108,7 +137,7 @@ class Gallery(QScrollArea):
         body = QWidget()
         body.setObjectName("galleryBody")
         column = QVBoxLayout(body)
-        column.setContentsMargins(0, 0, 0, 8)
+        column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(self.heading)
         for key, row in self.rows.items():
@@ -119,7 +148,6 @@ class Gallery(QScrollArea):
         self._own_column = QVBoxLayout()
         self._own_column.setSpacing(0)
         column.addLayout(self._own_column)
-        column.addWidget(self.new_row)
-        self.new_row.clicked.connect(self.new_pressed)
         column.addStretch(1)
         self.setWidget(body)
+        self.new_row.clicked.connect(self.new_pressed)

@@ -4,13 +4,14 @@ from functools import lru_cache
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QPen, QPixmap
-from PySide6.QtWidgets import QAbstractButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QSizePolicy, QWidget
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.theme import theme
 
 WIDE, RAIL = 228, 64
 ROW, RAIL_ROW = 51, 42
+LEAST_ROW, LEAST_RAIL_ROW = 42, 36
 _ICON, _LEFT, _RIGHT = 10, 42, 30
 
 
@@ -36,29 +37,29 @@ class GalleryRow(QAbstractButton):
         # a click leaves the arrow keys with the scene, where they move the hand
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.rail = False
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)  # a title may be cut
         self._name()
-        self.set_rail(False)
+        self.set_rail(False, ROW)
         theme.changed.connect(self.update)
 
     def set_words(self, icon: str, title: str, summary: str) -> None:
         """Show other words."""
         self.picture, self.title, self.summary = icon, title, summary
         self._name()
-        self.set_rail(self.rail)
+        self.set_rail(self.rail, self.height())
 
-    def set_rail(self, rail: bool) -> None:
-        """Draw icon and key alone, title and summary as a tooltip."""
+    def set_rail(self, rail: bool, height: int) -> None:
+        """Draw icon and key alone, title and summary as a tooltip; or all of it."""
         self.rail = rail
-        self.setFixedHeight(RAIL_ROW if rail else ROW)
+        self.setFixedHeight(height)
         self.setToolTip(self.accessibleName() if rail else "")
         self.update()
 
     def sizeHint(self) -> QSize:
         if self.rail:
-            return QSize(RAIL, RAIL_ROW)
+            return QSize(RAIL, LEAST_RAIL_ROW)
         words = max(self._width("strong", self.title), self._width("hint", self.summary))
-        return QSize(_LEFT + words + (_RIGHT if self.key else 8), ROW)
+        return QSize(_LEFT + words + (_RIGHT if self.key else 8), LEAST_ROW)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
@@ -88,7 +89,8 @@ class GalleryRow(QAbstractButton):
     def _paint_words(self, painter: QPainter, color: str) -> None:
         middle = Qt.AlignmentFlag.AlignVCenter
         room = self.width() - _LEFT - (_RIGHT - 4)
-        lines = [("strong", color, self.title, 7, 20), ("hint", "ink3", self.summary, 26, 18)]
+        top = (self.height() - 37) // 2
+        lines = [("strong", color, self.title, top, 20), ("hint", "ink3", self.summary, top + 19, 18)]
         if not self.summary:
             lines = [("body", color, self.title, 0, self.height())]
         for role, token, words, top, height in lines:

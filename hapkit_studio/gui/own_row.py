@@ -8,7 +8,7 @@ from PySide6.QtGui import QContextMenuEvent, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
 from hapkit_studio.gui import icons
-from hapkit_studio.gui.gallery_row import RAIL, RAIL_ROW, ROW, WIDE, GalleryRow, icon_name
+from hapkit_studio.gui.gallery_row import RAIL, WIDE, GalleryRow, icon_name
 from hapkit_studio.gui.own_file import OwnFile
 from hapkit_studio.gui.theme import theme
 
@@ -48,10 +48,9 @@ class OwnRow(GalleryRow):
         )
         self.pencil.setToolTip(f"Edit {file.path.name}")
         self.pencil.setAccessibleName(f"Edit {file.title}")
-        self.set_rail(self.rail)
 
-    def set_rail(self, rail: bool) -> None:
-        super().set_rail(rail)
+    def set_rail(self, rail: bool, height: int) -> None:
+        super().set_rail(rail, height)
         if not rail:
             self.setToolTip(f"{self.title}\n{self.summary}\n{self.file.path.name}")
         if hasattr(self, "pencil"):
@@ -59,7 +58,7 @@ class OwnRow(GalleryRow):
 
     def sizeHint(self) -> QSize:
         """Take what the gallery gives: words of a stranger's length are cut, the tooltip has them whole."""
-        return QSize(RAIL, RAIL_ROW) if self.rail else QSize(WIDE, ROW)
+        return QSize(RAIL if self.rail else WIDE, super().sizeHint().height())
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
         """Draw a ring with initials where the file names no scene: a rail has no room for more."""

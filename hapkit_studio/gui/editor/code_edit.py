@@ -73,6 +73,13 @@ class CodeEdit(QPlainTextEdit):
         self.gutter.update()
         self.marked.emit()
 
+    def bring_into_sight(self, line: int) -> None:
+        """Leave the cursor where a person types, unless the line is out of sight."""
+        block = self.document().findBlockByNumber(min(max(line, 1), self.blockCount()) - 1)
+        box = self.blockBoundingGeometry(block).translated(self.contentOffset())
+        if box.top() < 0 or box.bottom() > self.viewport().height():
+            self.go_to(line)
+
     def go_to(self, line: int) -> None:
         """Put the cursor at the first word of a line and bring it into sight."""
         block = self.document().findBlockByNumber(min(max(line, 1), self.blockCount()) - 1)

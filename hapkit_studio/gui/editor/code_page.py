@@ -105,6 +105,8 @@ class CodePage(QWidget):
         if not modified and self.path is not None:
             self._draft.stop()
             drafts.drop(self.path)
+        if modified and self.strip.tone in ("", "ok"):
+            self.strip.say("Not in force yet. Ctrl+S saves it and runs it.")
         self.marker.setVisible(modified)
         self.unsaved_changed.emit()
 

@@ -184,4 +184,4 @@ class Desk(QObject):
         self.page.code.mark([(p.line, p.text) for p in verdict.problems])
         self.strip.say(*words.of_verdict(verdict))
         if verdict.problems and verdict.problems[0].line:
-            self.page.code.go_to(verdict.problems[0].line)
+            self.page.code.bring_into_sight(verdict.problems[0].line)

@@ -15,6 +15,7 @@ _SHEET = """
   background: @surface; color: @ink;
   selection-background-color: @accent; selection-color: @onaccent;
 }
+#code::corner { background: @surface; }
 """
 
 
