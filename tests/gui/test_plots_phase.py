@@ -30,6 +30,20 @@ def test_the_wall_is_shown_over_position_and_damping_over_velocity(phase):
     assert phase.canvas._theory is None
 
 
+def test_friction_is_shown_over_velocity_and_texture_as_its_kind_is(phase):
+    """Bands damp, a grating pushes by place."""
+    for key, values, wanted in (
+        ("friction", {}, "force_velocity"),
+        ("texture", {"kind": "bands"}, "force_velocity"),
+        ("texture", {"kind": "grating"}, "force_position"),
+        ("hard_surface", {}, "force_position"),
+        ("cat", {}, "force_position"),
+    ):
+        phase.set_environment(LIBRARY["free"], {}, 3.0)
+        phase.set_environment(LIBRARY[key], LIBRARY[key].values(values), 3.0)
+        assert phase.plots[phase.switch.index].key == wanted
+
+
 def test_a_changed_parameter_moves_the_theory_soon(phase, qtbot):
     phase.set_environment(LIBRARY["wall"], LIBRARY["wall"].values({"stiffness": 100.0}), 3.0)
     qtbot.waitUntil(lambda: phase.canvas._theory[1].min() == pytest.approx(-100.0 * 0.055))

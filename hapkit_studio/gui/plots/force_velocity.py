@@ -10,7 +10,8 @@ from hapkit_studio.gui.plots.declared import PhasePlot
 def theory(environment, values: Mapping[str, float], velocity: np.ndarray) -> np.ndarray | None:
     """Return the force over velocity in N, (branches, n); None where it depends on position."""
     if environment.over_velocity is not None:
-        return np.atleast_2d(environment.over_velocity(values, velocity))
+        force = np.atleast_2d(environment.over_velocity(values, velocity))
+        return force if np.isfinite(force).any() else None
     if environment.over_position is not None:
         return None
     places = np.linspace(-0.05, 0.05, 21)

@@ -100,8 +100,11 @@ class ForcePosition(QWidget):
             self.canvas.refresh()
 
     def _telling(self) -> int:
-        """Return the first plot in which this environment's law is a line."""
-        for index, plot in enumerate(self.plots):
+        """Return the plot in which this environment's law is a line, over velocity where it declares so."""
+        order = list(enumerate(self.plots))
+        if self._environment.over_velocity is not None:
+            order.reverse()
+        for index, plot in order:
             if plot.theory(self._environment, self._values, self.canvas.theory_grid(plot)) is not None:
                 return index
         return 0
