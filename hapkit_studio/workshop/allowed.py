@@ -1,6 +1,8 @@
 """What a file may hold that is harmless by construction: names, statements, expressions."""
 
 import ast
+import builtins
+from collections.abc import Set
 from pathlib import Path
 
 from hapkit_studio import dynamics
@@ -86,6 +88,16 @@ def of_math(node: ast.expr) -> bool:
 def stored(tree: ast.AST) -> set[str]:
     """Return the names that are assigned anywhere in a tree."""
     return {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+
+
+def loaded(tree: ast.AST) -> set[str]:
+    """Return the names that are read anywhere in a tree."""
+    return {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+
+
+def is_free(name: str, known: Set[str]) -> bool:
+    """Say whether a name stands for something known, or for nothing at all."""
+    return name in known | RESERVED or (plain_name(name) and not hasattr(builtins, name))
 
 
 def physics(module: str) -> set[str]:

@@ -2,18 +2,23 @@
 
 Harmless files read, write and start nothing; that they come to an end is not promised. Only what is listed
 is let through: at top level a docstring, imports of ``math`` and of the names an environment is made of,
-constants, functions, laws and one ENVIRONMENT; in functions arithmetic, comparisons, ``if``, loops over a
+constants, functions, laws and ENVIRONMENT; in functions arithmetic, comparisons, ``if``, loops over a
 constant range, and calls of ``math``, of a few built-in functions and of functions of the same file.
+A law's body, and what only laws call, is free: none of it is executed as Python, only translated from the
+law language. What Python cannot read, or a name that stands for nothing, does no harm either.
 """
 
 import ast
+import warnings
 
 from hapkit_studio.workshop.allowed import (
     DYNAMICS,
     PARTS,
     RESERVED,
     Refused,
+    is_free,
     is_number,
+    loaded,
     maker,
     need,
     of_math,
@@ -27,12 +32,20 @@ _MOST_NESTED = 100
 
 
 def is_harmless(text: str) -> bool:
-    """Say whether executing this text, and its functions, can do nothing but compute."""
+    """Say whether executing this text, and its functions, can do nothing but compute or fail."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            compile(text, "", "exec", dont_inherit=True)
+    except (SyntaxError, ValueError):
+        return True  # as none of it is ever executed
+    except (RecursionError, MemoryError):
+        return False
     try:
         tree = ast.parse(text)
         need(_depth(tree) <= _MOST_NESTED)
         _File(tree).check()
-    except (Refused, SyntaxError, ValueError, RecursionError, MemoryError):
+    except (Refused, RecursionError, MemoryError):
         return False
     return True
 
@@ -50,10 +63,10 @@ class _File:
 
     def __init__(self, tree: ast.Module):
         self.statements = tree.body
-        self.functions = {n.name for n in tree.body if isinstance(n, ast.FunctionDef)}
+        self.defined = {n.name: n for n in tree.body if isinstance(n, ast.FunctionDef)}
+        self.functions = set(self.defined)
         self.known: set[str] = set()
         self.numbers: set[str] = set()
-        self.made = 0
 
     def check(self) -> None:
         for node in self.statements:
@@ -61,15 +74,29 @@ class _File:
                 need(isinstance(node.value, ast.Constant))
             elif isinstance(node, ast.Import):
                 need([(a.name, a.asname) for a in node.names] == [("math", None)])
-                self.known.add("math")
             elif isinstance(node, ast.ImportFrom):
                 self.imported(node)
             elif isinstance(node, ast.FunctionDef):
-                self.function(node)
+                self.definition(node)
             else:
                 need(isinstance(node, ast.Assign))
                 self.assigned(node)  # type: ignore[arg-type]
-        need(self.made == 1)
+        self.bodies()
+
+    def bodies(self) -> None:
+        """Let functions through that Python may call: those named outside of any, and on from there."""
+        rest = [n for n in self.statements if not isinstance(n, ast.FunctionDef)]
+        wanted = set().union(*map(loaded, rest))
+        done: set[str] = set()
+        while new := (wanted & set(self.defined)) - done:
+            for name in new:
+                node = self.defined[name]
+                if not node.decorator_list:
+                    inner = Function(node.args, self.known, self.functions)
+                    inner.add(stored(node))
+                    inner.block(node.body)
+                    wanted |= loaded(node)
+            done |= new
 
     def imported(self, node: ast.ImportFrom) -> None:
         need(node.level == 0 and all(a.asname is None for a in node.names))
@@ -94,22 +121,19 @@ class _File:
         self.new_name(name.id)
         if number:
             self.numbers.add(name.id)
-        if maker(node.value) == "Environment":
-            need(name.id == "ENVIRONMENT")
-            self.made += 1
 
     def value(self, node: ast.expr | None) -> bool:
         """Let a value at top level through; return whether it is surely a number."""
         if isinstance(node, ast.Constant):
             return is_number(node)
         if isinstance(node, ast.Name):
-            need(node.id in self.known)
-            return node.id in self.numbers
+            need(is_free(node.id, self.known))
+            return node.id in self.numbers or node.id not in self.known
         if isinstance(node, ast.BinOp | ast.UnaryOp | ast.Attribute):
             self.number(node)
             return True
         if isinstance(node, ast.Lambda):
-            Function(node.args, self.known, self.functions, is_law=False).expression(node.body)
+            Function(node.args, self.known, self.functions).expression(node.body)
         elif isinstance(node, ast.Call):
             self.made_of(node)
         else:
@@ -126,28 +150,24 @@ class _File:
         elif isinstance(node, ast.UnaryOp):
             need(isinstance(node.op, ast.USub | ast.UAdd) and self.value(node.operand))
         else:
-            need(of_math(node) and "math" in self.known)
+            need(of_math(node))
 
     def made_of(self, node: ast.Call) -> None:
-        need(maker(node) in self.known)
+        need(maker(node))
         for argument in (*node.args, *(k.value for k in node.keywords)):
             self.value(argument)
         need(all(k.arg is not None and plain_name(k.arg) for k in node.keywords))
 
-    def function(self, node: ast.FunctionDef) -> None:
+    def definition(self, node: ast.FunctionDef) -> None:
+        """Let through what is executed where a function is defined."""
         self.new_name(node.name)
         need(len(node.decorator_list) <= 1 and node.returns is None and not getattr(node, "type_params", ()))
         for decorator in node.decorator_list:
             self.decorator(decorator)
-        # it may use what stands below it: by the time it is called, all of that is there
-        known = self.known | self.functions | {n for s in self.statements for n in _top_names(s)}
-        inner = Function(node.args, known, self.functions, is_law=bool(node.decorator_list))
-        inner.add(stored(node))
-        inner.block(node.body)
+        Function(node.args, self.known, self.functions)
 
     def decorator(self, node: ast.expr) -> None:
         """Let ``@law`` and ``@law(state={…})`` of plain numbers through."""
-        need("law" in self.known)
         if isinstance(node, ast.Call):
             need(not node.args and len(node.keywords) <= 1 and all(k.arg == "state" for k in node.keywords))
             for given in node.keywords:
@@ -156,7 +176,3 @@ class _File:
                     self.value(part)
             node = node.func
         need(isinstance(node, ast.Name) and node.id == "law")
-
-
-def _top_names(node: ast.stmt) -> set[str]:
-    return stored(node) if isinstance(node, ast.Assign) else set()

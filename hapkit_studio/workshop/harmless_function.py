@@ -8,6 +8,7 @@ from hapkit_studio.workshop.allowed import (
     EXPRESSIONS,
     RESERVED,
     SIMPLE,
+    is_free,
     is_range,
     is_small,
     need,
@@ -22,11 +23,11 @@ class Function:
     known are the names of the file, callable those of them that a function may call.
     """
 
-    def __init__(self, arguments: ast.arguments, known: Set[str], callable_names: Set[str], is_law: bool):
+    def __init__(self, arguments: ast.arguments, known: Set[str], callable_names: Set[str]):
         more = (arguments.posonlyargs, arguments.kwonlyargs, arguments.defaults, arguments.kw_defaults)
         need(not any(more) and arguments.vararg is None and arguments.kwarg is None)
         need(all(a.annotation is None for a in arguments.args))
-        self.known, self.callable, self.is_law = known, callable_names, is_law
+        self.known, self.callable = known, callable_names
         self.arguments = {a.arg for a in arguments.args}
         self.local: set[str] = set()
         self.add(self.arguments)
@@ -64,7 +65,7 @@ class Function:
         elif isinstance(node, ast.Attribute):
             self.attribute(node)
         elif isinstance(node, ast.Name):
-            need(node.id in self.local | self.known)
+            need(node.id in self.local or is_free(node.id, self.known))
         else:
             need(not (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)) or is_small(node.right))
             for child in ast.iter_child_nodes(node):
@@ -72,17 +73,16 @@ class Function:
                     self.expression(child)
 
     def attribute(self, node: ast.Attribute) -> None:
-        """Let ``p.name`` and ``s.name`` through, assigned only in a law, and the numbers of ``math``."""
-        need(isinstance(node.value, ast.Name) and not node.attr.startswith("_"))
-        need(self.is_law or isinstance(node.ctx, ast.Load))
+        """Let ``a.name`` of an argument through where it is read, and the numbers of ``math``."""
+        need(isinstance(node.ctx, ast.Load) and not node.attr.startswith("_"))
         of_argument = isinstance(node.value, ast.Name) and node.value.id in self.arguments
-        need(of_argument or (of_math(node) and "math" in self.known))
+        need(of_argument or of_math(node))
 
     def call(self, node: ast.Call) -> None:
         need(not node.keywords)
         if isinstance(node.func, ast.Name):
             need(node.func.id in BUILTINS | self.callable and node.func.id not in self.local)
         else:
-            need(of_math(node.func) and "math" in self.known)
+            need(of_math(node.func))
         for argument in node.args:
             self.expression(argument)

@@ -1,0 +1,202 @@
+"""A student's file from end to end: on the command line, in a notebook, as an installed package."""
+
+import json
+import os
+import pty
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+from hapkit_studio.cli import main
+from hapkit_studio.workshop import templates, trust
+from tests.workshop.student import line_of, text, write
+
+PACKAGE = {
+    "my_walls/__init__.py": "",
+    "my_walls-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: my-walls\nVersion: 1.0\n",
+    "my_walls-1.0.dist-info/entry_points.txt": """
+        [hapkit_studio.environments]
+        mine = my_walls.mine:ENVIRONMENT
+        broken = my_walls.broken:ENVIRONMENT
+        """,
+    "my_walls/broken.py": "1 / 0\n",
+}
+
+
+@pytest.fixture(autouse=True)
+def own_home(tmp_path, monkeypatch):
+    """Keep this test away from what a person has, in a folder of its own."""
+    for variable, name in (("XDG_DATA_HOME", "data"), ("XDG_CACHE_HOME", "cache")):
+        monkeypatch.setenv(variable, str(tmp_path / name))
+    monkeypatch.setenv("HAPKIT_STUDIO_FOLDER", str(tmp_path / "studio"))
+    monkeypatch.chdir(tmp_path)
+
+
+def run(capsys, *words):
+    """Return (exit code, stdout, stderr) of `hapkit-studio run` with these words."""
+    code = main(("run", *words))
+    return code, *capsys.readouterr()
+
+
+def run_json(capsys, *words):
+    """Return the object that the run prints."""
+    code, out, err = run(capsys, *words, "--json")
+    assert (code, err) == (0, "")
+    return json.loads(out)
+
+
+def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
+    write(tmp_path, templates.templates()[0].text, "my_env.py")
+    csv = tmp_path / "run.csv"
+    given = ("-p", "stiffness=200", "-p", "damping=0", "--hand", "press", "--csv", str(csv))
+    mine = run_json(capsys, "my_env.py", *given)
+    assert (mine["environment"], mine["parameters"]["stiffness"], mine["samples"]) == (
+        "my_spring",
+        200.0,
+        2000,
+    )
+    table = np.loadtxt(csv, delimiter=",", skiprows=2)
+    names = csv.read_text(encoding="utf-8").splitlines()[1].split(",")
+    force, position = (table[:, names.index(name)] for name in ("force_asked_N", "position_m"))
+    assert np.abs(position).max() > 1e-3
+    assert np.allclose(force, -200.0 * position)
+
+
+def test_a_second_run_needs_no_trial(tmp_path, capsys, monkeypatch):
+    write(tmp_path, text())
+    first = run(capsys, "mine.py", "--seconds", "0.1")
+    monkeypatch.setattr(subprocess, "Popen", None)
+    assert run(capsys, "mine.py", "--seconds", "0.1") == first
+    assert first[0] == 0
+
+
+def test_its_parameters_are_checked_like_all_others(tmp_path, capsys):
+    write(tmp_path, text())
+    assert run(capsys, "mine.py", "-p", "stiffness=3000") == (
+        2,
+        "",
+        "hapkit-studio: Stiffness goes from 0 to 2000 N/m, not 3000.\n",
+    )
+    assert "Mine has no parameter 'stifness'" in run(capsys, "mine.py", "-p", "stifness=3")[2]
+
+
+@pytest.mark.parametrize(
+    ("body", "where", "said"),
+    [
+        ("return -p.stifness * x", "stifness", "'p.stifness' is not a parameter; there is: stiffness, mass"),
+        ("while x > 0.0:\n    a = 0.0\nreturn x", "while", "`while` is not allowed in a law: use `for i in"),
+        ("return x / p.mass", "/ p.mass", "a division by zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the"),
+        ("return (x", "(x", "'(' is never closed"),
+        ("for i in range(10**9):\n    a = i\nreturn x", "for i", "a loop runs over a constant range"),
+    ],
+)
+def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys, body, where, said):
+    whole = text(body)
+    write(tmp_path, whole, "my env.py")
+    code, out, err = run(capsys, str(tmp_path / "my env.py"))
+    assert (code, out) == (2, "")
+    assert err.startswith(f"hapkit-studio: my env.py, line {line_of(whole, where)}: {said}")
+    assert err.count("\n") == 1
+
+
+def test_what_is_no_file(capsys):
+    assert run(capsys, "nothing.py") == (2, "", "hapkit-studio: nothing.py: there is no file nothing.py\n")
+
+
+# --- trust
+
+
+def leaving_a_mark(folder):
+    """Return a file that leaves a mark when it is executed."""
+    return text(beside=f"import pathlib\npathlib.Path({str(folder / 'mark')!r}).touch()\n")
+
+
+def test_a_strangers_file_is_not_executed_unread(tmp_path, capsys):
+    write(tmp_path, leaving_a_mark(tmp_path))
+    code, out, err = run(capsys, "mine.py")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("hapkit-studio: mine.py: not executed")
+    assert "--trust" in err
+    assert not (tmp_path / "mark").exists()
+
+
+def test_once_trusted_it_runs_until_it_changes(tmp_path, capsys):
+    path = write(tmp_path, leaving_a_mark(tmp_path))
+    short = ("mine.py", "--seconds", "0.01")
+    assert run(capsys, *short, "--trust")[0] == 0
+    assert (tmp_path / "mark").exists()
+    assert run(capsys, *short)[0] == 0
+    path.write_text(path.read_text(encoding="utf-8") + "\n# more\n", encoding="utf-8")
+    (tmp_path / "mark").unlink()
+    assert run(capsys, *short)[0] == 2
+    assert not (tmp_path / "mark").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a pseudo-terminal")
+@pytest.mark.parametrize(("answer", "code"), [("y", 0), ("n", 2), ("", 2), ("yes", 0), ("maybe", 2)])
+def test_at_a_terminal_its_source_is_shown_and_a_person_asked(tmp_path, answer, code):
+    hidden = leaving_a_mark(tmp_path).replace("A law of mine", "A law \x1b[8mof\u202e mine")
+    write(tmp_path, hidden)
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "hapkit_studio", "run", "mine.py", "--seconds", "0.01", "--json"]
+    process = subprocess.Popen(command, stdin=theirs, stderr=theirs, stdout=subprocess.PIPE)
+    os.close(theirs)
+    shown = b""
+    while b"[y/N] " not in shown:
+        shown += os.read(ours, 65536)
+    assert not (tmp_path / "mark").exists()
+    os.write(ours, answer.encode() + b"\n")
+    out = process.communicate(timeout=60)[0]
+    os.close(ours)
+    assert process.returncode == code
+    assert (tmp_path / "mark").exists() == (code == 0)
+    assert (json.loads(out)["environment"] == "mine") if code == 0 else out == b""
+    assert trust.is_trusted(hidden) == (code == 0)
+    words = shown.decode().replace("\r\n", "\n")
+    assert "pathlib.Path(" in words
+    assert "A law \\x1b[8mof\\u202e mine" in words
+    assert "\x1b" not in words
+
+
+# --- as a package
+
+
+def install(folder, **more):
+    """Install a package as pip would, by hand."""
+    for name, words in {**PACKAGE, **more}.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(textwrap.dedent(words).lstrip("\n"), encoding="utf-8")
+
+
+def test_the_same_file_installs_as_a_package(tmp_path):
+    site = tmp_path / "site"
+    install(site)
+    write(site / "my_walls", text(), "mine.py")
+    program = """
+        import warnings
+        import hapkit_studio as hs
+
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            library = hs.environments()
+        run = hs.simulate("mine", {"stiffness": 100.0}, hand="press", seconds=0.3)
+        print(library["mine"].title, "wall" in library, "broken" in library)
+        print(max(abs(run.force + 100.0 * run.position)) < 1e-12, max(run.position) > 1e-3)
+        print([str(w.message) for w in said])
+        """
+    paths = os.pathsep.join([str(site), *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program)],
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    first, second, said = done.stdout.splitlines()
+    assert (first, second) == ("Mine True False", "True True")
+    assert said.count("cannot be loaded") == 1
+    assert "'broken'" in said
