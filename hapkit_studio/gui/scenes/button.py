@@ -13,7 +13,7 @@ from hapkit_studio.gui.theme import theme
 STATES = ENVIRONMENT.state_names
 _DEFAULTS = ENVIRONMENT.values()
 CAP, NUB = 3.6, 3.4  # mm: how far cap and nub reach from the handle
-_SHOULDER = 1.8  # mm: how far the snapped dome still stands out
+_SHOULDER, _DIMPLE = 1.8, 0.6  # mm: how far the snapped dome stands out at least, from base and from nub
 _DOME = 0.42  # of the band: half the dome's height
 _PLATE, _PIN = 0.33, 0.09  # of the band: half the heights of cap and nub
 
@@ -48,7 +48,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 def _dome(stage: Stage, apex: float, base: float, snapped: bool) -> None:
     """Draw the spring between nub and base: bulging, or with its middle pushed through."""
     middle, half = stage.rail - 0.5 * stage.band, _DOME * stage.band
-    crown = base - _SHOULDER * stage.per_mm
+    crown = min(base - _SHOULDER * stage.per_mm, apex - _DIMPLE * stage.per_mm)
     path = QPainterPath()
     for side in (-1, 1):
         edge, shoulder = middle + side * half, middle + side * 0.6 * half

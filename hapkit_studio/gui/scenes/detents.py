@@ -11,6 +11,7 @@ from hapkit_studio.gui.scenes.stage import Stage
 _DEFAULTS = ENVIRONMENT.values()
 _LEVEL, _ROOM = 0.52, 0.42  # of the band
 _ENERGY = 1.1e-3  # J: a well of 63 % of the room
+_STEEPEST = 1.6  # a well is at most so many times as deep as half its width, and takes the ball in
 _LEAST_BALL = 3.2  # px at u = 1
 
 
@@ -19,7 +20,8 @@ def relief(stage: Stage, values: Values) -> Relief:
     given = {**_DEFAULTS, **values}
     pitch, half = 1e3 * given["pitch"], 1e3 * given["half_width"]
     energy = 0.5 * given["stiffness"] * given["half_width"] ** 2
-    depth, level = saturating(energy, _ENERGY, _ROOM * stage.band), _LEVEL * stage.band
+    depth = min(saturating(energy, _ENERGY, _ROOM * stage.band), _STEEPEST * half * stage.per_mm)
+    level = _LEVEL * stage.band
 
     def height(mm: np.ndarray) -> np.ndarray:
         off = (mm - pitch * np.floor(mm / pitch + 0.5)) / half
