@@ -4,6 +4,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.integrators import INTEGRATORS, step
 from hapkit_studio.dynamics.moving_mass import FAR, acceleration, flown_apart, reaction
+from hapkit_studio.dynamics.step_limits import longest_step
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
@@ -22,7 +23,7 @@ STATE = {
 def force(p, s, x, v, dt):
     """Move the object over the sample that has passed, the handle held; then push the handle back."""
     pull = p.stiffness * p.rest_position
-    if s.started != 0.0:
+    if s.started != 0.0 and dt > 0.0:
         s.object, s.object_velocity, s.object_acceleration = step(
             p.integrator,
             s.object,
@@ -70,6 +71,18 @@ def pushed_slowly(p, x):
     """Return the force over position of contact and spring in series."""
     both = p["contact_stiffness"] * p["stiffness"] / (p["contact_stiffness"] + p["stiffness"])
     return -both * np.maximum(x - p["rest_position"], 0.0)
+
+
+def warnings(values, conditions):
+    """Tell where the chosen integrator makes the mass gain energy in contact."""
+    method = INTEGRATORS[int(values["integrator"])]
+    stiffness = values["stiffness"] + values["contact_stiffness"]
+    longest = longest_step(method, values["mass"], values["damping"], stiffness)
+    if conditions.period > longest:
+        yield (
+            f"In contact {method.replace('_', ' ')} adds energy at steps above {1e3 * longest:.3g} ms; "
+            f"they take {1e3 * conditions.period:.3g} ms."
+        )
 
 
 ENVIRONMENT = Environment(
@@ -131,6 +144,7 @@ ENVIRONMENT = Environment(
     "begins anew at rest. Semi-implicit Euler takes no longer to compute and does not grow.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     over_position=pushed_slowly,
+    warnings=warnings,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("press", "tap", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),

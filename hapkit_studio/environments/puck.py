@@ -2,6 +2,7 @@
 
 from hapkit_studio.dynamics.integrators import INTEGRATORS, step
 from hapkit_studio.dynamics.moving_mass import flown_apart, reaction
+from hapkit_studio.dynamics.step_limits import longest_step
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
@@ -32,7 +33,7 @@ def begin(x):
 @law(state=STATE)
 def force(p, s, x, v, dt):
     """Move the puck over the sample that has passed, the handle held; then push the handle back."""
-    if s.started != 0.0:
+    if s.started != 0.0 and dt > 0.0:
         s.object, s.object_velocity, s.object_acceleration = step(
             p.integrator,
             s.object,
@@ -64,6 +65,18 @@ def force(p, s, x, v, dt):
     s.handle_velocity = v
     touch = x + s.side * RADIUS
     return reaction(s.object, s.object_velocity, touch, s.side, v, p.contact_stiffness, p.contact_damping)
+
+
+def warnings(values, conditions):
+    """Tell where the chosen integrator makes the puck gain energy in contact."""
+    method = INTEGRATORS[int(values["integrator"])]
+    stiffness = values["wall_stiffness"] + values["contact_stiffness"]
+    longest = longest_step(method, values["mass"], 0.0, stiffness)
+    if conditions.period > longest:
+        yield (
+            f"In contact {method.replace('_', ' ')} adds energy at steps above {1e3 * longest:.3g} ms; "
+            f"they take {1e3 * conditions.period:.3g} ms."
+        )
 
 
 ENVIRONMENT = Environment(
@@ -130,6 +143,7 @@ ENVIRONMENT = Environment(
     "lecture's rule add some, implicit Euler takes some away. With too much of it the puck flies out and "
     "begins anew at rest.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
+    warnings=warnings,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("tap", "shake", "released"),
     restless="Without friction the puck goes to and fro between the walls for ever.",

@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 import hapkit_studio as hs
 from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.dynamics.step_limits import longest_step
 from tests.dynamics import growth
 
 RATIOS = (0.01, 0.05, 0.2, 0.5, 1.0, 2.0)
@@ -74,6 +75,20 @@ def test_limits_are_those_of_the_table():
     for method, row in table.items():
         for ratio, want in zip(RATIOS, row, strict=True):
             assert LIMITS[method](ratio) == pytest.approx(want, abs=6e-4), (method, ratio)
+
+
+@pytest.mark.parametrize("ratio", [1e-6, *RATIOS, 5.0])
+@pytest.mark.parametrize("method", LIMITS)
+def test_the_longest_step_is_the_limit(method, ratio):
+    """Of 0.2 kg on 500 N/m: omega = 50 1/s, b = 20 ratio."""
+    got = longest_step(method, 0.2, 20.0 * ratio, 500.0)
+    tolerance = 1e-3 if method == "rk4" or ratio < 1e-3 else 1e-9
+    assert got == pytest.approx(LIMITS[method](ratio) / 50.0, rel=tolerance)
+
+
+@pytest.mark.parametrize("method", ["implicit_euler", "trapezoid", "exact"])
+def test_there_is_no_longest_step_where_nothing_grows(method):
+    assert longest_step(method, 0.2, 0.0, 500.0) == math.inf
 
 
 @pytest.mark.parametrize(

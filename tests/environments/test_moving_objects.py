@@ -7,6 +7,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.environments.base import Conditions
 from tests.dynamics import growth
 from tests.environments.calling import LIBRARY, call
 from tests.environments.imposed import column, imposed, smoothly
@@ -97,6 +98,28 @@ def test_contact_damping_acts_on_the_way_in_only():
         assert call(MASS, values, 0.013, v)[0] == pytest.approx(want, rel=1e-12)
     assert call(MASS, values, 0.009, 0.2)[0] == 0.0
     assert MASS.impedance(values) == PUCK.impedance(PUCK.values(values_of_contact(values))) == (100.0, 7.0)
+
+
+def warned(key, period=1e-3, **values):
+    e = LIBRARY[key]
+    return list(e.warnings(e.values(values), Conditions(period=period)))
+
+
+def test_an_integrator_that_grows_is_warned_of():
+    """The course's mass in contact has 0.77 ms for explicit Euler, 77.7 ms for semi-implicit Euler."""
+    course = {"contact_stiffness": 1000.0}
+    (line,) = warned("mass_spring_damper", integrator="explicit_euler", **course)
+    assert "explicit euler" in line
+    assert "0.769 ms" in line
+    assert "1 ms" in line
+    assert not warned("mass_spring_damper", 0.76e-3, integrator="explicit_euler", **course)
+    assert warned("mass_spring_damper", integrator="lecture", **course)
+    assert not warned("mass_spring_damper", 0.077, **course)
+    assert warned("mass_spring_damper", 0.078, **course)
+    assert warned("puck", integrator="explicit_euler")
+    for method in ("semi_implicit", "verlet", "rk4", "implicit_euler", "trapezoid", "exact"):
+        assert not warned("puck", integrator=method)
+        assert not warned("mass_spring_damper", integrator=method, **course)
 
 
 @pytest.mark.parametrize("rate", [100.0, 1000.0])
