@@ -63,7 +63,8 @@ def sticking_tether(x, before, anchor, stuck, stiffness, damping, static, kineti
     """
     shock = damping / dt
     pull = stiffness * (anchor - x) + shock * (before - x)
-    held = stuck > 0.5 or abs(pull) < kinetic * (1.0 - SLACK)
+    turned = pull * (anchor - before) < 0.0
+    held = stuck > 0.5 or turned or abs(pull) < kinetic * (1.0 - SLACK)
     if held and abs(pull) <= max(static, kinetic):
         return pull, anchor, 1.0
     force = math.copysign(kinetic, pull)

@@ -1,0 +1,215 @@
+"""Friction on a handle: who holds, who chatters and creeps, what a slide feels like, what is warned of."""
+
+import math
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.dynamics.hand import Hand, Prescribed
+from hapkit_studio.environments.base import Conditions
+from hapkit_studio.environments.friction import MODELS
+from tests.environments.asking import along, force
+from tests.environments.calling import LIBRARY
+
+FRICTION = LIBRARY["friction"]
+HOLDING = ("stribeck", "projection", "tether", "lugre")
+COUNT = 20e-6
+
+
+def chatter(ratio, late, mass=0.02):
+    """Return the greatest p-p in counts over four starts, friction being ratio m Δ / T^2."""
+    level = ratio * mass * COUNT / 1e-6
+    found = []
+    for x, v in ((0.0, 0.1234), (3e-6, 0.05), (7e-6, 0.2), (1.3e-5, -0.08)):
+        device = hs.SimulatedHapkit(mass, 10.0 * mass, 0.0, COUNT, math.inf, x, v)
+        values = {"model": "coulomb", "kinetic_force": level, "static_force": level, "viscous": 0.0}
+        run = hs.simulate("friction", values, device=device, delay=late * 1e-3, seconds=3.0)
+        found.append(np.ptp(run.true_position[-500:]) / COUNT)
+    return max(found)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "late", "low", "high"),
+    [
+        *[
+            (0.2, 0, 0.1, 0.4),
+            (0.5, 0, 0.3, 0.7),
+            (0.9, 0, 0.8, 1.2),
+            (2.0, 0, 2.9, 4.7),
+            (3.0, 0, 2.9, 13.0),
+        ],
+        *[(0.2, 1, 0.2, 0.5), (0.5, 1, 0.5, 1.3), (1.0, 1, 3.0, 20.0), (2.0, 1, 8.0, 20.0)],
+    ],
+)
+def test_the_sign_of_a_counted_velocity_chatters_above_a_ratio(ratio, late, low, high):
+    """F_c T^2 / (m Δ) of 1.5, or 0.7 with a period of delay; below, no more than about a count's flicker."""
+    assert low <= chatter(ratio, late) <= high
+
+
+def trembling(model, seconds=3.0, **given):
+    """Return the run of a soft hand that comes to pull with 0.3 N, more and less by 0.12 N at 5 Hz."""
+    hand = Hand(0.0, 0.1, 20.0, lambda t: min(t, 1.0) * (0.015 + 0.006 * np.sin(10.0 * np.pi * t)))
+    device = hs.SimulatedHapkit(coulomb_force=0.0)
+    return hs.simulate("friction", {"model": model, **given}, hand=hand, device=device, seconds=seconds)
+
+
+def drift(run):
+    """Return how far the handle is carried in a second, m."""
+    x = run.true_position
+    return np.mean(x[-1000:]) - np.mean(x[-2000:-1000])
+
+
+@pytest.mark.parametrize("model", ["stribeck", "projection", "tether", "karnopp"])
+def test_holding_models_hold_without_drift(model):
+    run = trembling(model)
+    anchor, stuck = run.state[:, :2].T
+    assert stuck.all()
+    assert not anchor.any()
+    assert abs(drift(run)) < 0.5e-6
+
+
+def test_bristles_creep_under_a_tremor():
+    """Up and down the bristle's curve is no way back: 3.5 mm/s for 0.6 N, less as the hand comes nearer."""
+    turn = math.log(1.0 - (0.18 / 0.6) ** 2) - math.log(1.0 - (0.42 / 0.6) ** 2)
+    most = 5.0 * 0.6 / 500.0 * turn
+    assert 0.5 * most < drift(trembling("lugre")) < most
+
+
+@pytest.mark.parametrize("model", ["coulomb", "smoothed"])
+def test_models_by_speed_alone_let_go(model):
+    """Under the same pull the handle gives way, towards the hand's 15 mm."""
+    held, loose = (np.mean(trembling(m, 6.0).true_position[-1000:]) for m in ("tether", model))
+    assert held < 1e-3
+    assert loose > 5e-3
+
+
+@pytest.mark.parametrize("late", [0.0, 0.5e-3])
+@pytest.mark.parametrize("model", HOLDING)
+@pytest.mark.parametrize("hand", ["stroke", "pluck", "shake"])
+def test_it_takes_more_than_its_sampling_gives(model, hand, late):
+    """What the motor gives to the handle, at any time, is less than the paddle's own damping has taken."""
+    device = hs.SimulatedHapkit(coulomb_force=0.0)
+    run = hs.simulate("friction", {"model": model}, hand=hand, device=device, delay=late, seconds=3.0)
+    half = late > 0.0
+    applied = run.applied_force
+    effect = 0.5 * (applied[1:] + applied[:-1]) if half else applied[:-1]
+    given = np.cumsum(effect[:-1] * np.diff(run.true_position)[1 if half else 0 :][: len(effect) - 1])
+    taken = np.cumsum(0.5 * run.true_velocity[:-1] ** 2 * 1e-3)[: len(given)]
+    assert given[-1] < -1e-3
+    assert (given < taken + 2e-6).all()
+
+
+def test_drawn_by_a_soft_hand_it_sticks_and_slips():
+    """40 N/m at 5 mm/s: it breaks away at the static force, every time."""
+    hand = Hand(0.0, 0.1, 40.0, lambda t: 0.005 * t)
+    device = hs.SimulatedHapkit(coulomb_force=0.0)
+    given = {"viscous": 0.1, "tether_stiffness": 800.0}
+    run = hs.simulate("friction", given, hand=hand, device=device, seconds=8.0)
+    stuck = run.state[:, 1]
+    off = np.flatnonzero((stuck[:-1] > 0.5) & (stuck[1:] < 0.5))
+    assert len(off) >= 3
+    # all that holds at break-away is the tether; a count of it is 17 mN
+    assert run.force[off] == pytest.approx(-0.6, abs=0.03)
+
+
+@pytest.mark.parametrize("speed", [0.006, 0.04, 0.15, -0.15])
+@pytest.mark.parametrize("model", MODELS)
+def test_a_steady_slide_feels_as_the_curve_says(model, speed):
+    """An ideal sensor, 40 mm at most: the last quarter."""
+    device = hs.SimulatedHapkit(quantum=0.0)
+    seconds = min(0.03 / abs(speed), 2.0)
+    run = hs.simulate(
+        "friction",
+        {"model": model},
+        hand=Prescribed(lambda t: speed * t),
+        device=device,
+        seconds=seconds,
+    )
+    want = FRICTION.over_velocity(FRICTION.values({"model": model}), np.array([speed]))[0]
+    late = run.force[-len(run.force) // 4 :]
+    assert late == pytest.approx(want, rel=0.01, abs=0.002)
+
+
+def test_curves_have_stribecks_shape_where_the_model_has():
+    v = np.array([-0.2, -1e-4, 1e-4, 0.02, 0.2])
+    got = FRICTION.over_velocity(FRICTION.values({"model": "stribeck", "viscous": 0.0}), v)
+    assert got == pytest.approx([0.4, 0.6, -0.6, -(0.4 + 0.2 / math.e), -0.4], rel=1e-3)
+    smooth = FRICTION.over_velocity(FRICTION.values({"model": "smoothed", "viscous": 2.0}), v)
+    assert smooth == pytest.approx(-0.4 * np.tanh(v / 0.03) - 2.0 * v)
+    for model in MODELS:
+        two = FRICTION.over_position(FRICTION.values({"model": model}), np.linspace(-0.04, 0.04, 5))
+        assert (two[0] == -two[1]).all()
+        assert two[1] == pytest.approx(0.6 if model in ("stribeck", "lugre", "karnopp") else 0.4)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_it_takes_hold_where_the_handle_is(model):
+    got, states = along("friction", [0.03, 0.03], model=model)
+    assert not got.any()
+    assert (states[:, 0] == 0.03).all()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_without_friction_only_the_viscous_part_is_left(model):
+    path = 0.01 * np.sin(np.arange(400) / 20.0)
+    speeds = np.gradient(path) * 1e3
+    got, _ = along("friction", path, speeds, model=model, kinetic_force=0.0, static_force=0.0, viscous=3.0)
+    assert got == pytest.approx(-3.0 * speeds, abs=2e-6)
+
+
+@pytest.mark.parametrize("model", ["tether", "projection"])
+def test_without_kinetic_friction_it_sticks_again_when_it_turns_back(model):
+    path = np.concatenate([np.arange(0, 30), np.arange(30, 20, -1)]) * 1e-4
+    _, states = along("friction", path, model=model, kinetic_force=0.0)
+    assert states[5, 1] == 1.0
+    assert states[30, 1] == 0.0
+    assert states[31:, 1].all()
+
+
+@pytest.mark.parametrize("model", HOLDING)
+def test_static_friction_is_never_below_the_kinetic_one(model):
+    path = np.arange(100) * 1e-4
+    low, _ = along("friction", path, model=model, kinetic_force=1.0, static_force=0.2)
+    same, _ = along("friction", path, model=model, kinetic_force=1.0, static_force=1.0)
+    assert np.array_equal(low, same)
+
+
+def test_coulomb_and_smoothed_by_their_formulas():
+    for v in (-0.3, -1e-4, 0.0, 1e-4, 0.3):
+        assert force("friction", 0.01, v, model="coulomb") == pytest.approx(-0.4 * np.sign(v) - v)
+        assert force("friction", 0.01, v, model="smoothed") == pytest.approx(-0.4 * np.tanh(v / 0.03) - v)
+
+
+def warned(conditions=None, **given):
+    return list(FRICTION.warnings(FRICTION.values(given), conditions or Conditions()))
+
+
+def test_nothing_is_warned_of_by_default():
+    assert warned() == []
+    assert warned(Conditions(speed=3.0)) == []
+    for model in MODELS:
+        assert warned(model=model) == []
+
+
+@pytest.mark.parametrize(
+    ("inside", "outside", "words"),
+    [
+        ({"model": "coulomb", "kinetic_force": 1.352}, {"kinetic_force": 1.380}, "above 1.4 N"),
+        ({"model": "smoothed", "stick_velocity": 0.00459}, {"stick_velocity": 0.00450}, "above 88 N·s/m"),
+        ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
+        ({"model": "tether", "tether_stiffness": 2970.0}, {"tether_stiffness": 3030.0}, "above 3000 N/m"),
+    ],
+)
+def test_what_is_beyond_a_models_limit_is_said_in_one_line(inside, outside, words):
+    assert warned(**inside) == []
+    (line,) = warned(**(inside | outside))
+    assert words in line.replace("Above", "above")
+    assert "\n" not in line
+
+
+def test_bristles_at_their_end_within_a_period_are_warned_of():
+    """0.4 N over 500 N/m twice in a period: 1.6 m/s."""
+    assert warned(Conditions(speed=1.58), model="lugre") == []
+    (line,) = warned(Conditions(speed=1.62), model="lugre")
+    assert "1.6 m/s" in line
