@@ -16,6 +16,14 @@ def look(qapp):
     theme.set_mode("light")
 
 
+@pytest.fixture(autouse=True)
+def home(tmp_path, monkeypatch):
+    """Return the folder that stands for the person's own; whoever runs the tests has another one."""
+    monkeypatch.setenv("HAPKIT_STUDIO_FOLDER", str(tmp_path))
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    return tmp_path
+
+
 @pytest.fixture
 def make_window(qtbot, qapp):
     """Return a maker of shown windows; each is closed, its loop ended, after the test."""

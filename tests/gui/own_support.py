@@ -1,0 +1,50 @@
+"""Own environments to test with: files, a folder of their own, waiting for what a trial finds."""
+
+from pathlib import Path
+
+from hapkit_studio.workshop import trust
+from tests.gui.window_support import PATIENCE_MS
+
+SPRING = '''"""A spring of a test."""
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Parameter
+
+
+@law
+def force(p, s, x, v, dt):
+    return -p.stiffness * x
+
+
+ENVIRONMENT = Environment(
+    key="{key}",
+    title="{title}",
+    summary="For a test",
+    parameters=(Parameter("stiffness", "Stiffness", "N/m", 100.0, 0.0, 500.0),),
+    force=force,
+)
+'''
+LAW_LINE = 10
+
+
+def spring(key: str = "test_spring", title: str = "Test spring", force: str = "-p.stiffness * x") -> str:
+    """Return a file's text whose law returns an expression on LAW_LINE."""
+    return SPRING.format(key=key, title=title).replace("-p.stiffness * x", force)
+
+
+def put(home: Path, name: str, text: str, trusted: bool = True) -> Path:
+    """Write a file, as the studio would or as others would: nobody has agreed to what they wrote."""
+    path = home / "environments" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    if trusted:
+        trust.trust(text)
+    return path
+
+
+def wait_for_verdict(window, qtbot, run):
+    """Do something that has a file tried out; return its verdict."""
+    with qtbot.waitSignal(window.own.judged, timeout=PATIENCE_MS) as heard:
+        run()
+    return heard.args[1]

@@ -1,0 +1,245 @@
+"""Writing a law in the window: from a template to the loop, with errors at their lines, nothing lost."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel
+
+from hapkit_studio.haptics import rows
+from hapkit_studio.workshop.trust import digest, is_trusted
+from hapkit_studio.workshop.verdict import Verdict, failed
+from tests.gui.own_support import LAW_LINE, put, spring, wait_for_verdict
+from tests.gui.window_support import PATIENCE_MS
+
+
+@pytest.fixture
+def opened(home, make_window, qtbot):
+    """Return a maker: a window without a device in which a trusted file is open."""
+
+    def make(text=None):
+        path = put(home, "test_spring.py", text or spring())
+        window = make_window()
+        window.desk.edit(path)
+        return window
+
+    return make
+
+
+@pytest.fixture
+def no_trials(monkeypatch):
+    """Let no program be started; a test says itself what a trial has found."""
+    monkeypatch.setattr("hapkit_studio.gui.editor.trial_runner.TrialRunner._work", lambda *_: None)
+
+
+def force_at(window, qtbot, place: float) -> float:
+    """Hold the handle at a place in m; return the force asked there over position, in N/m."""
+    window.studio.move_hand(place)
+    reader, taken = window.studio.engine.reader(), []
+
+    def settled():
+        new = reader.read()
+        taken.extend(new)
+        return len(taken) > 600 and np.ptp([r[rows.POSITION] for r in taken[-100:]]) < 1e-4
+
+    qtbot.waitUntil(settled, timeout=PATIENCE_MS)
+    last = np.array(taken[-100:])
+    return float(np.mean(last[:, rows.ASKED]) / np.mean(last[:, rows.POSITION]))
+
+
+def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbot):
+    window.actions_by_key.run("environment.new")
+    chooser = window.desk.editor.chooser
+    assert chooser.isVisible()
+    assert window.centre.scene.isVisible()
+    assert not window.centre.time.isVisible()
+    assert chooser.title.text() == "My spring"
+    chooser.title.selectAll()
+    QTest.keyClicks(chooser.title, "Weiche Feder")
+    verdict = wait_for_verdict(window, qtbot, lambda: QTest.keyClick(chooser.title, Qt.Key.Key_Return))
+    assert verdict.ok
+    assert verdict.calls >= 10_000
+    path = home / "environments" / "weiche_feder.py"
+    assert path.is_file()
+    assert window.desk.path == path == window.own.in_force
+    assert window.desk.page.code.hasFocus()
+    assert window.studio.environment.title == "Weiche Feder"
+    assert window.studio.engine.environment is window.studio.environment
+    assert set(window.panel.parameters.rows) == {"stiffness", "damping", "center"}
+    assert force_at(window, qtbot, 0.01) == pytest.approx(-80.0, rel=0.02)
+    window.panel.parameters.rows["stiffness"].box.entered.emit(160.0)
+    assert force_at(window, qtbot, 0.01) == pytest.approx(-160.0, rel=0.02)
+
+    code = window.desk.page.code
+    code.selectAll()
+    code.insertPlainText(window.desk.page.text.replace("return -p.stiffness", "return -2.0 * p.stiffness"))
+    assert window.header.tabs.tabText(1) == "Law ●"
+    verdict = wait_for_verdict(window, qtbot, lambda: window.actions_by_key.run("environment.save"))
+    assert verdict.ok
+    assert window.header.tabs.tabText(1) == "Law"
+    assert window.studio.values["stiffness"] == 160.0
+    assert force_at(window, qtbot, 0.01) == pytest.approx(-320.0, rel=0.02)
+
+
+def test_an_error_stands_at_its_line_and_the_old_law_goes_on(opened, qtbot):
+    window = opened(spring(force="-p.stifness * x"))
+    before = window.studio.environment
+    verdict = wait_for_verdict(window, qtbot, window.desk.save)
+    assert not verdict.ok
+    assert window.studio.environment is before
+    assert list(window.desk.page.code.marks) == [LAW_LINE]
+    assert "stifness" in window.desk.page.code.marks[LAW_LINE]
+    words = window.desk.strip.words.text()
+    assert words.startswith(f"Line {LAW_LINE}: 'p.stifness'")
+    assert words.endswith("The old law goes on.")
+    assert window.gallery.own_rows[window.desk.path].summary == "Does not run yet"
+
+
+def test_saying_that_a_trial_is_under_way(opened, no_trials):
+    window = opened()
+    window.desk.save()
+    assert window.desk.strip.words.text() == "Checking line by line…"
+    assert window.desk.strip.busy.isVisible()
+    assert window.gallery.own_rows[window.desk.path].summary == "Checking line by line…"
+    window.own.runner.finished.emit(window.desk.path, failed("this is wrong", 3))
+    assert not window.desk.strip.busy.isVisible()
+
+
+def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_trials):
+    window = opened()
+    window.desk.save()
+    QTest.keyClicks(window.desk.page.code, "#")
+    window.own.runner.finished.emit(window.desk.path, failed("this is wrong", 3))
+    assert "#" in window.desk.page.text
+    assert window.desk.page.unsaved
+
+
+def test_a_fault_marks_its_line(window, qtbot, home):
+    text = spring(key="fault", force="-p.stiffness * x / max(x - 0.2, -0.2 * (x < 0.01))")
+    path = put(home, "fault.py", text)
+    # a trial would have found it: this is what only shows in the loop
+    wait_for_verdict(
+        window, qtbot, lambda: window.own.runner.finished.emit(path, Verdict(digest=digest(text)))
+    )
+    window.desk.edit(path)
+    window.studio.move_hand(0.02)
+    qtbot.waitUntil(lambda: window.studio.fault is not None, timeout=PATIENCE_MS)
+
+    def marked():
+        window.live.tick()
+        return bool(window.desk.page.code.marks)
+
+    qtbot.waitUntil(marked, timeout=PATIENCE_MS)
+    assert list(window.desk.page.code.marks) == [LAW_LINE]
+    assert window.desk.strip.words.text() == window.studio.fault.text
+    assert window.banners.get("fault") is not None
+
+
+def test_esc_stops_from_inside_the_editor(window, home):
+    window.desk.edit(put(home, "test_spring.py", spring()))
+    for widget in (window.desk.page.code, window.desk.page.save):
+        widget.setFocus()
+        QTest.keyClick(widget, Qt.Key.Key_Escape)
+        assert window.studio.stopped
+        assert window.studio.engine.stopped
+        assert window.desk.page.isVisible()
+        window.studio.release_stop()
+    window.actions_by_key.run("environment.new")
+    QTest.keyClick(window.desk.editor.chooser.title, Qt.Key.Key_Escape)
+    assert window.studio.stopped
+
+
+def test_letters_of_a_law_choose_no_environment(opened):
+    window = opened()
+    window.desk.page.code.setFocus()
+    QTest.keyClicks(window.desk.page.code, "01c m?")
+    assert window.studio.environment.key == "wall"
+    assert "01c m?" in window.desk.page.text
+
+
+def test_closing_asks_for_what_is_not_saved(opened, no_trials):
+    window = opened()
+    QTest.keyClicks(window.desk.page.code, "#")
+    text = window.desk.page.text
+    window.actions_by_key.run("environment.close")
+    assert window.desk.page.isVisible()
+    assert [b.text() for b in window.desk.strip.buttons] == ["Save", "Discard", "Go on"]
+    window.desk.strip.buttons[2].click()
+    assert window.desk.page.code.hasFocus()
+    window.actions_by_key.run("environment.close")
+    path = window.desk.path
+    window.desk.strip.buttons[0].click()
+    assert path.read_text(encoding="utf-8") == text
+    assert is_trusted(text)
+    assert window.desk.path is None
+    assert window.centre.time.isVisible()
+    assert window.header.tabs.count() == 1
+
+
+def test_discarding_leaves_the_file_alone(opened):
+    window = opened()
+    QTest.keyClicks(window.desk.page.code, "#")
+    window.desk.page.keep_draft()
+    window.desk.close()
+    path = window.desk.path
+    window.desk.strip.buttons[1].click()
+    assert path.read_text(encoding="utf-8") == spring()
+    window.desk.edit(path)
+    assert window.desk.page.text == spring()
+    assert not window.desk.page.unsaved
+
+
+def test_what_was_not_saved_comes_back_after_the_window_was_closed(opened, make_window, home):
+    window = opened()
+    QTest.keyClicks(window.desk.page.code, "# half a thought ")
+    path, text = window.desk.path, window.desk.page.text
+    window.close()
+    assert path.read_text(encoding="utf-8") == spring()
+    again = make_window()
+    again.desk.edit(path)
+    assert again.desk.page.text == text
+    assert again.desk.page.unsaved
+    again.desk.page.code.undo()
+    assert again.desk.page.text == spring()
+    assert not again.desk.page.unsaved
+
+
+def test_a_file_that_cannot_be_written_loses_nothing(opened, monkeypatch):
+    window = opened()
+    QTest.keyClicks(window.desk.page.code, "#")
+
+    def full(_path, _text):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("hapkit_studio.workshop.folder.save", full)
+    window.desk.save()
+    assert window.desk.page.unsaved
+    assert "No space left" in window.desk.strip.words.text()
+    assert window.own.runner.path is None
+
+
+def test_ctrl_e_goes_from_the_scene_to_the_law_and_back(opened):
+    window = opened()
+    window.actions_by_key.run("environment.law")
+    assert window.centre.scene.hasFocus()
+    window.header.tabs.setCurrentIndex(0)
+    assert window.centre.time.isVisible()
+    window.actions_by_key.run("environment.law")
+    assert window.desk.page.code.hasFocus()
+    assert not window.centre.time.isVisible()
+
+
+def test_every_control_of_the_editor_has_a_name(opened):
+    window = opened()
+    assert window.desk.page.code.accessibleName() == "Law, test_spring.py"
+    assert window.desk.page.close_law.accessibleName()
+    window.desk.begin_new()
+    rows_ = window.desk.editor.chooser.group.buttons()
+    assert [row.accessibleName().split(":")[0] for row in rows_] == [
+        "Spring",
+        "Wall",
+        "Two walls",
+        "Mass on a spring",
+    ]
+    labels = window.desk.editor.chooser.findChildren(QLabel)
+    assert any(label.buddy() is window.desk.editor.chooser.title for label in labels)

@@ -1,0 +1,136 @@
+"""The text of a law: colours, indentation, line numbers, marks at their lines."""
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QTextCursor
+from PySide6.QtTest import QTest
+
+from hapkit_studio.gui.editor.code_edit import CodeEdit
+from hapkit_studio.gui.editor.highlighter import KINDS
+from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.tokens import MODES, TOKENS, luminance
+
+
+@pytest.fixture
+def code(qtbot) -> CodeEdit:
+    widget = CodeEdit()
+    qtbot.addWidget(widget)
+    widget.resize(640, 320)
+    widget.show()
+    qtbot.waitExposed(widget)
+    return widget
+
+
+def color_of(code: CodeEdit, word: str) -> str:
+    """Return the colour a word's first letter is drawn in."""
+    cursor = code.document().find(word)
+    at = cursor.selectionStart() - cursor.block().position()
+    for part in cursor.block().layout().formats():
+        if part.start <= at < part.start + part.length:
+            return part.format.foreground().color().name()
+    return theme.color("ink").name()
+
+
+@pytest.mark.parametrize("mode", range(len(MODES)))
+def test_every_colour_can_be_read_on_every_ground(mode):
+    for token in {token for token, _, _ in KINDS.values()} | {"ink", "danger"}:
+        for ground in ("surface", "contact", "dangersoft"):
+            lights = sorted(luminance(TOKENS[name][mode]) for name in (token, ground))
+            assert (lights[1] + 0.05) / (lights[0] + 0.05) >= 4.5, (token, ground)
+
+
+@pytest.mark.parametrize(
+    ("text", "word", "token"),
+    [
+        ("return x", "return", "asked"),
+        ("a = x * 2", "x", "position"),
+        ("a = v * 2", "v", "velocity"),
+        ("call(x=2)", "x=", "ink"),
+        ("a = p.stiffness", "p.", "accent"),
+        ("maximum = 1", "max", "ink"),
+        ("a = 'x # v'  # why", "'x", "energy"),
+        ("a = 'x # v'  # why", "# why", "ink3"),
+        ('"""long\nreturn v\nend""" + x', "return", "energy"),
+        ('"""long\nreturn v\nend""" + x', "x", "position"),
+        ('a = """one""" + x', "x", "position"),
+    ],
+)
+def test_words_have_the_colour_of_what_they_are(code, text, word, token):
+    code.setPlainText(text)
+    assert color_of(code, word) == theme.color(token).name()
+
+
+def test_colours_follow_the_theme(code):
+    code.setPlainText("return x")
+    theme.set_mode("dark")
+    assert color_of(code, "return") == TOKENS["asked"][1].lower()
+
+
+def test_enter_keeps_the_depth_and_goes_deeper_after_a_colon(code):
+    QTest.keyClicks(code, "if x > 0:  # in")
+    QTest.keyClick(code, Qt.Key.Key_Return)
+    QTest.keyClicks(code, "y = 1")
+    QTest.keyClick(code, Qt.Key.Key_Return)
+    QTest.keyClicks(code, "return y")
+    QTest.keyClick(code, Qt.Key.Key_Return)
+    QTest.keyClicks(code, "z")
+    assert code.toPlainText() == "if x > 0:  # in\n    y = 1\n    return y\nz"
+
+
+def test_tab_is_four_spaces_and_backspace_takes_them_back(code):
+    QTest.keyClicks(code, "ab")
+    QTest.keyClick(code, Qt.Key.Key_Tab)
+    assert code.toPlainText() == "ab  "
+    code.setPlainText("")
+    QTest.keyClick(code, Qt.Key.Key_Tab)
+    QTest.keyClick(code, Qt.Key.Key_Tab)
+    assert code.toPlainText() == " " * 8
+    QTest.keyClick(code, Qt.Key.Key_Backspace)
+    assert code.toPlainText() == " " * 4
+
+
+def test_selected_lines_move_together_and_undo_at_once(code):
+    code.setPlainText("a\n\nb\nc")
+    cursor = code.textCursor()
+    cursor.setPosition(0)
+    cursor.setPosition(4, QTextCursor.MoveMode.KeepAnchor)
+    code.setTextCursor(cursor)
+    QTest.keyClick(code, Qt.Key.Key_Tab)
+    assert code.toPlainText() == "    a\n\n    b\nc"
+    QTest.keyClick(code, Qt.Key.Key_Backtab)
+    assert code.toPlainText() == "a\n\nb\nc"
+    code.undo()
+    assert code.toPlainText() == "    a\n\n    b\nc"
+
+
+def test_a_mark_follows_its_line(code):
+    code.setPlainText("one\ntwo\nthree")
+    code.mark([(2, "wrong"), (99, "beyond"), (0, "nowhere")])
+    assert code.marks == {2: "wrong", 3: "beyond"}
+    code.moveCursor(QTextCursor.MoveOperation.Start)
+    QTest.keyClick(code, Qt.Key.Key_Return)
+    assert code.marks == {3: "wrong", 4: "beyond"}
+    code.mark(())
+    assert code.marks == {}
+
+
+def test_a_mark_is_drawn_with_its_words_and_a_sign(code):
+    code.setPlainText("one\ntwo\nthree")
+    plain, numbers = code.viewport().grab().toImage(), code.gutter.grab().toImage()
+    code.mark([(2, "wrong")])
+    marked, signed = code.viewport().grab().toImage(), code.gutter.grab().toImage()
+    row = int(code.cursorRect(QTextCursor(code.document().findBlockByNumber(1))).center().y())
+    danger, ground = theme.color("danger"), theme.color("dangersoft").name()
+    beside = [marked.pixelColor(x, y) for x in range(60, 140) for y in range(row - 8, row + 8)]
+    assert marked.pixelColor(marked.width() - 3, row).name() == ground
+    assert any(abs(c.red() - danger.red()) + abs(c.green() - danger.green()) < 60 for c in beside)
+    assert signed != numbers
+    assert plain.copy(0, 0, 300, 10) == marked.copy(0, 0, 300, 10)
+
+
+def test_line_numbers_have_room_for_the_last_one(code):
+    code.setPlainText("\n" * 9)
+    few = code.gutter.width()
+    code.setPlainText("\n" * 12_000)
+    assert code.gutter.wanted > few
+    assert code.viewport().geometry().left() == code.gutter.wanted
