@@ -1,6 +1,7 @@
 """The longest step at which an integrator does not make a mass on a spring and damper gain energy; SI."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,13 +23,14 @@ def _verlet(ratio: float) -> float:
     return 2.0
 
 
+@lru_cache(maxsize=64)
 def _rk4(ratio: float) -> float:
     """Return the first step at which the method amplifies an eigenvalue, its polynomial beyond 1."""
     eigenvalues = np.roots([1.0, 2.0 * ratio, 1.0])
     steps = np.geomspace(1e-4, 3.0, 12_000)
     z = steps[:, None] * eigenvalues
     grows = np.abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))).max(axis=1) > 1.0 + 1e-12
-    return float(steps[np.argmax(grows)]) if grows.any() else 3.0
+    return float(steps[np.argmax(grows)])
 
 
 _LIMITS = {
