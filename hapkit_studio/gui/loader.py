@@ -45,7 +45,7 @@ class Loader(QObject):
             return
         other = self._holder(environment.key, path)
         if other:
-            words = f'{other} has the key "{environment.key}" too: choose another one'
+            words = f'the key "{environment.key}" is that of {other} too: choose another one'
             self.failed.emit(path, failed(words, digest=verdict.digest))
         else:
             self.loaded.emit(path, environment, verdict)
@@ -54,5 +54,5 @@ class Loader(QObject):
     def _read(path: Path, digest: str) -> OwnEnvironment:
         text = text_of(path)
         if trust.digest(text) != digest or not trust.is_trusted(text):
-            raise LawError(f"{path.name} was changed while it was checked")
+            raise LawError("the file was changed while it was checked")
         return load_text(text, path)

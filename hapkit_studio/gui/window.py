@@ -216,6 +216,7 @@ class MainWindow(QMainWindow):
         column.addLayout(self._middle, 1)
         column.addWidget(self.status)
         self.setCentralWidget(whole)
+        self.gallery.order()
         self.panel.parameters.order()
 
     def _guard_keys(self) -> None:

@@ -1,0 +1,215 @@
+"""Own environments: nobody's file runs unasked, what changed outside is asked about again."""
+
+import pytest
+from PySide6.QtCore import QElapsedTimer, Qt, QTimer
+from PySide6.QtTest import QTest
+
+from hapkit_studio.gui.own_file import described
+from hapkit_studio.gui.shelf import Shelf
+from hapkit_studio.workshop import reading
+from hapkit_studio.workshop.trust import digest
+from hapkit_studio.workshop.verdict import Verdict
+from tests.gui.own_support import put, spring, wait_for_verdict
+
+
+def leaving(marker, text: str) -> str:
+    """Return a text that leaves a file behind when it is executed."""
+    return f"open({str(marker)!r}, 'w').close()\n{text}"
+
+
+def passed(window, path):
+    """Take a file for tried out, without the program that tries it."""
+    text = path.read_text(encoding="utf-8")
+    return lambda: window.own.runner.finished.emit(path, Verdict(digest=digest(text)))
+
+
+def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, make_window, qtbot):
+    marker = home / "it ran"
+    path = put(home, "ada.py", leaving(marker, spring("ada", "Ada's spring")), trusted=False)
+    window = make_window()
+    row, source = window.gallery.own_rows[path], window.desk.editor.source
+    assert (row.title, row.summary, row.picture) == ("Ada's spring", "From someone else", "lock")
+    QTest.mouseClick(row, Qt.MouseButton.LeftButton)
+    assert source.isVisible()
+    assert source.code.toPlainText() == path.read_text(encoding="utf-8")
+    assert source.code.isReadOnly()
+    assert window.gallery.rows["wall"].isChecked()
+    source.leave.click()
+    assert not source.isVisible()
+    assert not marker.exists()
+    window.own.choose(path)
+    verdict = wait_for_verdict(window, qtbot, source.run.click)
+    assert verdict.ok
+    assert marker.exists()
+    assert window.studio.environment.key == "ada"
+    assert row.isChecked()
+    assert row.summary == "For a test"
+
+
+def test_a_file_opened_from_elsewhere_is_taken_into_the_folder_after_asking(
+    home, make_window, qtbot, tmp_path
+):
+    marker, stranger = home / "it ran", tmp_path / "downloads" / "ada.py"
+    stranger.parent.mkdir()
+    stranger.write_text(leaving(marker, spring("ada")), encoding="utf-8")
+    window = make_window()
+    window.desk.bring(stranger)
+    source = window.desk.editor.source
+    assert source.isVisible()
+    assert window.own.files == []
+    stranger.write_text("raise SystemExit", encoding="utf-8")  # behind the reader's back
+    source.run.click()
+    path = home / "environments" / "ada.py"
+    window.own.runner.give_up()
+    assert path.read_text(encoding="utf-8") == leaving(marker, spring("ada"))
+    assert window.desk.path == path
+    assert not marker.exists()
+
+
+def test_a_file_changed_outside_is_asked_about_again(home, make_window, qtbot):
+    path = put(home, "mine.py", spring("mine"))
+    window = make_window()
+    wait_for_verdict(window, qtbot, passed(window, path))
+    assert window.studio.environment.key == "mine"
+    window.studio.choose("wall")
+    marker = home / "it ran"
+    put(home, "mine.py", leaving(marker, spring("mine")), trusted=False)
+    window.watch.look_at_files()
+    assert window.gallery.own_rows[path].picture == "lock"
+    window.own.choose(path)
+    assert window.desk.editor.source.isVisible()
+    assert window.studio.environment.key == "wall"
+    assert not marker.exists()
+
+
+def test_a_file_changed_while_it_was_tried_is_not_loaded(home, make_window, qtbot):
+    path = put(home, "mine.py", spring("mine"))
+    window = make_window()
+    tried_out = passed(window, path)
+    put(home, "mine.py", leaving(home / "it ran", spring("mine")), trusted=False)
+    verdict = wait_for_verdict(window, qtbot, tried_out)
+    assert "changed while it was checked" in verdict.problems[0].text
+    assert not (home / "it ran").exists()
+    assert window.studio.environment.key == "wall"
+
+
+def test_a_law_open_in_the_editor_follows_its_file(home, make_window):
+    path = put(home, "mine.py", spring("mine"))
+    window = make_window()
+    window.desk.edit(path)
+    put(home, "mine.py", spring("mine", force="-p.stiffness * x * 2.0"), trusted=False)
+    window.watch.look_at_files()
+    assert "* 2.0" in window.desk.page.text
+    assert "Changed outside" in window.desk.strip.words.text()
+    QTest.keyClicks(window.desk.page.code, "#")
+    text = window.desk.page.text
+    put(home, "mine.py", spring("mine"), trusted=False)
+    window.watch.look_at_files()
+    assert window.desk.page.text == text
+
+
+def test_two_files_of_one_key_are_told_apart(home, make_window, qtbot):
+    first, second = put(home, "a.py", spring("same")), put(home, "b.py", spring("same", "Other"))
+    window = make_window()
+    assert wait_for_verdict(window, qtbot, passed(window, first)).ok
+    verdict = wait_for_verdict(window, qtbot, passed(window, second))
+    assert str(verdict.problems[0]) == 'The key "same" is that of a.py too: choose another one.'
+    assert window.own.in_force == first
+
+
+def test_a_file_that_is_gone_leaves_the_gallery_and_the_loop(home, make_window, qtbot):
+    path = put(home, "mine.py", spring("mine"))
+    window = make_window()
+    wait_for_verdict(window, qtbot, passed(window, path))
+    assert window.gallery.own_rows[path].isChecked()
+    path.unlink()
+    window.desk.forget(path)
+    assert window.gallery.own_rows == {}
+    assert not window.gallery.own_heading.isVisible()
+    assert window.studio.environment.key == "free"
+    assert "mine" not in window.studio.environments
+
+
+def test_a_file_that_is_no_text_harms_nothing(home, make_window):
+    path = put(home, "bytes.py", spring())
+    path.write_bytes(b"\xff\xfe\x00")
+    window = make_window()
+    assert window.gallery.own_rows[path].summary == "Does not run yet"
+    window.gallery.own_rows[path].click()
+    assert window.studio.environment.key == "wall"
+
+
+def test_a_file_that_never_ends_does_not_hold_the_window_up(home, make_window):
+    path = put(home, "endless.py", "while True:\n    pass\n")
+    clock = QElapsedTimer()
+    clock.start()
+    window = make_window()
+    window.own.choose(path)
+    assert clock.elapsed() < 10_000
+    assert window.gallery.own_rows[path].summary == "Checking line by line…"
+    window.own.close()
+
+
+@pytest.mark.parametrize(
+    ("text", "title", "summary"),
+    [
+        (spring(title="One"), "One", "For a test"),
+        ("ENVIRONMENT = Environment(title='Not ' + 'read', summary='Two  words')", "A file", "Two words"),
+        ("def broken(", "A file", ""),
+        ("", "A file", ""),
+    ],
+)
+def test_words_are_read_without_running_anything(tmp_path, text, title, summary):
+    found = described(tmp_path / "a_file.py", text, "ready")
+    assert (found.title, found.summary) == (title, summary)
+
+
+def version(tmp_path, *parameters: str):
+    """Return an environment that declares these parameters."""
+    text = spring().replace(
+        'Parameter("stiffness", "Stiffness", "N/m", 100.0, 0.0, 500.0)', ", ".join(parameters)
+    )
+    text = text.replace("import Parameter", "import Choice, Parameter").replace("-p.stiffness * x", "0.0")
+    return reading.load_text(text, tmp_path / "version.py")
+
+
+def number(key: str, default: float, high: float = 9.0) -> str:
+    return f'Parameter("{key}", "{key}", "N", {default}, 0.0, {high})'
+
+
+def choice(*options: str) -> str:
+    return f'Choice("side", "Side", {options!r})'
+
+
+def test_values_stay_where_they_still_mean_something(tmp_path):
+    moved, narrowed, untouched = number("a", 1.0), number("b", 1.0), number("c", 1.0)
+    first = version(tmp_path, moved, narrowed, untouched, choice("left", "right"))
+    shelf = Shelf({first.key: first})
+    shelf.values[first.key].update(a=5.0, b=8.0, side=1.0)
+    moved, narrowed, untouched = number("a", 2.0), number("b", 2.0, high=6.0), number("c", 3.0)
+    shelf.put(
+        version(tmp_path, moved, narrowed, untouched, choice("middle", "left", "right"), number("e", 4.0))
+    )
+    # what was never moved follows its default; a choice is kept by its name
+    assert shelf.values[first.key] == {"a": 5.0, "b": 2.0, "c": 3.0, "side": 2.0, "e": 4.0}
+
+
+@pytest.mark.alone
+def test_the_window_never_waits_50_ms_while_a_law_is_saved(home, window, qtbot):
+    path = put(home, "mine.py", spring("mine"))
+    window.desk.edit(path)
+    wait_for_verdict(window, qtbot, window.desk.save)
+    clock, gaps = QElapsedTimer(), []
+    beat = QTimer(interval=5, timerType=Qt.TimerType.PreciseTimer)
+    beat.timeout.connect(lambda: gaps.append(clock.restart()))
+    for factor in (2.0, 3.0, 4.0):
+        window.desk.page.code.setPlainText(spring("mine", force=f"-p.stiffness * x * {factor}"))
+        QTest.qWait(200)
+        clock.start()
+        beat.start()
+        verdict = wait_for_verdict(window, qtbot, window.desk.save)
+        QTest.qWait(100)
+        beat.stop()
+        assert verdict.ok
+    assert len(gaps) > 50
+    assert max(gaps) < 50, sorted(gaps)[-5:]
