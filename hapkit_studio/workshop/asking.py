@@ -49,6 +49,5 @@ def _try(text: str, file: Path) -> None:
     """Raise LawError unless a text passes its trial, now or before."""
     if tried.has_passed(text, file):
         return
-    verdict = trial.result(trial.begin(file, trust.digest(text)))
-    for problem in verdict.problems:
+    for problem in trial.check(file, trust.digest(text)).problems:
         raise LawError(problem.text, problem.line)

@@ -62,9 +62,9 @@ def stop(process: subprocess.Popen) -> Verdict:
     return failed(NO_END)
 
 
-def check(path: str | Path, timeout: float = TIMEOUT) -> Verdict:
+def check(path: str | Path, digest: str = "", timeout: float = TIMEOUT) -> Verdict:
     """Try out a file and wait for the verdict, up to timeout in s."""
-    return result(begin(path), timeout)
+    return result(begin(path, digest), timeout)
 
 
 def _kill(process: subprocess.Popen) -> None:

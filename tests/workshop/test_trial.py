@@ -105,6 +105,15 @@ def test_what_holds_the_pipe_open_is_not_waited_for(tmp_path):
     assert gone(int(child.read_text(encoding="ascii")))
 
 
+def test_a_trial_that_nobody_waits_for_ends_by_itself(tmp_path):
+    path = write(tmp_path, text(beside="while True:\n    pass\n"))
+    program = (
+        "import sys\nfrom hapkit_studio.workshop import trial\ntrial.TIMEOUT = 0.2\ntrial.main(sys.argv[1])"
+    )
+    done = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, timeout=30)
+    assert (done.stdout, done.stderr) == (b"", b"")
+
+
 ENDS = [
     ("import os\nos._exit(0)\n", "the file ended the program that tried it"),
     ("import os\nos.abort()\n", "the file crashed Python"),
