@@ -67,3 +67,16 @@ def test_each_theme_has_its_own_ground(qtbot, key):
         theme.set_mode(mode)
         grounds.add(tuple(shot(view, -0.02)[6, 840]))
     assert len(grounds) == 3
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("force", [0.58, 1.9])
+def test_the_force_is_not_written_over_the_hands_ring(qtbot, side, force):
+    view, stage = scene_of(qtbot, "bump_valley", (620, 180))
+    for away in (12.0, 14.0, 18.0, 25.0):
+        place = 40.0 - 14.0 * force / 1.9
+        paint(view, 1e-3 * side * place, (), side * force, 1e-3 * side * (place - away))
+        ring, half = stage.x(side * (place - away)), 8 * stage.u
+        boxes = [box for box in view.text_boxes() if box.bottom() < stage.top]
+        assert boxes
+        assert not any(box.left() < ring + half and ring - half < box.right() for box in boxes)
