@@ -80,7 +80,7 @@ def _draw_wave(stage: Stage, values: Values, face: float, speed: float, since: f
     if room < 12 * stage.u:
         return
     over, left_over = stage.once("wave", lambda: _pictures(stage, values, speed), of=speed)
-    now = min(since / _SECONDS * stage.per_mm, room)
+    now = min(round(since / _SECONDS * stage.per_mm * ratio) / ratio, room) if since < math.inf else room
     high = over.height() / ratio
     for picture, start, stop in ((over, 0.0, now), (left_over, now, room)):
         source = QRectF(start * ratio, 0.0, (stop - start) * ratio, over.height())
@@ -137,7 +137,7 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     label(stage, text, left + bar + 6 * u + wide / 2, y, ("ink", "mat2"))
     pitch = f"{sound(values)[2]:.0f} Hz"
     half = text_width(stage, pitch) / 2
-    if left + bar + 2 * wide + 40 * u + 2 * half < stage.x(50.0):
+    if left + bar + wide + 24 * u + 2 * half < stage.x(50.0):
         label(stage, pitch, stage.x(50.0) - 8 * u - half, y, ("ink", "mat2"))
 
 
