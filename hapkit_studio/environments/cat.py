@@ -57,7 +57,7 @@ def paw(swat, sulk, provoked, dt):
     if swat > 0.0:
         swat = max(0.0, swat - dt)
         return swat, SULK_TIME if swat == 0.0 else 0.0
-    if provoked and sulk == 0.0:
+    if provoked > 0.0 and sulk == 0.0:
         return SWAT_TIME, 0.0
     return 0.0, max(0.0, sulk - dt)
 
@@ -84,6 +84,7 @@ def purr(contentment, strength, frequency, breath, phase, dt):
         "contentment": 0.0,
         "swat": 0.0,
         "sulk": 0.0,
+        "swats": 0.0,
         "push": 0.0,
         "last": 0.0,
         "nearly": 0.0,
@@ -101,7 +102,10 @@ def force(p, s, x, v, dt):
     s.contentment = min(1.0, max(-1.0, s.contentment * (1.0 - min(1.0, dt / FORGETS)) + gain))
     if s.swat == 0.0:
         s.push = -1.0 if s.pace > 0.0 else 1.0
-    s.swat, s.sulk = paw(s.swat, s.sulk, gain < 0.0 and s.contentment < SWATS_BELOW, dt)
+    provoked = 1.0 if gain < 0.0 and s.contentment < SWATS_BELOW else 0.0
+    s.swat, s.sulk = paw(s.swat, s.sulk, provoked, dt)
+    if s.swat == SWAT_TIME:
+        s.swats += 1.0
     blow = s.push * SWAT_FORCE * math.sin(math.pi * s.swat / SWAT_TIME)
 
     limit = p.fur_friction if x > s.anchor else p.fur_friction * p.nap_ratio
@@ -119,18 +123,15 @@ def impedance(p):
 
 
 def over_position(p, x):
-    """Return the force in N, (2, n), on a slow stroke: the first row with the nap, the second against it."""
-    ripple = p["hair"] * np.sin(TURN * x / HAIR_SPACING)
-    return np.array([ripple - p["fur_friction"], ripple + p["fur_friction"] * p["nap_ratio"]])
+    """Return the force in N, (2, n), where the fur slips with the nap and against it, without its tufts."""
+    return np.outer((-p["fur_friction"], p["fur_friction"] * p["nap_ratio"]), np.ones_like(x))
 
 
 PARAMETERS = (
-    Parameter("fur_friction", "Fur friction", "N", 0.35, 0.0, 1.5, "Where the fur slips with the nap", "μ"),
-    Parameter(
-        "nap_ratio", "Against : with", "", 1.8, 1.0, 3.0, "How many times harder it goes against the nap", "r"
-    ),
-    Parameter("fur_damping", "Fur damping", "N·s/m", 1.5, 0.0, 10.0, "Force per metre per second", "b"),
-    Parameter("hair", "Tufts", "N", 0.06, 0.0, 0.3, "Ripple of the hair, one tuft every 3 mm", "A"),
+    Parameter("fur_friction", "Fur friction", "N", 0.35, 0.0, 1.5, "Where the fur slips with the nap"),
+    Parameter("nap_ratio", "Against : with", "", 1.8, 1.0, 3.0, "How many times harder it goes against it"),
+    Parameter("fur_damping", "Damping", "N·s/m", 1.5, 0.0, 10.0, "Force per metre per second", "b"),
+    Parameter("hair", "Tufts", "N", 0.06, 0.0, 0.3, "Ripple of the hair, one tuft every 3 mm"),
     Parameter(
         "purr_force",
         "Purr",
@@ -149,7 +150,6 @@ PARAMETERS = (
         20.0,
         30.0,
         "1.2 Hz higher while it breathes out, 1.2 Hz lower while it breathes in",
-        "f",
     ),
     Parameter("breathing_rate", "Breathing", "Hz", 0.4, 0.1, 1.0, "Breaths per second"),
     Choice(
@@ -172,7 +172,7 @@ ENVIRONMENT = Environment(
     shortcut="C",
     formula="<i>F</i> = fur − <i>b v</i> + <i>c F</i><sub>p</sub> sin <i>φ</i>",
     explanation="The hair lies from the head (−40 mm) to the tail (+40 mm). It bends like a spring, 200 N/m, "
-    "and slips at μ with the nap, at r·μ against it. Contentment c, −1 to +1, counts the way you stroke, "
+    "and slips, with the nap sooner than against it. Contentment c, −1 to +1, counts the way you stroke, "
     "not the time: +3 per metre with the nap at 1 to 10 cm/s, where the nerves for caress answer best; −0.8 "
     "per metre against the nap; −3.5 against it above 10 cm/s, or either way above 25 cm/s. Left alone the "
     "cat forgets, by a third every 4 s. Above 0.3 it purrs, louder and 2.4 Hz higher breathing out than in. "
@@ -180,7 +180,7 @@ ENVIRONMENT = Environment(
     "pleases it until that is over.",
     impedance=impedance,
     over_position=over_position,
-    outcomes=("peak_force", "count:swat"),
+    outcomes=("peak_force", "energy", "count:contentment", "count:swats"),
     hands=("pet", "rub", "released"),
     needs=("mass", "viscous", "coulomb", "filter"),
     order=12,

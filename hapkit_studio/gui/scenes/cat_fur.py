@@ -15,10 +15,10 @@ from hapkit_studio.gui.scenes.stage import Stage
 _FIRST, _LAST = -29.5, 34.5  # mm
 _LIES, _FLAT, _BACKWARDS, _STANDS, _BRISTLES = np.radians((38.0, 8.0, 158.0, 62.0, 30.0))
 _REACH = 4.5  # mm: how far from the pad a hair is still touched
-_LONG, _SHORTER = 5.8, 0.25
+_LONG, _SHORTER = 6.2, 0.25
 _TRACE = 4.0  # mm: a stroke as long as this leaves its full trace
 _CURL = 0.35
-_THICK = 1.0  # half a root
+_THICK = 1.2  # half a root
 _TUFT = 3
 
 

@@ -3,47 +3,77 @@
 Drawn in units of the head, about 52 wide, its origin in the middle of the face.
 """
 
-from functools import cache
+import math
+from functools import cache, lru_cache
 
-from PySide6.QtCore import QPointF
-from PySide6.QtGui import QPainterPath
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QPainter, QPainterPath, QPen, QPixmap
 
 from hapkit_studio.gui.scenes.cat_coat import color, pen
 from hapkit_studio.gui.scenes.cat_eyes import eyes
 from hapkit_studio.gui.scenes.cat_mood import Mood, between
 from hapkit_studio.gui.scenes.cat_shape import HEAD, scale, y
 from hapkit_studio.gui.scenes.stage import Stage
+from hapkit_studio.gui.theme import theme
 
 _TURN = 4.5  # units: how far the face looks away while it sulks
 _EDGE = 1.8
+_WIDE, _ABOVE, _BELOW = 47.0, 42.0, 30.0  # units round the middle of the face
+_SHADE, _STEP = 0.02, 4.0  # of contentment, mm: finer changes of the face are not drawn
 
 
 def head(stage: Stage, mood: Mood, pad: float) -> None:
     """Draw the head; pad is the place in mm that the eyes follow."""
-    p, s = stage.p, scale(stage)
-    p.save()
-    p.translate(stage.x(HEAD[0]), y(stage, HEAD[1]) - (mood.chest - 1.0) * 0.4 * stage.band)
-    p.rotate(-3.0 * between(mood.contentment, 0.1, 0.5) if not mood.cross else 0.0)
+    s, follows = scale(stage), not (mood.purrs or mood.cross)
+    gaze = _STEP * round(pad / _STEP) if follows else 0.0
+    picture = _picture(s, stage.u, stage.ratio, theme.name, _look(mood), gaze)
+    corner = QPointF(stage.x(HEAD[0]) - _WIDE * s, y(stage, HEAD[1]) - _ABOVE * s)
+    stage.p.drawPixmap(corner, picture)
+
+
+def _look(mood: Mood) -> Mood:
+    """Return one of a few moods with the same face: each face is painted once for many frames.
+
+    Rounded up, so that what purrs goes on purring and what does not quite purr does not.
+    """
+    contentment = _SHADE * math.ceil(mood.contentment / _SHADE)
+    return Mood(contentment, swat=0.1 * (mood.swat > 0.0), sulk=float(mood.sulk > 0.0))
+
+
+@lru_cache(maxsize=48)
+def _picture(s: float, u: float, ratio: float, look: str, mood: Mood, pad: float) -> QPixmap:
+    """Return the head painted at s px a unit; look is the theme's name."""
+    wide, high = math.ceil(2 * _WIDE * s * ratio), math.ceil((_ABOVE + _BELOW) * s * ratio)
+    picture = QPixmap(wide, high)
+    picture.setDevicePixelRatio(ratio)
+    picture.fill(Qt.GlobalColor.transparent)
+    p = QPainter(picture)
+    p.setRenderHint(QPainter.RenderHint.Antialiasing)
     p.scale(s, s)
-    edge = pen("edge", _EDGE * stage.u / s)
+    p.translate(_WIDE, _ABOVE)
+    p.rotate(0.0 if mood.cross else -3.0 * between(mood.contentment, 0.1, 0.5))
+    edge = pen("edge", _EDGE * u / s)
     for side in (-1.0, 1.0):
         outer, inner = _ear(side, mood.ears)
-        _shape(stage, outer, "fur", edge)
-        stage.fill(inner, color("pink"))
-    _shape(stage, _skull(), "fur", edge)
-    stage.stroke(_marks()[0], pen("stripe", 3.0))
-    stage.stroke(_marks()[1], pen("stripe", 2.5))
+        shape(p, outer, "fur", edge)
+        p.fillPath(inner, color("pink"))
+    shape(p, _skull(), "fur", edge)
+    brow, cheeks = _marks()
+    p.strokePath(brow, pen("stripe", 3.0))
+    p.strokePath(cheeks, pen("stripe", 2.5))
     p.translate(-_TURN if mood.sulk > 0.0 else 0.0, 0.0)
-    stage.fill(_muzzle(), color("cream"))
-    eyes(stage, mood, pad)
-    _mouth(stage, mood)
-    stage.stroke(_whiskers(round(mood.ears, 1)), pen("whisker", 1.1, 0.85))
-    p.restore()
+    p.fillPath(_muzzle(), color("cream"))
+    eyes(p, mood, pad)
+    _mouth(p, mood)
+    p.strokePath(_whiskers(mood.ears), pen("whisker", 1.1, 0.85))
+    p.end()
+    return picture
 
 
-def _shape(stage: Stage, path: QPainterPath, part: str, edge) -> None:
-    stage.fill(path, color(part))
-    stage.stroke(path, edge)
+def shape(p: QPainter, path: QPainterPath, part: str, edge: QPen) -> None:
+    """Fill a path with a part's colour and draw its edge."""
+    p.fillPath(path, color(part))
+    p.strokePath(path, edge)
 
 
 def _mixed(a: tuple[float, float], b: tuple[float, float], share: float, side: float) -> QPointF:
@@ -119,23 +149,23 @@ def _nose() -> QPainterPath:
     return curved((-3.4, 6), (0, 4.6, 3.4, 6), (2.4, 9.6, 0, 10.2), (-2.4, 9.6, -3.4, 6))
 
 
-def _mouth(stage: Stage, mood: Mood) -> None:
+def _mouth(p: QPainter, mood: Mood) -> None:
     """Draw nose and mouth: a smile, a frown, or the teeth."""
     line = pen("dark", 1.9)
     if mood.swat > 0.0:
-        stage.fill(
+        p.fillPath(
             curved((-6, 13), (0, 10, 6, 13), (6.5, 21.5, 0, 21.5), (-6.5, 21.5, -6, 13)), color("dark")
         )
         for side in (-1.0, 1.0):
-            stage.fill(curved((side * 5.0, 12.8), (side * 3.6, 17.6), (side * 2.2, 11.9)), color("cream"))
+            p.fillPath(curved((side * 5.0, 12.8), (side * 3.6, 17.6), (side * 2.2, 11.9)), color("cream"))
     else:
         smile = (
             1.0 + 0.35 * between(mood.contentment, 0.0, 0.5) - 2.2 * max(mood.anger, float(mood.sulk > 0.0))
         )
-        stage.stroke(curved((0, 10.2), (0, 12.2)), line)
+        p.strokePath(curved((0, 10.2), (0, 12.2)), line)
         low, corner = 12.4 + 4.6 * smile, 12.6 - 0.8 * smile
-        stage.stroke(curved((-7, corner), (-3.5, low, 0, 12.4), (3.5, low, 7, corner)), line)
-    _shape(stage, _nose(), "pink", pen("dark", 0.9))
+        p.strokePath(curved((-7, corner), (-3.5, low, 0, 12.4), (3.5, low, 7, corner)), line)
+    shape(p, _nose(), "pink", pen("dark", 0.9))
 
 
 def purr(stage: Stage, mood: Mood) -> None:
@@ -143,7 +173,7 @@ def purr(stage: Stage, mood: Mood) -> None:
     if not mood.purrs or mood.cross:
         return
     s, x, row = scale(stage), stage.x(HEAD[0]), y(stage, HEAD[1])
-    for i, alpha in enumerate((0.95, 0.65, 0.35)):
+    for i, alpha in enumerate((1.0, 0.65, 0.35)):
         if mood.contentment > 0.3 + 0.1 * i:
             far = 31.0 + 7.0 * i
             path = QPainterPath(QPointF(x + (far * 0.86 + 4) * s, row + (13 - i * 3.2) * s))
