@@ -80,7 +80,7 @@ _SESSION = (
         "session.pause", "Pause plots", "Session", lambda w: w.live.toggle_paused(), "Space",
         checked=lambda w: w.live.paused,
     ),
-    Action("session.quit", "Quit", "Session", lambda w: w.close(), "Ctrl+Q"),
+    Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),
 )  # fmt: skip
 
 
@@ -150,7 +150,7 @@ _LAWS = (
         enabled=_has_law,
     ),
     Action(
-        "environment.close", "Close law", "Environment", lambda w: w.desk.close(), "Ctrl+W",
+        "environment.close", "Close law", "Environment", lambda w: w.desk.leaving.close(), "Ctrl+W",
         enabled=_has_law,
     ),
 )  # fmt: skip

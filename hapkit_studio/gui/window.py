@@ -129,6 +129,11 @@ class MainWindow(QMainWindow):
         """Unlatch the fault."""
         self.studio.clear_fault()
 
+    def quit(self) -> None:
+        """Close the window, or first ask what becomes of a law that is not saved."""
+        if self.desk.ask_to_quit(self.close):
+            self.close()
+
     def show_keys(self) -> None:
         """Open the sheet of keys."""
         keys_sheet(self.actions_by_key.entries, self).show()
@@ -185,7 +190,10 @@ class MainWindow(QMainWindow):
             self.watch.look_at_files()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """End the loop with its zero command before the window goes."""
+        """End the loop with its zero command before the window goes; ask first for what is not saved."""
+        if event.spontaneous() and not self.desk.ask_to_quit(self.close):
+            event.ignore()
+            return
         self.closed.emit()
         self.settings.setValue("geometry", self.saveGeometry())
         self.live.stop()

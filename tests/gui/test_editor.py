@@ -180,7 +180,7 @@ def test_discarding_leaves_the_file_alone(opened):
     window = opened()
     QTest.keyClicks(window.desk.page.code, "#")
     window.desk.page.keep_draft()
-    window.desk.close()
+    window.desk.leaving.close()
     path = window.desk.path
     window.desk.strip.buttons[1].click()
     assert path.read_text(encoding="utf-8") == spring()
@@ -202,6 +202,23 @@ def test_what_was_not_saved_comes_back_after_the_window_was_closed(opened, make_
     again.desk.page.code.undo()
     assert again.desk.page.text == spring()
     assert not again.desk.page.unsaved
+
+
+def test_quitting_asks_once_for_what_is_not_saved(opened, no_trials):
+    window = opened()
+    QTest.keyClicks(window.desk.page.code, "#")
+    window.header.tabs.setCurrentIndex(0)
+    window.actions_by_key.run("session.quit")
+    assert window.isVisible()
+    assert window.desk.strip.isVisible()
+    assert [b.text() for b in window.desk.strip.buttons] == ["Save and quit", "Quit, keep as draft", "Go on"]
+    window.desk.strip.buttons[2].click()
+    window.actions_by_key.run("session.quit")
+    assert window.isVisible()
+    path, text = window.desk.path, window.desk.page.text
+    window.desk.strip.buttons[0].click()
+    assert not window.isVisible()
+    assert path.read_text(encoding="utf-8") == text
 
 
 def test_a_file_that_cannot_be_written_loses_nothing(opened, monkeypatch):

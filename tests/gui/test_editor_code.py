@@ -89,6 +89,15 @@ def test_tab_is_four_spaces_and_backspace_takes_them_back(code):
     assert code.toPlainText() == " " * 4
 
 
+def test_home_goes_to_the_first_word_and_then_to_the_beginning(code):
+    code.setPlainText("    word")
+    code.moveCursor(QTextCursor.MoveOperation.End)
+    QTest.keyClick(code, Qt.Key.Key_Home, Qt.KeyboardModifier.ShiftModifier)
+    assert code.textCursor().selectedText() == "word"
+    QTest.keyClick(code, Qt.Key.Key_Home)
+    assert code.textCursor().position() == 0
+
+
 def test_selected_lines_move_together_and_undo_at_once(code):
     code.setPlainText("a\n\nb\nc")
     cursor = code.textCursor()

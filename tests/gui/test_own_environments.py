@@ -44,6 +44,22 @@ def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, mak
     assert window.studio.environment.key == "ada"
     assert row.isChecked()
     assert row.summary == "For a test"
+    again = make_window()
+    verdict = wait_for_verdict(again, qtbot, lambda: again.own.choose(path))
+    assert verdict.calls == 0  # tried out before: loaded at once
+    assert again.studio.environment.key == "ada"
+
+
+def test_agreeing_to_one_text_lets_no_other_run(home, make_window):
+    marker = home / "it ran"
+    path = put(home, "ada.py", spring("ada"), trusted=False)
+    window = make_window()
+    window.own.choose(path)
+    put(home, "ada.py", leaving(marker, spring("ada")), trusted=False)
+    window.desk.editor.source.run.click()
+    assert window.own.runner.path is None
+    assert window.desk.editor.source.isVisible()
+    assert window.desk.editor.source.code.toPlainText() == leaving(marker, spring("ada"))
 
 
 def test_a_file_opened_from_elsewhere_is_taken_into_the_folder_after_asking(

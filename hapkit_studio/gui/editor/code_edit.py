@@ -143,6 +143,8 @@ class CodeEdit(QPlainTextEdit):
             indentation.indent(cursor)
         elif key == Qt.Key.Key_Backtab:
             indentation.dedent(cursor)
+        elif key == Qt.Key.Key_Home:
+            indentation.home(cursor, bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier))
         elif key != Qt.Key.Key_Backspace or not indentation.unstep(cursor):
             return False
         self.setTextCursor(cursor)

@@ -1,5 +1,6 @@
 """The desk: joins editor and own environments; what was pressed on a page becomes what happens to a file."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -7,6 +8,7 @@ from PySide6.QtCore import QObject, Signal
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.editor import drafts, words
 from hapkit_studio.gui.editor.editor import Editor
+from hapkit_studio.gui.editor.leaving import Leaving
 from hapkit_studio.gui.help_dialog import words_sheet
 from hapkit_studio.gui.own import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
@@ -16,22 +18,24 @@ from hapkit_studio.workshop.verdict import Verdict
 
 
 class Desk(QObject):
-    """Opens, saves and closes laws. ``shown(bool)``: the editor is wanted in sight, or not any more."""
+    """Opens and saves laws. ``shown(bool)``: the editor is wanted in sight, or not any more."""
 
     shown = Signal(bool)
     own: OwnEnvironments
+    leaving: Leaving
 
     def __init__(self, studio: Studio, own: OwnEnvironments, parent: QObject | None = None):
         super().__init__(parent)
         self._studio, self.own = studio, own
         self.editor = Editor(templates.templates())
         self.page, self.strip = self.editor.page, self.editor.page.strip
+        self.leaving = Leaving(self.page, self.save, self._leave)
         self.editor.chooser.made.connect(self.create)
         self.editor.chooser.left.connect(self._back)
         self.editor.source.run_pressed.connect(self.agree)
         self.editor.source.left.connect(self._back)
         self.page.save_pressed.connect(self.save)
-        self.page.close_pressed.connect(self.close)
+        self.page.close_pressed.connect(self.leaving.close)
         own.asked.connect(self.ask)
         own.began.connect(self._show_began)
         own.judged.connect(self._show_verdict)
@@ -70,7 +74,7 @@ class Desk(QObject):
         if not trust.is_trusted(text):
             self.ask(path)
             return
-        if path != self.path:
+        if path != self.path or (text != self.page.text and not self.page.unsaved):
             self.page.open(path, text)
         self.editor.show_page(self.page)
         self.shown.emit(True)
@@ -87,15 +91,6 @@ class Desk(QObject):
             return
         self.page.note_saved()
         self.own.run(self.path)
-
-    def close(self) -> None:
-        """Close the law, or first ask what becomes of changes that are not saved."""
-        if self.page.unsaved and self.path is not None:
-            buttons = (("Save", self._save_and_leave), ("Discard", self._discard), ("Go on", self._go_on))
-            self.strip.say(f"{self.path.name} is not saved.", "warn", buttons)
-            self.strip.buttons[0].setFocus()
-        else:
-            self._leave()
 
     def ask(self, path: Path) -> None:
         """Show the source of a file nobody agreed to; nothing of it is executed."""
@@ -119,7 +114,7 @@ class Desk(QObject):
         """Take note that a file is gone."""
         drafts.drop(path)
         if path == self.path:
-            self._discard()
+            self.leaving.discard()
         self.own.refresh()
 
     def agree(self, path: Path, text: str) -> None:
@@ -144,20 +139,13 @@ class Desk(QObject):
         folder.save(path, text)
         trust.trust(text)
 
-    # leaving
-
-    def _go_on(self) -> None:
-        self.strip.say("")
-        self.page.code.setFocus()
-
-    def _save_and_leave(self) -> None:
-        self.save()
-        if not self.page.unsaved:
-            self._leave()
-
-    def _discard(self) -> None:
-        self.page.note_saved()
-        self._leave()
+    def ask_to_quit(self, quit_: Callable[[], object]) -> bool:
+        """Say whether the window may go; where a law is not saved, bring it into sight and ask."""
+        if self.leaving.may_quit(quit_):
+            return True
+        self.editor.show_page(self.page)
+        self.shown.emit(True)
+        return False
 
     def _leave(self) -> None:
         self.page.leave()

@@ -48,6 +48,14 @@ def unstep(cursor: QTextCursor) -> bool:
     return True
 
 
+def home(cursor: QTextCursor, keep: bool) -> None:
+    """Go to the line's first word, or from there to its beginning; keep what is selected on the way."""
+    depth = _depth(cursor.block().text())
+    place = 0 if cursor.positionInBlock() == depth else depth
+    mode = QTextCursor.MoveMode.KeepAnchor if keep else QTextCursor.MoveMode.MoveAnchor
+    cursor.setPosition(cursor.block().position() + place, mode)
+
+
 def _each_line(cursor: QTextCursor, change) -> None:
     """Call change with a cursor at the start of every line touched, as one step of undo."""
     document = cursor.document()
