@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.gui.history import CHANNELS, History
 from hapkit_studio.gui.reel import Reel
@@ -135,3 +136,11 @@ def test_only_an_environment_with_a_surface_is_shaded(plots):
     assert plots.shown.contact == []
     assert plots.shown.surface is None
     assert not any(part.isVisible() for header in plots.headers for part in header.surface)
+
+
+def test_a_surface_is_called_what_it_is(plots):
+    for key in ("button", "wall"):
+        plots.set_environment(LIBRARY[key], LIBRARY[key].values(), 3.0)
+        parts = [part for header in plots.headers for part in header.surface]
+        said = [part.text() for part in parts if isinstance(part, QLabel)]
+        assert said == [key]

@@ -73,8 +73,8 @@ class Header(QWidget):
         if plot.limits:
             limit = "The force the motor may give at most; asked is cut there"
             self._add("danger", 1.6, [1.2, 2.6], "limit", limit)
-        self.surface = (
-            self._add("matline", 1.6, [3.5, 2.5], "wall", "Where the surface is") if plot.surface else []
+        self.surface: list[QWidget] = (
+            self._add("matline", 1.6, [3.5, 2.5], "", "Where the surface is") if plot.surface else []
         )
         row.addStretch(1)
         self.value = QLabel()
@@ -83,7 +83,7 @@ class Header(QWidget):
         self.value.setToolTip(plot.traces[-1].help)
         dress(self.value, f".QLabel {{ color: @{plot.traces[-1].color}; }}")  # tooltips are QLabels too
         row.addWidget(self.value)
-        self.show_surface(False)
+        self.show_surface("")
         self.show_value(0.0)
 
     def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
@@ -94,10 +94,12 @@ class Header(QWidget):
             self._row.addWidget(part)
         return parts
 
-    def show_surface(self, visible: bool) -> None:
-        """Show or hide the surface line's sample."""
+    def show_surface(self, name: str) -> None:
+        """Show the surface line's sample under a name, or hide it."""
         for part in self.surface:
-            part.setVisible(visible)
+            part.setVisible(bool(name))
+            if isinstance(part, QLabel):
+                part.setText(name)
 
     def show_value(self, value: float) -> None:
         """Show the live value, given in SI."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.history import History
 from hapkit_studio.gui.plots.canvas import RIGHT
 from hapkit_studio.gui.plots.declared import phase_plots
@@ -23,7 +24,7 @@ class ForcePosition(QWidget):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self.plots = phase_plots()
-        self._environment = None
+        self._environment: Environment | None = None
         self._values: dict[str, float] = {}
         self._max_force = math.inf
         self._odd = False
@@ -102,7 +103,7 @@ class ForcePosition(QWidget):
     def _telling(self) -> int:
         """Return the plot in which this environment's law is a line, over velocity where it declares so."""
         order = list(enumerate(self.plots))
-        if self._environment.over_velocity is not None:
+        if self._environment is not None and self._environment.over_velocity is not None:
             order.reverse()
         for index, plot in order:
             if plot.theory(self._environment, self._values, self.canvas.theory_grid(plot)) is not None:

@@ -68,7 +68,7 @@ class TimePlots(QWidget):
         self.shown.surface = values.get("position") if self._shades else None
         self.shown.max_force = max_force
         for header in self.headers:
-            header.show_surface(self.shown.surface is not None)
+            header.show_surface("" if self.shown.surface is None else environment.title.lower())
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""
