@@ -39,7 +39,7 @@ HANDS = ("released", "press", "stroke")
 OUTCOMES = ("peak_force", "final_position", "energy")
 # The shortest of some runs is what rendering takes: never fewer than these, and short ones more often.
 REPEATS = 4
-REPEAT_NS = 1_500_000
+REPEAT_NS = 3_000_000
 
 Progress = Callable[[int, int], None]
 
@@ -80,10 +80,16 @@ class Fidelity:
 
 @dataclass(frozen=True)
 class _Run:
-    """One run's rows and the time in ns that a simulated second took."""
+    """One run's rows, the ns it took and the seconds it simulated."""
 
     table: np.ndarray
-    cost: float
+    spent: int
+    seconds: float
+
+    @property
+    def cost(self) -> float:
+        """Return the ns of a simulated second."""
+        return self.spent / self.seconds
 
 
 def _holds(name: str) -> bool:
@@ -107,41 +113,47 @@ def _render(environment: Environment, removed: Iterable[str], name: str) -> _Run
         gone.discard("mass")
     scene = _scene(environment, gone, thrown=hand.release <= 0.0)
     seconds = SECONDS.get(name, OTHER_SECONDS)
-    times: list[int] = []
-    while len(times) < REPEATS or sum(times) < REPEAT_NS:
-        made = headless.stage(scene, hand, round(seconds * scene.loop.rate) + 1)
-        made.out.fill(0.0)  # so that the time is the loop's, not the memory's
-        begin = time.perf_counter_ns()
-        made.run()
-        times.append(time.perf_counter_ns() - begin)
-    return _Run(made.out, min(times) / seconds)
+    made = headless.stage(scene, hand, round(seconds * scene.loop.rate) + 1)
+    made.out.fill(0.0)  # so that the time is the loop's, not the memory's
+    begin = time.perf_counter_ns()
+    made.run()
+    spent = time.perf_counter_ns() - begin
+    return _Run(made.out, spent, seconds)
+
+
+def _pair(environment: Environment, removed: tuple[str, ...], name: str) -> tuple[_Run, _Run]:
+    """Return the quickest run with everything and without some terms, in turns: both see the same machine."""
+    pairs: list[tuple[_Run, _Run]] = []
+    while len(pairs) < REPEATS or sum(a.spent + b.spent for a, b in pairs) < REPEAT_NS:
+        pairs.append((_render(environment, (), name), _render(environment, removed, name)))
+    quickest = [min(runs, key=lambda run: run.spent) for runs in zip(*pairs, strict=True)]
+    return quickest[0], quickest[1]
 
 
 class _Judge:
-    """One scene's reference under each of its hands, and what differs from it without some terms."""
+    """One scene's outcomes and hands, and what differs without some terms."""
 
     def __init__(self, environment: Environment):
         self.environment = environment
         self.hands = environment.hands or HANDS
         keys = environment.outcomes or OUTCOMES
         self.outcomes = [outcomes.named(key, environment.state_names) for key in keys]
-        self.reference = {name: _render(environment, (), name) for name in self.hands}
 
     def effect(self, label: str, removed: Iterable[str], hands: Iterable[str]) -> Effect:
         """Return the largest change of any outcome under any of the hands."""
-        removed, hands = tuple(removed), tuple(hands)
-        if not hands:
+        gone = tuple(removed)
+        pairs = {name: _pair(self.environment, gone, name) for name in hands}
+        if not pairs:
             return Effect(self.environment.key, label, None, "", "", math.nan, math.nan)
-        without = {name: _render(self.environment, removed, name) for name in hands}
-        change, outcome, hand = max(self._changes(without))
-        costs = [fmean(runs[name].cost for name in hands) for runs in (self.reference, without)]
+        change, outcome, hand = max(self._changes(pairs))
+        costs = [fmean(run.cost for run in runs) for runs in zip(*pairs.values(), strict=True)]
         return Effect(self.environment.key, label, change, outcome, hand, *costs)
 
-    def _changes(self, without: dict[str, _Run]) -> Iterator[tuple[float, str, str]]:
-        for name, run in without.items():
+    def _changes(self, pairs: dict[str, tuple[_Run, _Run]]) -> Iterator[tuple[float, str, str]]:
+        for name, (reference, without) in pairs.items():
             for outcome in self.outcomes:
                 if not outcome.thrown or hand_named(name).release <= 0.0:
-                    yield outcome.change(self.reference[name].table, run.table), outcome.key, name
+                    yield outcome.change(reference.table, without.table), outcome.key, name
 
 
 def compute(environment: Environment, progress: Progress = lambda done, of: None) -> Fidelity:
