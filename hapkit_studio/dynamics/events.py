@@ -6,6 +6,7 @@ wall, where it is as fast as the handle (the contact's damper acts on the way in
 
 import math
 
+from hapkit_studio.dynamics.friction import projected
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.dynamics.moving_mass import linear, place
 from hapkit_studio.dynamics.paddle import transition
@@ -102,31 +103,28 @@ def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touc
 
 
 @compiled
-def approaching(v, side, speed, pull):
+def approaching(v, side, speed, pull, friction):
     """Return 1 where object and handle approach each other, 0 elsewhere; at equal speed by what pulls."""
     rate = side * (speed - v)
     if rate == 0.0:
-        rate = -side * pull
+        rate = -side * (projected(pull, friction) if v == 0.0 else pull - math.copysign(friction, v))
     return 1.0 if rate > 0.0 else 0.0
 
 
 @compiled
 def forces(touching, beyond, x, v, friction, b, k, f, touch, side, speed, contact, pad, reach, wall):
-    """Return (damping, stiffness, force) of the piece that begins here, and 1 if friction holds, else 0."""
+    """Return (damping, stiffness, force) of the piece that begins here, and 1 if nothing moves, else 0."""
     damping, stiffness, force = linear(
         touching, 0.0, beyond, b, k, f, touch, speed, contact, pad, reach, wall
     )
     if touching * pad > 0.0:
-        closing = approaching(v, side, speed, force - damping * v - stiffness * x)
+        closing = approaching(v, side, speed, force - damping * v - stiffness * x, friction)
         damping, stiffness, force = linear(
             touching, closing, beyond, b, k, f, touch, speed, contact, pad, reach, wall
         )
-    if friction <= 0.0:
-        return damping, stiffness, force, 0.0
-    pull = force - stiffness * x
-    if v == 0.0 and abs(pull) <= friction:
-        return damping, stiffness, force, 1.0
-    return damping, stiffness, force - math.copysign(friction, v if v != 0.0 else pull), 0.0
+    pull = force - damping * v - stiffness * x
+    held = 1.0 if v == 0.0 and abs(pull) <= friction else 0.0
+    return damping, stiffness, force - math.copysign(friction, v if v != 0.0 else pull), held
 
 
 @compiled

@@ -50,12 +50,32 @@ def test_exact_agrees_with_an_event_driven_solver(rng):
 
 
 def test_exact_in_one_go_is_exact_in_many(rng):
-    for _ in range(200):
+    """Over up to three swings, with every contact, wall and turn within the one step."""
+    for _ in range(300):
         world, x, v = anywhere(rng)
-        once = exact(x, v, 4e-3, 0.2, *world.numbers)
-        for _ in range(8):
-            x, v = exact(x, v, 0.5e-3, 0.2, *world.numbers)
-        assert once == pytest.approx((x, v), abs=1e-10), world
+        friction = rng.choice([0.0, 0.2])
+        once = exact(x, v, 40e-3, friction, *world.numbers)
+        for _ in range(200):
+            x, v = exact(x, v, 0.2e-3, friction, *world.numbers)
+        assert once == pytest.approx((x, v), abs=1e-8), world
+
+
+def test_exact_sees_a_turn_just_behind_a_wall():
+    """On its spring it would turn at 10 mm; the wall from 9.9 mm on turns it earlier, and faster."""
+    world = World(m=0.05, k=300.0, reach=9.9e-3, wall=5000.0)
+    omega = math.sqrt(300.0 / 0.05)
+    speed = omega * math.sqrt(10e-3**2 - 9.9e-3**2)
+    # behind the wall x swings about the place where both springs balance
+    centre, faster = 5000.0 * 9.9e-3 / 5300.0, math.sqrt(5300.0 / 0.05)
+    behind = 2.0 * math.atan2(speed, faster * (9.9e-3 - centre)) / faster
+    to_wall = math.acos(0.99) / omega
+    x, v = exact(
+        10e-3 * math.cos(omega * 2e-3), 10e-3 * omega * math.sin(omega * 2e-3), 4e-3, 0.0, *world.numbers
+    )
+    late = 4e-3 - (2e-3 - to_wall) - behind
+    assert 0.0 < late < 3e-3
+    phase = omega * (to_wall + late)
+    assert (x, v) == pytest.approx((10e-3 * math.cos(phase), -10e-3 * omega * math.sin(phase)), rel=1e-10)
 
 
 def test_exact_keeps_the_energy_over_many_bounces():
