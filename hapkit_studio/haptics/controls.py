@@ -64,7 +64,7 @@ class Controls:
         return self._wanted.environment
 
     def renders(self, environment: Environment) -> bool:
-        """Return whether the newest rows hold this environment's state: a switch takes until the next tick."""
+        """Return whether the newest rows hold this environment's state: a switch takes until a tick."""
         law = int(self._rig.laws[self._rig.word[rig.SLOT]])
         return environment is self.environment and law == environment.force.compiled().address
 

@@ -172,9 +172,10 @@ def test_twice_is_the_same_and_progress_goes_to_the_end():
 @pytest.mark.alone
 def test_sixteen_times_the_rate_costs_about_sixteen_times_as_much():
     made = replace(environments.named("damping"), hands=("stroke",))
-    effect = next(e for e in fidelity.compute(made).effects if e.term == "sampling")
-    assert 8.0 < effect.ns_without / effect.ns_with < 32.0
-    assert 10e3 < effect.ns_with < 10e6  # a simulated second, 1000 ticks
+    looks = [e for _ in range(5) for e in fidelity.compute(made).effects if e.term == "sampling"]
+    least = min(e.ns_with for e in looks)  # another program may have had the processor meanwhile
+    assert 8.0 < min(e.ns_without for e in looks) / least < 32.0
+    assert 10e3 < least < 10e6  # a simulated second, 1000 ticks
 
 
 def test_an_environment_that_names_no_outcome_gets_usual_ones():
