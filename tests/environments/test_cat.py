@@ -141,3 +141,14 @@ def test_rubbed_on_it_swats_again_when_it_has_sulked_long_enough():
     assert len(begins) == 3
     assert np.all(np.diff(begins) >= 5.3 - 2e-3)
     assert np.all(np.diff(begins) < 5.3 + 0.7)
+
+
+def test_left_alone_it_does_not_swat_however_cross_it_is():
+    def rubbed_for_long(t):
+        flicker = 20.7e-6 * (np.fmod(np.round(np.asarray(t) * 1000.0), 2.0) == 0.0)
+        return SCRIPTS["rub"].target(np.minimum(t, 6.45)) + flicker
+
+    run = moved(rubbed_for_long, 12.0)
+    over = (run.time > 6.5) & (column(run, "sulk") == 0.0)
+    assert column(run, "contentment")[over][0] < -0.7
+    assert column(run, "swats")[-1] == 1.0
