@@ -1,5 +1,7 @@
 """A file is harmless only where nothing but the listed can happen; every known way round is refused."""
 
+import sys
+
 import pytest
 
 from hapkit_studio.workshop.reading import is_harmless
@@ -68,6 +70,11 @@ def test_a_law_and_what_only_laws_call_is_never_executed_as_python(body):
     """What it may not hold is said by the law language, with its line."""
     assert is_harmless(text(body.replace("\n    ", "\n")))
     assert is_harmless(text("return f(x)", beside=f"def f(a):\n    {body}\n"))
+
+
+@pytest.mark.skipif(sys.version_info < (3, 12), reason="types of functions are younger")
+def test_no_types_of_functions():
+    assert not is_harmless(text(beside="def f[T: open('a')](a):\n    return a\n"))
 
 
 FAILING = [

@@ -48,6 +48,8 @@ def test_old_versions_are_cleared_from_the_cache(tmp_path):
 def test_the_same_version_again_clears_nothing(tmp_path):
     laws = versions(tmp_path, (12.25, 12.5, 12.5, 12.25, 12.5))
     assert all(law.exists() for law in laws)
+    again, oldest, _, newest = versions(tmp_path, (12.25, 12.5, 12.25, 12.75))
+    assert (again.exists(), oldest.exists(), newest.exists()) == (True, False, True)
 
 
 def test_what_a_file_left_that_is_gone_is_cleared(tmp_path):
