@@ -11,7 +11,7 @@ from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.dynamics.moving_mass import linear, place
 from hapkit_studio.dynamics.paddle import transition
 
-# Between two zeros of the acceleration lie at least pi / omega, so a piece shorter than that has one at most.
+# Between two zeros of velocity, or of acceleration, lie at least pi / omega: a shorter piece has one at most.
 _PIECE_ANGLE = 3.0
 _POSITION, _VELOCITY, _ACCELERATION = 0.0, 1.0, 2.0
 _NONE, _TURN, _STOP, _MEET, _WALL = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -73,15 +73,15 @@ def until(what, level, x, v, span, end, m, damping, stiffness, force):
 def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touch, side, speed, pad, reach):
     """Return (t, x, v, event) at the end of a piece: after span, or at the first event before.
 
-    Each search shortens the piece for the next. What turns once crosses a level once if its ends lie on both
-    sides; if not, the turn itself is searched where it may lie beyond: velocity changes by `swing` at most.
+    Each search shortens the piece for the next. Within a piece the velocity is 0 once at most. It may equal
+    the handle's twice, so where it comes near, by `swing` at most, the piece is parted where it turns.
     """
     event = _NONE
     q, u = moved(x, v, span, m, b, k, f)
     now, ahead = (f - b * v - k * x) / m, (f - b * u - k * q) / m
     swing = span * (abs(now) + 0.5 * span * abs(b * now + k * v) / m)
     damped = touching * pad > 0.0
-    if turned == 0.0 and now * ahead < 0.0 and (abs(v) <= swing or (damped and abs(v - speed) <= swing)):
+    if damped and turned == 0.0 and now * ahead < 0.0 and abs(v - speed) <= swing:
         event = _TURN
         span, q, u = until(_ACCELERATION, 0.0, x, v, span, ahead, m, b, k, f)
     nearest = min(abs(x - touch), abs(abs(x) - reach))
