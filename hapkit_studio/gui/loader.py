@@ -6,6 +6,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import LawError
+from hapkit_studio.gui.own_scene import fitting
 from hapkit_studio.workshop import trust
 from hapkit_studio.workshop.own import OwnEnvironment
 from hapkit_studio.workshop.reading import load_text, text_of
@@ -55,4 +56,4 @@ class Loader(QObject):
         text = text_of(path)
         if trust.digest(text) != digest or not trust.is_trusted(text):
             raise LawError("the file was changed while it was checked")
-        return load_text(text, path)
+        return fitting(load_text(text, path))

@@ -15,7 +15,7 @@ from hapkit_studio.gui.theme import theme
 # state: the icon that says it, the line that says it
 _SIGNS = {"foreign": "lock", "broken": "triangle"}
 _LINES = {"foreign": "From someone else", "broken": "Does not run yet", "checking": "Checking line by line…"}
-_PENCIL, _RING = 28, 26
+_PENCIL, _RING = 28, 28
 
 
 def initials(title: str) -> str:
@@ -65,7 +65,7 @@ class OwnRow(GalleryRow):
         if self.picture != "circle":
             super()._paint_icon(painter, color)
             return
-        ring = QRectF(11 if self.rail else 9, (self.height() - _RING) / 2, _RING, _RING)
+        ring = QRectF(10 if self.rail else 8, (self.height() - _RING) / 2, _RING, _RING)
         painter.setPen(QPen(theme.color(color), 1.75))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(ring)

@@ -1,10 +1,13 @@
 """Own environments: nobody's file runs unasked, what changed outside is asked about again."""
 
+from dataclasses import replace
+
 import pytest
 from PySide6.QtCore import QElapsedTimer, Qt, QTimer
 from PySide6.QtTest import QTest
 
 from hapkit_studio.gui.own_file import described
+from hapkit_studio.gui.own_scene import BARE, fitting
 from hapkit_studio.gui.shelf import Shelf
 from hapkit_studio.workshop import reading
 from hapkit_studio.workshop.trust import digest
@@ -195,6 +198,21 @@ def number(key: str, default: float, high: float = 9.0) -> str:
 
 def choice(*options: str) -> str:
     return f'Choice("side", "Side", {options!r})'
+
+
+@pytest.mark.parametrize(
+    ("scene", "parameter", "drawn"),
+    [
+        ("wall", number("position", 0.0, high=0.04), "wall"),
+        ("wall", number("position", 0.0, high=0.05), BARE),
+        ("wall", 'Choice("position", "P", ("a", "b"))', BARE),
+        ("puck", number("mass", 0.5, high=1.0), BARE),  # it reads a state that this law does not have
+        ("nowhere", number("position", 0.0), "nowhere"),
+    ],
+)
+def test_a_scene_of_the_library_is_used_only_where_it_fits(tmp_path, scene, parameter, drawn):
+    environment = version(tmp_path, parameter)
+    assert fitting(replace(environment, scene=scene)).scene == drawn
 
 
 def test_values_stay_where_they_still_mean_something(tmp_path):
