@@ -68,6 +68,10 @@ class Law:
             self._compiled = CompiledLaw(address, self.initial_state, keepalive)
         return self._compiled
 
+    def is_compiled(self) -> bool:
+        """Return whether ``compiled`` only loads machine code: milliseconds, not seconds."""
+        return self._compiled is not None or native.is_compiled(self.source)
+
     def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
         """Return the force in N by the Python function itself, its state at the start, nan if none."""
         named = {

@@ -3,6 +3,7 @@
 import hashlib
 import importlib.util
 import os
+import pickle
 import sys
 import tempfile
 import threading
@@ -40,10 +41,33 @@ def load(source: str) -> tuple[int, object]:
     return module.law.address, module
 
 
+def is_compiled(source: str) -> bool:
+    """Return whether a law's machine code, by this Python and this numba, is kept; compiles nothing."""
+    if INTERPRETED:
+        return True
+    folder = _wanted_folder()
+    abi = f"py{sys.version_info.major}{sys.version_info.minor}{getattr(sys, 'abiflags', '')}"
+    name = f"{_name(source)}.law-*.{abi}.nbi"
+    kept_elsewhere = bool(numba.config.CACHE_DIR)
+    places = folder.parent.glob(f"{folder.name}_*") if kept_elsewhere else [folder / "__pycache__"]
+    return any(_is_whole(index) for place in places for index in place.glob(name))
+
+
+def _is_whole(index: Path) -> bool:
+    """Return whether numba will load what an index names: its version is in front, its data comes last."""
+    with index.open("rb") as file:
+        version = pickle.load(file)
+    return version == numba.__version__ and any(index.parent.glob(f"{index.stem}.*.nbc"))
+
+
+def _name(source: str) -> str:
+    return "law_" + hashlib.sha256(source.encode()).hexdigest()[:20]
+
+
 def _module(source: str) -> ModuleType:
     if INTERPRETED:
         source = source.replace("@cfunc(_SIGNATURE, ", "@njit(")
-    name = "law_" + hashlib.sha256(source.encode()).hexdigest()[:20]
+    name = _name(source)
     path = _folder() / f"{name}.py"
     if path.exists():
         path.touch()
@@ -74,9 +98,13 @@ def _forget_unused(folder: Path) -> None:
                 old.unlink(missing_ok=True)
 
 
-def _folder() -> Path:
+def _wanted_folder() -> Path:
     base = numba.config.CACHE_DIR or platformdirs.user_cache_dir("hapkit-studio", appauthor=False)
-    folder = Path(base) / "laws"
+    return Path(base) / "laws"
+
+
+def _folder() -> Path:
+    folder = _wanted_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

@@ -6,6 +6,7 @@ from types import FunctionType
 
 from hapkit_studio.laws import subset
 from hapkit_studio.laws.body import Body
+from hapkit_studio.laws.floats import without_conversions
 from hapkit_studio.laws.helpers import Helpers, function_tree, values_returned
 from hapkit_studio.laws.names import Names
 from hapkit_studio.laws.subset import fail
@@ -26,14 +27,18 @@ _FAULT = types.CPointer(types.int64)
 _SIGNATURE = types.float64(
     _VALUES, _VALUES, types.float64, types.float64, types.float64, _FAULT
 )
+# Only the law is called from outside, and nothing allocates: ways in and reference counts cost compiling.
+_helper = njit(
+    cache=True, error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True
+)
 
 
-@njit(cache=True, error_model="numpy")
+@_helper
 def _float(a):
     return a * 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@_helper
 def _index(i, size, line, fault):
     if 0 <= i < size:
         return int(i)
@@ -43,7 +48,7 @@ def _index(i, size, line, fault):
     return 0
 
 
-@njit(cache=True, error_model="numpy")
+@_helper
 def _spent(line, fault):
     if fault[0] == 0:
         fault[1] -= 1
@@ -53,7 +58,7 @@ def _spent(line, fault):
     return fault[0] != 0
 
 
-@njit(cache=True, error_model="numpy")
+@_helper
 def _divisor(a, line, fault):
     if a == 0.0 and fault[0] == 0:
         fault[0] = 8
@@ -61,14 +66,14 @@ def _divisor(a, line, fault):
     return a * 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@_helper
 def _noted(a, line, fault):
     if fault[2] == 0 and not _math.isfinite(a):
         fault[2] = line
     return a * 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@_helper
 def _force(a, line, fault):
     if fault[0] == 0 and not _math.isfinite(a):
         fault[0] = 1
@@ -110,7 +115,7 @@ def _translate_one(
     signature = ast.arguments([], arguments, None, [], [], None, [])
     name = "law" if is_law else helpers.name(function)
     new = ast.FunctionDef(name, signature, statements, [], None)
-    return ast.unparse(ast.fix_missing_locations(new)), body.called
+    return ast.unparse(ast.fix_missing_locations(without_conversions(new))), body.called
 
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:
@@ -122,10 +127,9 @@ def translate(function: Callable, parameters: Sequence[AnyParameter], state: Map
     source, wanted = _translate_one(function, names, helpers, is_law=True)
     sources: dict[FunctionType, str] = {}
     _add_helpers(wanted, helpers, sources, ())
-    options = 'cache=True, error_model="numpy"'
     parts = [HEADER]
-    parts += [f"@njit({options})\n{helper}" for helper in sources.values()]
-    parts.append(f"@cfunc(_SIGNATURE, {options})\n{source}")
+    parts += [f"@_helper\n{helper}" for helper in sources.values()]
+    parts.append(f'@cfunc(_SIGNATURE, cache=True, error_model="numpy", _nrt=False)\n{source}')
     return "\n\n".join(parts) + "\n"
 
 
