@@ -9,7 +9,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import Law
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
-from hapkit_studio.workshop.own import built_in
+from hapkit_studio.workshop.own import taken_keys
 
 NAME = "ENVIRONMENT"
 _KEY = re.compile(r"[a-z][a-z0-9_]*")
@@ -47,8 +47,8 @@ def _check_words(made: Environment, tree: ast.Module) -> None:
     line = _assigned(tree)
     if not isinstance(made.key, str) or not _KEY.fullmatch(made.key):
         raise LawError(f'`key` is made of a–z, 0–9 and _, like "my_wall", not {made.key!r}', _at(tree, "key"))
-    if made.key in built_in():
-        raise LawError(f'the studio has an environment "{made.key}": choose another key', _at(tree, "key"))
+    if made.key in taken_keys():
+        raise LawError(f'the key "{made.key}" is taken by the studio: choose another one', _at(tree, "key"))
     for name in ("title", "summary", "formula", "explanation", "scene", "restless"):
         if not isinstance(getattr(made, name), str):
             raise LawError(f"`{name}` is text in quotation marks", _at(tree, name))

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import platformdirs
 
+from hapkit_studio.workshop.own import taken_keys
+
 VARIABLE = "HAPKIT_STUDIO_FOLDER"
 # Windows gives these names to devices, whatever follows the dot.
 _DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)$")
@@ -31,7 +33,7 @@ def own_files() -> list[Path]:
 def new_path(title: str) -> Path:
     """Return a path in the folder, made from a title, that no file has and no built-in environment's key."""
     folder, stem = own_folder(), plain_name(title)
-    taken = {f.stem.lower() for f in folder.glob("*")} | _built_in_keys()
+    taken = {f.stem.lower() for f in folder.glob("*")} | taken_keys()
     name, number = stem, 2
     while name in taken:
         name, number = f"{stem}_{number}", number + 1
@@ -64,9 +66,3 @@ def _place() -> Path:
     base = os.environ.get(VARIABLE)
     root = Path(base) if base else Path(platformdirs.user_documents_dir()) / "Hapkit Studio"
     return root / "environments"
-
-
-def _built_in_keys() -> set[str]:
-    from hapkit_studio.workshop.own import built_in
-
-    return set(built_in())

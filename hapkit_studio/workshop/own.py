@@ -1,6 +1,7 @@
 """An environment that a person wrote: its law only ever runs compiled, its words can raise nothing."""
 
 import math
+import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
@@ -32,6 +33,11 @@ def built_in() -> Mapping[str, Environment]:
     """Return the studio's own environments by key, without those of other packages."""
     here = environments.__name__ + "."
     return {k: e for k, e in environments.discover().items() if e.force.function.__module__.startswith(here)}
+
+
+def taken_keys() -> set[str]:
+    """Return the keys of the studio's own environments: the names of their files, none of them loaded."""
+    return {module.name for module in pkgutil.iter_modules(environments.__path__)}
 
 
 def owned(environment: Environment, file: Path, text: str) -> OwnEnvironment:

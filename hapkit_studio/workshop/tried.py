@@ -12,9 +12,9 @@ from pathlib import Path
 import platformdirs
 
 import hapkit_studio
+from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.workshop import trust
-from hapkit_studio.workshop.own import built_in
 
 # how many versions keep their compiled law: going back to one of them costs no compiling
 KEPT = 10
@@ -51,11 +51,12 @@ def _forget_files_gone() -> set[str]:
 
 
 def _clear(folder: Path, laws: set[str]) -> None:
-    """Remove those laws and their machine code that no record and no built-in environment needs."""
-    needed = {_law_name(e) for e in built_in().values()}
+    """Remove those laws and their machine code that no record and no environment of the library needs."""
     for record in _folder().glob("*.txt"):
-        needed |= set(_read(record)[1].values())
-    for law in laws - needed:
+        laws -= set(_read(record)[1].values())
+    if laws:
+        laws -= {_law_name(e) for e in environments.discover().values()}
+    for law in laws:
         for place in (folder, folder / "__pycache__", *folder.parent.glob(f"{folder.name}_*/")):
             for old in place.glob(f"{law}.*"):
                 old.unlink(missing_ok=True)

@@ -26,10 +26,13 @@ ENVIRONMENT = Environment(
 
 
 def text(body="return -p.stiffness * x", state="", beside="", end=END):
-    """Return a whole file's text: what stands beside the law, the law with this body, the ENVIRONMENT."""
+    """Return a whole file's text: the law with this body, what stands beside it, the ENVIRONMENT.
+
+    What stands beside it stands below it: a law on other lines is another law to compile.
+    """
     decorator = f"@law(state={state})" if state else "@law"
     body = textwrap.indent(textwrap.dedent(body).strip("\n"), "    ")
-    return f"{HEAD}\n{textwrap.dedent(beside)}\n{decorator}\ndef force(p, s, x, v, dt):\n{body}\n\n{end}"
+    return f"{HEAD}\n\n{decorator}\ndef force(p, s, x, v, dt):\n{body}\n\n\n{textwrap.dedent(beside)}{end}"
 
 
 def line_of(whole, words):

@@ -6,6 +6,7 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.workshop import folder
+from hapkit_studio.workshop.own import built_in, taken_keys
 
 
 def test_the_folder_is_where_the_variable_says_and_made_on_demand(tmp_path):
@@ -59,6 +60,12 @@ def test_a_new_name_is_nobody_elses():
     assert names == ["my_spring.py", "my_spring_2.py", "my_spring_3.py"]
     assert folder.new_path("other").name == "other_2.py"
     assert all(folder.new_path(key).stem not in environments.discover() for key in environments.discover())
+
+
+def test_the_keys_that_are_taken_are_those_of_the_studios_environments():
+    assert set(built_in()) <= taken_keys()
+    assert {"wall", "cat", "mass_spring_damper"} <= set(built_in())
+    assert not any(key.startswith("my_") for key in taken_keys())
 
 
 def test_saving_writes_the_text_and_nothing_else():

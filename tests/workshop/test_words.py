@@ -62,7 +62,7 @@ MISTAKES = [
     ('("right", "left")', '("right")', '"side"', "its options are names in brackets"),
     ('("right", "left")', '("left", "left")', '"side"', "two of its options have the same name"),
     ('("right", "left")', '("right", "left"), "up"', '"side"', "its default is one of right, left, not 'up'"),
-    ('key="mine"', 'key="wall"', 'key="wall"', 'the studio has an environment "wall"'),
+    ('key="mine"', 'key="wall"', 'key="wall"', 'the key "wall" is taken by the studio'),
     ('key="mine"', 'key="My Wall"', "My Wall", "`key` is made of a–z, 0–9 and _"),
     ('title="Mine"', 'title=""', 'title=""', "may not be empty"),
     ('summary="A law of mine"', "summary=5", "summary=5", "`summary` is text"),
