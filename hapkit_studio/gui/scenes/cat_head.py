@@ -9,6 +9,7 @@ from functools import cache, lru_cache
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QPainter, QPainterPath, QPen, QPixmap
 
+from hapkit_studio.environments.cat import PURRS_ABOVE
 from hapkit_studio.gui.scenes.cat_coat import color, pen
 from hapkit_studio.gui.scenes.cat_eyes import eyes
 from hapkit_studio.gui.scenes.cat_mood import Mood, between
@@ -170,11 +171,11 @@ def _mouth(p: QPainter, mood: Mood) -> None:
 
 def purr(stage: Stage, mood: Mood) -> None:
     """Draw the arcs at the throat: as many as the cat is content, paler outwards."""
-    if not mood.purrs or mood.cross:
+    if mood.cross:
         return
     s, x, row = scale(stage), stage.x(HEAD[0]), y(stage, HEAD[1])
     for i, alpha in enumerate((1.0, 0.65, 0.35)):
-        if mood.contentment > 0.3 + 0.1 * i:
+        if mood.contentment > PURRS_ABOVE + 0.1 * i:
             far = 31.0 + 7.0 * i
             path = QPainterPath(QPointF(x + (far * 0.86 + 4) * s, row + (13 - i * 3.2) * s))
             bow, end = QPointF((4 + i) * s, (6 + i * 2.4) * s), QPointF(0.0, (12 + i * 5) * s)
