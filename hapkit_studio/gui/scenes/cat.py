@@ -56,9 +56,8 @@ def _arm(stage: Stage, mood: Mood, motion: Motion) -> None:
     s, u = scale(stage), stage.u
     shoulder = QPointF(stage.x(_SHOULDER[0]), y(stage, _SHOULDER[1]))
     rest = QPointF(stage.x(body.NEAR[0] + 6.0), y(stage, 0.08))
-    goal = QPointF(
-        stage.x(min(motion.position - 3.0, _FARTHEST)), y(stage, pad_height(motion.position, mood) - 0.02)
-    )
+    reached = min(motion.position - 3.0, _FARTHEST)
+    goal = QPointF(stage.x(reached), y(stage, pad_height(reached, mood) - 0.02))
     hand = rest + (goal - rest) * mood.reach
     path = QPainterPath(shoulder)
     bow = QPointF((shoulder.x() + hand.x()) / 2, max(shoulder.y(), hand.y()) + 4.0 * s)
