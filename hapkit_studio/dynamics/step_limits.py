@@ -1,6 +1,7 @@
 """The longest step at which an integrator does not make a mass on a spring and damper gain energy; SI."""
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -33,7 +34,7 @@ def _rk4(ratio: float) -> float:
     return float(steps[np.argmax(grows)])
 
 
-_LIMITS = {
+_LIMITS: dict[str, Callable[[float], float]] = {
     "explicit_euler": _explicit_euler,
     "lecture": _lecture,
     "semi_implicit": _semi_implicit,

@@ -57,6 +57,16 @@ def test_the_scene_is_the_integrator(method):
     assert column(run, "object_acceleration")[first] == pytest.approx(acceleration, rel=1e-12)
 
 
+@pytest.mark.parametrize("pad", [0.0, 4.0])
+def test_the_mass_is_pushed_by_what_the_handle_felt(pad):
+    """m (v_k+1 - v_k) / dt = -F_k - b v_k - k (x_k - x_eq): action and reaction, sample by sample."""
+    run = imposed("mass_spring_damper", {"contact_damping": pad}, pushed_and_left, 0.5)
+    x, v = column(run, "object"), column(run, "object_velocity")
+    inertia = 2.0 * np.diff(v) / 1e-3
+    assert run.force.min() < -1.0
+    assert inertia == pytest.approx((-run.force - v - 300.0 * (x - 0.01))[:-1], abs=1e-10)
+
+
 def test_objects_begin_at_rest_where_they_belong():
     for values in ({}, {"rest_position": -0.02}):
         run = imposed("mass_spring_damper", values, lambda t: -0.05, 0.01)
