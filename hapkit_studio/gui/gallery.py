@@ -4,6 +4,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QLabel, QScrollArea, QVBoxLayout, QWidget
 
+from hapkit_studio.gui import readiness
 from hapkit_studio.gui.gallery_row import (
     LEAST_RAIL_ROW,
     LEAST_ROW,
@@ -55,6 +56,7 @@ class Gallery(QScrollArea):
         self._arrange()
         own.changed.connect(self.show_own)
         studio.environment_changed.connect(self.show_state)
+        studio.readiness.changed.connect(self.show_readiness)
         self.show_own()
 
     def set_rail(self, rail: bool) -> None:
@@ -74,6 +76,12 @@ class Gallery(QScrollArea):
         if row is not None:
             row.setChecked(True)
             self.ensureWidgetVisible(row, 0, 0)
+
+    def show_readiness(self) -> None:
+        """Say which environments are still being prepared; a click on one does not put it in force."""
+        for key, row in self.rows.items():
+            row.set_waiting(readiness.WORDS.get(self._studio.readiness.state(key), ""))
+        self.show_state()
 
     def show_own(self) -> None:
         """Show the person's own environments as they now stand."""
@@ -98,8 +106,7 @@ class Gallery(QScrollArea):
         before: QWidget = list(self.rows.values())[-1]
         for row in self.own_rows.values():
             QWidget.setTabOrder(before, row)
-            QWidget.setTabOrder(row, row.pencil)
-            before = row.pencil
+            before = row
         QWidget.setTabOrder(before, self.new_row)
 
     def _share_height(self) -> None:

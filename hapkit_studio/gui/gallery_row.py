@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QPen, QPixmap
+from PySide6.QtGui import QFontMetrics, QKeyEvent, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy, QWidget
 
 from hapkit_studio.gui import icons
@@ -13,6 +13,7 @@ WIDE, RAIL = 228, 64
 ROW, RAIL_ROW = 51, 42
 LEAST_ROW, LEAST_RAIL_ROW = 42, 36
 _ICON, _LEFT, _RIGHT = 10, 42, 30
+_PALE = 0.45
 
 
 def icon_name(scene: str) -> str:
@@ -33,6 +34,7 @@ class GalleryRow(QAbstractButton):
     def __init__(self, icon: str, title: str, summary: str, key: str = "", parent: QWidget | None = None):
         super().__init__(parent)
         self.picture, self.title, self.summary, self.key = icon, title, summary, key
+        self.waiting = ""
         self.setCheckable(True)
         # a click leaves the arrow keys with the scene, where they move the hand
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -48,6 +50,13 @@ class GalleryRow(QAbstractButton):
         self._name()
         self.set_rail(self.rail, self.height())
 
+    def set_waiting(self, words: str) -> None:
+        """Say why it cannot be had yet, in paler colours; "" if it can."""
+        if words != self.waiting:
+            self.waiting = words
+            self._name()
+            self.set_rail(self.rail, self.height())
+
     def set_rail(self, rail: bool, height: int) -> None:
         """Draw icon and key alone, title and summary as a tooltip; or all of it."""
         self.rail = rail
@@ -61,6 +70,13 @@ class GalleryRow(QAbstractButton):
         words = max(self._width("strong", self.title), self._width("hint", self.summary))
         return QSize(_LEFT + words + (_RIGHT if self.key else 8), LEAST_ROW)
 
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Let Enter choose: Space is the pause key."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.click()
+        else:
+            super().keyPressEvent(event)
+
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -69,18 +85,21 @@ class GalleryRow(QAbstractButton):
         if self.isChecked():
             painter.fillRect(0, 0, 3, self.height(), theme.color("accent"))
         color = "accent" if self.isChecked() else self.color
+        painter.setOpacity(_PALE if self.waiting else 1.0)
         self._paint_icon(painter, color)
-        if not self.rail:
-            self._paint_words(painter, color)
         if self.key:
             self._paint_key(painter)
+        painter.setOpacity(1.0)
+        if not self.rail:
+            self._paint_words(painter, color)
         if self.hasFocus():
             painter.setPen(QPen(theme.color("accent"), 2))
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(4, 3, -4, -3), 6, 6)
 
     def _name(self) -> None:
-        self.setAccessibleName(f"{self.title}: {self.summary}" if self.summary else self.title)
+        words = self.waiting or self.summary
+        self.setAccessibleName(f"{self.title}: {words}" if words else self.title)
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
         picture = _picture(self.picture, theme.color(color).name(), color, self.devicePixelRatioF())
@@ -90,8 +109,9 @@ class GalleryRow(QAbstractButton):
         middle = Qt.AlignmentFlag.AlignVCenter
         room = self.width() - _LEFT - (_RIGHT - 4)
         top = (self.height() - 37) // 2
-        lines = [("strong", color, self.title, top, 20), ("hint", "ink3", self.summary, top + 19, 18)]
-        if not self.summary:
+        words = self.waiting or self.summary
+        lines = [("strong", color, self.title, top, 20), ("hint", "ink3", words, top + 19, 18)]
+        if not words:
             lines = [("body", color, self.title, 0, self.height())]
         for role, token, words, top, height in lines:
             painter.setPen(theme.color(token))

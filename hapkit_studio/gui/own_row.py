@@ -36,6 +36,8 @@ class OwnRow(GalleryRow):
         super().__init__("circle", file.title, "", parent=parent)
         self.pencil = QToolButton(self)
         self.pencil.setFixedSize(_PENCIL, _PENCIL)
+        self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys have the menu
+        self.setAccessibleDescription("The menu key edits, shows or deletes its file.")
         self.pencil.clicked.connect(lambda: self.edit_pressed.emit(self.file.path))
         icons.bind(self.pencil, "pencil", "ink2", 18)
         self.show_file(file)

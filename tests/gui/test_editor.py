@@ -216,7 +216,8 @@ def test_quitting_asks_once_for_what_is_not_saved(opened, no_trials):
     window.actions_by_key.run("session.quit")
     assert window.isVisible()
     path, text = window.desk.path, window.desk.page.text
-    window.desk.strip.buttons[0].click()
+    assert window.desk.strip.buttons[0].hasFocus()
+    QTest.keyClick(window.desk.strip.buttons[0], Qt.Key.Key_Return)
     assert not window.isVisible()
     assert path.read_text(encoding="utf-8") == text
 

@@ -64,14 +64,20 @@ def test_many_own_environments_scroll_and_the_new_one_stays(home, make_window, q
     assert all(row.width() <= gallery.viewport().width() for row in gallery.rows.values())
 
 
-def test_tab_goes_over_own_environments_and_their_pencils(home, make_window):
+def test_keys_reach_own_environments(home, make_window, monkeypatch):
     path = put(home, "mine.py", spring("mine"))
     window = make_window()
     gallery, row = window.gallery, window.gallery.own_rows[path]
     assert next_stop(list(gallery.rows.values())[-1]) is row
-    assert next_stop(row) is row.pencil
-    assert next_stop(row.pencil) is gallery.new_row
+    assert next_stop(row) is gallery.new_row
+    assert row.accessibleName() == "Test spring: For a test"
     assert row.pencil.accessibleName() == "Edit Test spring"
+    chosen = []
+    monkeypatch.setattr(window.own, "choose", chosen.append)
+    QTest.keyClick(row, Qt.Key.Key_Return)
+    assert chosen == [path]
+    QTest.keyClick(gallery.new_row, Qt.Key.Key_Return)
+    assert window.desk.editor.chooser.isVisible()
 
 
 def test_pencil_and_menu_lead_to_the_law(home, make_window):

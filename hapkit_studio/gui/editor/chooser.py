@@ -38,7 +38,10 @@ class Chooser(QWidget):
         self.title = QLineEdit()
         self.title.setAccessibleName("Title of the new environment")
         self.title.setMaxLength(40)
-        self.make, self.leave = QPushButton("Create"), QPushButton("Cancel")
+        self.make, self.leave = (
+            QPushButton("Create", autoDefault=True),
+            QPushButton("Cancel", autoDefault=True),
+        )
         self.strip = Strip()
         self.group = QButtonGroup(self)
         for index, template in enumerate(self._templates):

@@ -159,3 +159,5 @@ class CodeEdit(QPlainTextEdit):
         super().resizeEvent(event)
         inside = self.contentsRect()
         self.gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter.wanted, inside.height()))
+        if self.hasFocus():
+            self.ensureCursorVisible()  # a banner above takes from the height

@@ -35,7 +35,7 @@ class CodePage(QWidget):
         self.name, self.marker = QLabel(), QLabel("● not saved")
         self.marker.setProperty("role", "hint")
         self.marker.hide()
-        self.save = QPushButton("Save and run")
+        self.save = QPushButton("Save and run", autoDefault=True)
         self.save.setToolTip("Save the file, try the law, put it in force (Ctrl+S)")
         self.close_law = QToolButton()
         self.close_law.setToolTip("Back to the plots (Ctrl+W)")

@@ -141,11 +141,10 @@ class Desk(QObject):
 
     def ask_to_quit(self, quit_: Callable[[], object]) -> bool:
         """Say whether the window may go; where a law is not saved, bring it into sight and ask."""
-        if self.leaving.may_quit(quit_):
-            return True
-        self.editor.show_page(self.page)
-        self.shown.emit(True)
-        return False
+        if self.page.unsaved:
+            self.editor.show_page(self.page)
+            self.shown.emit(True)
+        return self.leaving.may_quit(quit_)
 
     def _leave(self) -> None:
         self.page.leave()

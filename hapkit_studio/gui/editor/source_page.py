@@ -27,7 +27,10 @@ class SourcePage(QWidget):
         self.ask.setWordWrap(True)
         self.code = CodeEdit()
         self.code.setReadOnly(True)
-        self.run, self.leave = QPushButton("Run it"), QPushButton("Leave it")
+        self.run, self.leave = (
+            QPushButton("Run it", autoDefault=True),
+            QPushButton("Leave it", autoDefault=True),
+        )
         self.run.clicked.connect(lambda: self.run_pressed.emit(self.path, self._text))
         self.leave.clicked.connect(self.left)
         self._arrange()

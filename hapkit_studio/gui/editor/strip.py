@@ -59,9 +59,10 @@ class Strip(QWidget):
         self._show_tone()
 
     def _button(self, words: str, run: Callable[[], object]) -> QPushButton:
-        button = QPushButton(words)
+        button = QPushButton(words, autoDefault=True)  # Enter presses it: Space is the pause key
         button.clicked.connect(lambda: run())
         self._row.addWidget(button)
+        button.show()
         return button
 
     def _show_tone(self) -> None:
