@@ -27,13 +27,19 @@ _SYNTAX = (
     (r"unterminated triple-quoted string literal.*", "the closing quotation marks are missing"),
     (r"invalid character '(.+)' \(U\+.*\)", r"'\1' is no character that Python knows here"),
     (r"invalid non-printable character (U\+\w+)", r"an invisible character (\1) stands here: delete it"),
+    (r"invalid decimal literal", "a number runs into a name: write 2 * x"),
+    (r"leading zeros in decimal integer literals.*", "a number does not begin with 0"),
+    (r"expression cannot contain assignment.*", "what stands before = is one name"),
+    (r"unexpected character after line continuation character", r"`\\` only stands at a line's end"),
+    (r"expected 'else' after 'if' expression", "an `else` is missing"),
     (r"positional argument follows keyword argument", "a value without a name follows one with a name"),
     (r"'return' outside function", "`return` stands outside of a function"),
     (r".*null bytes.*", "the file is not text"),
     (r"too many nested parentheses|.*too complex.*", "the line is nested too deep"),
     (r"invalid syntax", "Python cannot read this line"),
 )
-_TYPE = (
+_OTHER = (
+    (r"cannot import name ('\w+') from '([\w.]+)'.*", r"there is no \1 in \2"),
     (
         r"(?:\w+\.)?(\w+)\.__init__\(\) missing \d+ required positional arguments?: (.+)",
         r"\1 also needs \2",
@@ -85,6 +91,10 @@ def _words(error: BaseException, inside: bool) -> str:
         return f"'{name}' is not defined"
     if isinstance(error, AttributeError) and name == "state_names":
         return "the force is not a law: write `@law` above its `def`"
+    if isinstance(error, AttributeError) and name == "key":
+        return "`parameters` holds Parameter(…) and Choice(…) only"
+    if isinstance(error, KeyError) and error.args:
+        return f"there is no {error.args[0]!r}"
     if isinstance(error, ModuleNotFoundError):
         return f"there is no module '{name}'"
     if isinstance(error, RecursionError):
@@ -96,7 +106,7 @@ def _words(error: BaseException, inside: bool) -> str:
     if isinstance(error, ZeroDivisionError):
         return "a division by zero"
     message = str(error).strip()
-    return _first(_TYPE, message) or f"{message or 'an error'} ({type(error).__name__})"
+    return _first(_OTHER, message) or f"{message or 'an error'} ({type(error).__name__})"
 
 
 def _line(traceback: TracebackType | None, file: str) -> tuple[int, bool]:

@@ -104,7 +104,7 @@ def test_what_does_nothing_is_said(tmp_path):
 # (what Environment is given besides, the line of the error, what is said)
 FUNCTIONS = [
     ("impedance=lambda p: (1.0 / p['mass'], 0.0),", "a division by zero"),
-    ("impedance=lambda p: (p['stifness'], 0.0),", "'stifness' (KeyError)"),
+    ("impedance=lambda p: (p['stifness'], 0.0),", "there is no 'stifness'"),
     ("impedance=lambda p: None,", "returns (stiffness, damping), not None"),
     ("impedance=lambda p: (1.0, 'b'),", "returns (stiffness, damping), not (1.0, 'b')"),
     ("impedance=lambda p: (1.0, math.nan),", "returns (stiffness, damping), not (1.0, nan)"),
