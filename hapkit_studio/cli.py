@@ -89,12 +89,12 @@ def _scene_options(command: argparse.ArgumentParser) -> None:
 
 
 def _window(given: Sequence[str]) -> int:
-    window_parser().parse_args(given)  # bad options are said before anything starts
+    options = window_parser().parse_args(given)  # bad options are said before anything starts
     if not _has_display():
         return _demo()
     from hapkit_studio.gui import prepare
 
-    preparing = prepare.begin("loop")  # compiles while Qt is still being loaded
+    preparing = prepare.begin("loop", options.environment)  # compiles while Qt is still being loaded
     from hapkit_studio.gui import app
 
     return app.run(given, preparing)

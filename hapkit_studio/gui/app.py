@@ -66,26 +66,54 @@ def build(options: argparse.Namespace) -> MainWindow:
 
 
 def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | None = None) -> None:
-    """Prepare the loop if it never was, then open the device; the window is up and usable meanwhile."""
+    """Prepare the loop if it never was, then open the device; the window is up and usable meanwhile.
+
+    The laws of the other environments follow, and last what a board needs.
+    """
     window.live.start()
     if options.screenshot:
         window.studio.engine_changed.connect(lambda: _pose(window, options))
-    Preparation(window, preparing or prepare.begin("loop"), lambda: _open(window, options.device)).run()
+    prepare_all(window, options.environment, preparing, lambda: _open(window, options.device))
+
+
+def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Callable[[], None]) -> None:
+    """Have the loop compiled that begins with an environment, call ``done``, go on with everything else."""
+    first = preparing or prepare.begin("loop", key)
+    if prepare.possible():
+        window.studio.readiness.expect(window.studio.environments, {*prepare.ALWAYS, key})
+
+    def go_on() -> None:
+        done()
+        _prepare_laws(window)
+
+    Preparation(window, [first] if first else [], go_on).run()
+
+
+def _prepare_laws(window: MainWindow) -> None:
+    readiness = window.studio.readiness
+    programs = prepare.begin_laws(readiness.waiting)
+    readiness.follow(programs)
+    Preparation(window, programs, lambda: _prepare_boards(window)).run()
+
+
+def _prepare_boards(window: MainWindow) -> None:
+    boards = prepare.begin("boards")
+    Preparation(window, [boards] if boards else [], _nothing).run()
 
 
 class Preparation(QObject):
-    """Waits for a program that compiles, if any, then calls ``done`` once; ends it with the window."""
+    """Waits for programs that compile, if any, then calls ``done`` once; ends them with the window."""
 
-    def __init__(self, window: MainWindow, process: Popen | None, done: Callable[[], None]):
+    def __init__(self, window: MainWindow, programs: Sequence[Popen], done: Callable[[], object]):
         super().__init__(window)
-        self._process, self._done = process, done
+        self._programs, self._done = programs, done
         self._watch = QTimer(self, interval=LOOK_MS)
         self._watch.timeout.connect(self.run)
         window.closed.connect(self._give_up)
 
     def run(self) -> None:
-        """Finish if the program has ended, else look again."""
-        if self._process is not None and self._process.poll() is None:
+        """Finish if the programs have ended, else look again."""
+        if any(program.poll() is None for program in self._programs):
             self._watch.start()
             return
         self._watch.stop()
@@ -94,9 +122,9 @@ class Preparation(QObject):
 
     def _give_up(self) -> None:
         self._done = _nothing
-        if self._process is not None:
-            self._process.kill()
-            self._process.wait()
+        for program in self._programs:
+            program.kill()
+            program.wait()
 
 
 def _nothing() -> None:
@@ -108,7 +136,6 @@ def _open(window: MainWindow, key: str) -> None:
         entries = {entry.key: entry for entry in window.studio.entries()}
         other = devices.DeviceEntry(key, key, lambda: devices.named(key))
         window.studio.open(entries.get(key, other))
-        Preparation(window, prepare.begin("boards"), _nothing).run()
 
 
 def _pose(window: MainWindow, options: argparse.Namespace) -> None:

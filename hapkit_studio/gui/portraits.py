@@ -13,8 +13,7 @@ from hapkit_studio import devices
 from hapkit_studio.arguments import LineParser, size
 from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui import prepare
-from hapkit_studio.gui.app import Preparation
+from hapkit_studio.gui.app import prepare_all
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.window import MainWindow
@@ -57,13 +56,19 @@ class Portraits(QObject):
             self._frames.start()
 
     def _next(self) -> None:
-        studio = self._window.studio
-        studio.choose(self._keys[0])
+        self._begun = 0.0
+        self._window.studio.choose(self._keys[0])
+
+    def _begin(self) -> float:
+        """Take the hand that goes with the environment; return the clock now, in s."""
         self._window.live.history.clear()
-        self._hand = SCRIPTS[usual_hand(studio.environment)]
-        self._begun = time.monotonic()
+        self._hand = SCRIPTS[usual_hand(self._window.studio.environment)]
+        return time.monotonic()
 
     def _move(self) -> None:
+        if self._window.studio.environment.key != self._keys[0]:
+            return  # its law is still being compiled
+        self._begun = self._begun or self._begin()
         now = time.monotonic() - self._begun
         if now < self._seconds:
             self._window.studio.move_hand(float(self._hand.target(now)))
@@ -93,8 +98,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     window.resize(*chosen.size)
     window.show()
     window.live.start()
-    Portraits(window, chosen.environments or list(studio.environments), chosen.folder, chosen.seconds)
-    Preparation(window, prepare.begin("loop"), studio.open_simulated).run()
+    keys = chosen.environments or list(studio.environments)
+    studio.choose(keys[0])
+    Portraits(window, keys, chosen.folder, chosen.seconds)
+    prepare_all(window, keys[0], None, studio.open_simulated)
     return application.exec()
 
 

@@ -1,19 +1,26 @@
 """Compiles what the loops need into numba's cache. Its own program: a compile in a thread freezes the window.
 
-Knows no Qt, so that it is up and done sooner. Part "loop" is what the first picture waits for; part "boards",
-compiled afterwards and with the lowest priority, is what a board waits for.
+Knows no Qt, so that it is up and done sooner. Part "loop" is what the first picture waits for; then come the
+"laws" of the other environments, from the lowest up; part "boards", last, is what a board waits for.
 """
 
 import hashlib
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import platformdirs
 
-PARTS = ("loop", "boards")
+# What the loop begins with in any case: no force for the first tick, and the engine's own environment.
+ALWAYS = ("free", "wall")
+FIRST = "wall"
 _SOURCES = ("devices", "dynamics", "environments", "haptics", "laws", "protocol")
+_STAMPED = ("loop", "boards")
+# How much a part gives way to the window and the running loop.
+_NICE = {"laws": 10, "boards": 19}
+_MOST_PROGRAMS = 2
 _QUANTUM = 20.7e-6
 _NO_FILE = -1
 _MODULE = "hapkit_studio.gui.prepare"
@@ -30,18 +37,53 @@ def stamp(part: str) -> Path:
 
 
 def prepared(part: str) -> bool:
-    """Say whether a part was compiled before."""
+    """Say whether a part was compiled before; laws have no stamp, each knows by itself."""
     return stamp(part).exists()
 
 
-def begin(part: str) -> "subprocess.Popen | None":
-    """Start compiling a part in a program of its own; None where that was done before or cannot be."""
-    if prepared(part) or getattr(sys, "frozen", False):
+def possible() -> bool:
+    """Say whether there is anything to compile, and a Python to do so."""
+    interpreted = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+    return not interpreted and not getattr(sys, "frozen", False)
+
+
+def begin(part: str, key: str = FIRST) -> "subprocess.Popen | None":
+    """Start compiling a part in a program of its own; None where that was done before or cannot be.
+
+    key is the environment that the loop begins with.
+    """
+    if not possible() or (prepared(part) and (part != "loop" or _has_law(key))):
         return None
-    return subprocess.Popen([sys.executable, "-m", _MODULE, part])
+    return _program(part, key)
 
 
-def compile_loop() -> None:
+def begin_laws(keys: Iterable[str]) -> "list[subprocess.Popen]":
+    """Start compiling the laws of environments, cheap ones first; none where that cannot be.
+
+    Each can be used as soon as it is done. On several processors two programs share them.
+    """
+    from hapkit_studio.environments import discover
+
+    library = discover()
+    order = sorted(keys, key=lambda key: len(library[key].force.source))
+    share = min(_MOST_PROGRAMS, os.cpu_count() or 1)
+    shares = [order[i::share] for i in range(share)] if possible() else []
+    return [_program("laws", *some) for some in shares if some]
+
+
+def _program(part: str, *keys: str) -> subprocess.Popen:
+    gently = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if part in _NICE else 0  # Windows
+    return subprocess.Popen([sys.executable, "-m", _MODULE, part, *keys], creationflags=gently)
+
+
+def _has_law(key: str) -> bool:
+    from hapkit_studio.environments import discover
+
+    library = discover()
+    return key not in library or library[key].force.is_compiled()
+
+
+def compile_loop(key: str) -> None:
     """Compile the loop on the simulated device, on two processors: paddle and laws aside, the tick here."""
     from hapkit_studio.devices.simulated import SimulatedHapkit
     from hapkit_studio.environments import named
@@ -49,7 +91,7 @@ def compile_loop() -> None:
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.tick import tick
 
-    with subprocess.Popen([sys.executable, "-m", _MODULE, "paddle"]):
+    with _program("paddle", key):
         r, _ = headless.Scene(named("free"), {}).prepare()
         tick(r, 0.0, 1e-3, 0.0, ring.new_ring(r.control, 2).rows[0])
     engine = Engine(SimulatedHapkit(), realtime=False)
@@ -61,15 +103,14 @@ def compile_loop() -> None:
     engine.close()
 
 
-def compile_paddle() -> None:
-    """Compile the laws, the simulated paddle and what else the loop calls beside the tick."""
+def compile_paddle(key: str) -> None:
+    """Compile the simulated paddle, what else the loop calls beside the tick, and the laws it begins with."""
     from hapkit_studio.devices import simulated
-    from hapkit_studio.environments import discover
+    from hapkit_studio.environments import named
     from hapkit_studio.haptics import headless, histogram, plant, priority, ring, sleep
 
     priority.probe()
-    library = discover()
-    r, body = headless.Scene(library["free"], {}).prepare()
+    r, body = headless.Scene(named("free"), {}).prepare()
     r.values[:] = r.block_values
     plant.follow_settings(body, r)
     plant.write_truth(body, plant.measure(body), ring.new_ring(r.control, 2).rows[0])
@@ -78,11 +119,24 @@ def compile_paddle() -> None:
     plant.cut(body)
     histogram.add(histogram.new_histogram(), 0.0)
     sleep.until(sleep.now())
-    for environment in library.values():
-        environment.force.compiled()
+    compile_laws(*ALWAYS, key)
 
 
-def compile_boards() -> None:
+def compile_laws(*keys: str) -> None:
+    """Compile the laws of environments; one that cannot be, or is not there, keeps no other back."""
+    from hapkit_studio.environments import discover
+    from hapkit_studio.errors import LawError
+
+    library = discover()
+    for key in keys:
+        try:
+            if key in library:
+                library[key].force.compiled()
+        except LawError as error:
+            print(f"{key}: {error}", file=sys.stderr, flush=True)
+
+
+def compile_boards(*_keys: str) -> None:
     """Compile the loop on a serial port, by calling it with the quit word set and no port."""
     from hapkit_studio.haptics import block, histogram, line, rig, ring, serial_loop
 
@@ -92,13 +146,21 @@ def compile_boards() -> None:
     serial_loop.run(r, line.new_line(_QUANTUM), out, late, _NO_FILE, serial_loop.new_spec())
 
 
-def main(part: str = "loop") -> None:
-    """Compile a part, then leave its stamp and clear older ones away."""
-    if part == "boards" and hasattr(os, "nice"):
-        os.nice(19)
+_COMPILE: dict[str, Callable[..., None]] = {
+    "loop": compile_loop,
+    "paddle": compile_paddle,
+    "laws": compile_laws,
+    "boards": compile_boards,
+}
+
+
+def main(part: str = "loop", *keys: str) -> None:
+    """Compile a part, for some environments; then leave its stamp and clear older ones away."""
+    if part in _NICE and hasattr(os, "nice"):
+        os.nice(_NICE[part])
     mark = stamp(part)
-    {"loop": compile_loop, "paddle": compile_paddle, "boards": compile_boards}[part]()
-    if part not in PARTS:
+    _COMPILE[part](*(keys or (FIRST,)))
+    if part not in _STAMPED:
         return
     mark.parent.mkdir(parents=True, exist_ok=True)
     for old in mark.parent.glob(f"prepared-{part}-*"):

@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.connector import Build, Connector, build_engine
+from hapkit_studio.gui.readiness import Readiness
 from hapkit_studio.gui.shelf import Shelf
 from hapkit_studio.gui.wishes import Link, LoopWish
 
@@ -44,6 +45,8 @@ class Studio(QObject):
         self.environment = self.environments[
             "wall" if "wall" in self.environments else next(iter(self.environments))
         ]
+        self.readiness = Readiness(self)
+        self.readiness.arrived.connect(self.choose)
         self.loop = LoopWish()
         self.grip = "medium"
         self.stopped = False
@@ -64,13 +67,14 @@ class Studio(QObject):
         return self._shelf.values[self.environment.key]
 
     def choose(self, key: str) -> None:
-        """Switch the environment; its values are those it was left with."""
-        if key != self.environment.key:
+        """Switch the environment, or as soon as it is ready; its values are those it was left with."""
+        if self.readiness.ask(key) and key != self.environment.key:
             self._force(self.environments[key])
 
     def adopt(self, environment: "Environment") -> None:
         """Take an environment in, or a newer version of it, and put it in force; it is compiled already."""
         self._shelf.put(environment)
+        self.readiness.forget()
         self._force(environment)
 
     def drop(self, key: str) -> None:
@@ -203,6 +207,7 @@ class Studio(QObject):
     def close(self) -> None:
         """Stop the loop and wait for its last zero command."""
         self._again.stop()
+        self.readiness.end()
         engine, self.engine = self.engine, None
         self._connector.close(engine)
 
