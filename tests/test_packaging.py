@@ -52,8 +52,11 @@ def python(wheel):
 
 def test_wheel_holds_the_package_and_its_assets_only(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
-    assets = [path for path in (ROOT / "assets").rglob("*") if path.is_file()]
-    assert assets
+    kept = [path for path in (ROOT / "assets").rglob("*") if path.is_file()]
+    only_to_read = {"pictures", "docs"}
+    assets = [path for path in kept if not only_to_read & set(path.parts)]
+    assert 30 < len(assets) < len(kept)
+    assert not any(f"assets/{name}/" in file for name in only_to_read for file in names)
     assert {f"hapkit_studio/{path.relative_to(ROOT)}" for path in assets} <= names
     modules = [path for path in (ROOT / "hapkit_studio").rglob("*.py")]
     assert {str(path.relative_to(ROOT)) for path in modules} <= names

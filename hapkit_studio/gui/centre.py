@@ -99,13 +99,17 @@ class Centre(QWidget):
             self._narrow = narrow
             self._move_phase()
         free = height - 3 * GAP
-        scene = 236 if free >= 680 else 180 if free >= 480 else 150
+        scene = self.scene.wanted_height if free >= 680 else 180 if free >= 480 else 150
         if self.law_shown:
             scene = 180 if free >= 680 else 150
         self.scene_card.setFixedHeight(scene + 2 * _EDGE)
         self.time_card.setVisible(not self.law_shown)
         if not narrow:
             self.phase_card.setVisible(not self.law_shown or width >= WIDE)
+
+    def refit(self) -> None:
+        """Lay out anew: another scene may want another height."""
+        self.set_room(*self._room)
 
     @property
     def law_shown(self) -> bool:
@@ -122,7 +126,7 @@ class Centre(QWidget):
         """Show the law in the plots' place, or the plots again."""
         if self._law is not None:
             self._law.setVisible(on)
-            self.set_room(*self._room)
+            self.refit()
 
     def refresh(self) -> None:
         """Draw the newest data into the plots that are seen."""

@@ -145,6 +145,12 @@ def test_what_gives_way_follows_the_design(window, qapp):
 
     assert seen(1440, 900) == (228, 300)
     assert window.centre.scene.height() == 236
+    window.studio.choose("cat")
+    assert seen(1440, 900) == (228, 300)
+    assert window.centre.scene.height() == 272
+    window.studio.choose("wall")
+    qapp.processEvents()
+    assert window.centre.scene.height() == 236
     assert window.loop.folded is False
     assert seen(1280, 720) == (64, 272)
     assert window.centre.scene.height() == 180

@@ -95,4 +95,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     stage.say(read(motion).word, places, "ink3", 12.5, 500)
 
 
-SCENE = Scene("cat", moving=moving, words=words, tip=tip, per_newton=90.0)
+SCENE = Scene("cat", moving=moving, words=words, tip=tip, per_newton=90.0, height=272)

@@ -76,6 +76,11 @@ class SceneView(QWidget):
         self.setAccessibleName(f"Scene: {environment.title}")
         self.set_values(values)
 
+    @property
+    def wanted_height(self) -> int:
+        """Return the height in px of the card where there is room."""
+        return self._scene.height
+
     def set_values(self, values: Mapping[str, float]) -> None:
         """Take over changed parameters."""
         self._values = dict(values)
