@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from hapkit_studio.dynamics.integrators import INTEGRATORS, step
+from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import FAR, acceleration, flown_apart, reaction
-from hapkit_studio.dynamics.step_limits import longest_step
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
-from hapkit_studio.parameters import Choice, Parameter
+from hapkit_studio.parameters import Parameter
 
 STATE = {
     "object": 0.0,
@@ -75,14 +75,8 @@ def pushed_slowly(p, x):
 
 def warnings(values, conditions):
     """Tell where the chosen integrator makes the mass gain energy in contact."""
-    method = INTEGRATORS[int(values["integrator"])]
     stiffness = values["stiffness"] + values["contact_stiffness"]
-    longest = longest_step(method, values["mass"], values["damping"], stiffness)
-    if conditions.period > longest:
-        yield (
-            f"In contact {method.replace('_', ' ')} adds energy at steps above {1e3 * longest:.3g} ms; "
-            f"they take {1e3 * conditions.period:.3g} ms."
-        )
+    return growth(values, values["damping"], stiffness, conditions)
 
 
 ENVIRONMENT = Environment(
@@ -95,26 +89,7 @@ ENVIRONMENT = Environment(
         Parameter(
             "stiffness", "Stiffness", "N/m", 300.0, 0.0, 2000.0, "Of the spring that holds the object", "k"
         ),
-        Parameter(
-            "contact_stiffness",
-            "Contact stiffness",
-            "N/m",
-            500.0,
-            50.0,
-            5000.0,
-            "Force per metre that the handle is inside the object",
-            "k<sub>u</sub>",
-        ),
-        Parameter(
-            "contact_damping",
-            "Contact damping",
-            "N·s/m",
-            0.0,
-            0.0,
-            50.0,
-            "Force per metre per second while handle and object approach each other in contact",
-            "b<sub>u</sub>",
-        ),
+        *contact("object"),
         Parameter(
             "rest_position",
             "Rest position",
@@ -125,13 +100,7 @@ ENVIRONMENT = Environment(
             "Where the spring is at rest",
             "x<sub>eq</sub>",
         ),
-        Choice(
-            "integrator",
-            "Integrator",
-            INTEGRATORS,
-            "semi_implicit",
-            "How the object's motion is computed. Explicit Euler and the lecture's rule add energy.",
-        ),
+        integrator("object"),
     ),
     force=force,
     shortcut="M",

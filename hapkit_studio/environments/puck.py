@@ -1,11 +1,11 @@
 """A puck that slides between two walls and is pushed by the handle from either side."""
 
-from hapkit_studio.dynamics.integrators import INTEGRATORS, step
+from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import flown_apart, reaction
-from hapkit_studio.dynamics.step_limits import longest_step
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
-from hapkit_studio.parameters import Choice, Parameter
+from hapkit_studio.parameters import Parameter
 
 START = 0.010
 RADIUS = 0.005
@@ -69,14 +69,8 @@ def force(p, s, x, v, dt):
 
 def warnings(values, conditions):
     """Tell where the chosen integrator makes the puck gain energy in contact."""
-    method = INTEGRATORS[int(values["integrator"])]
     stiffness = values["wall_stiffness"] + values["contact_stiffness"]
-    longest = longest_step(method, values["mass"], 0.0, stiffness)
-    if conditions.period > longest:
-        yield (
-            f"In contact {method.replace('_', ' ')} adds energy at steps above {1e3 * longest:.3g} ms; "
-            f"they take {1e3 * conditions.period:.3g} ms."
-        )
+    return growth(values, 0.0, stiffness, conditions)
 
 
 ENVIRONMENT = Environment(
@@ -85,26 +79,7 @@ ENVIRONMENT = Environment(
     summary="Shove it, catch it",
     parameters=(
         Parameter("mass", "Mass", "kg", 0.5, 0.05, 5.0, "Of the puck", "m"),
-        Parameter(
-            "contact_stiffness",
-            "Contact stiffness",
-            "N/m",
-            500.0,
-            50.0,
-            5000.0,
-            "Force per metre that the handle is inside the puck",
-            "k<sub>u</sub>",
-        ),
-        Parameter(
-            "contact_damping",
-            "Contact damping",
-            "N·s/m",
-            0.0,
-            0.0,
-            50.0,
-            "Force per metre per second while handle and puck approach each other in contact",
-            "b<sub>u</sub>",
-        ),
+        *contact("puck"),
         Parameter(
             "wall_stiffness",
             "Wall stiffness",
@@ -125,13 +100,7 @@ ENVIRONMENT = Environment(
             "Between puck and ground, the same at every speed",
             "F<sub>c</sub>",
         ),
-        Choice(
-            "integrator",
-            "Integrator",
-            INTEGRATORS,
-            "semi_implicit",
-            "How the puck's motion is computed. Explicit Euler and the lecture's rule add energy.",
-        ),
+        integrator("puck"),
     ),
     force=force,
     shortcut="P",
