@@ -1,0 +1,110 @@
+"""What is compiled when: the loop with one law first, then the other laws, cheap ones before dear ones."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from hapkit_studio.environments import discover
+from hapkit_studio.errors import LawError
+from hapkit_studio.gui import prepare
+from hapkit_studio.laws import native
+from hapkit_studio.laws.law import Law
+
+# everything but the laws is loaded from the usual place
+PROGRAM = """
+import sys, os, numba
+from hapkit_studio.gui import prepare
+from hapkit_studio.haptics import engine, headless
+numba.config.CACHE_DIR = sys.argv[1]
+prepare.main(*sys.argv[2:])
+print(os.nice(0))
+"""
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """Return the programs that would have been started."""
+    programs: list[tuple[str, ...]] = []
+    monkeypatch.setattr(prepare, "_program", lambda *words: programs.append(words) or words)
+    return programs
+
+
+@pytest.fixture
+def stamped(tmp_path, monkeypatch):
+    """Say that every part was compiled before."""
+    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
+    for part in ("loop", "boards"):
+        prepare.stamp(part).touch()
+
+
+def compiled_by(tmp_path, monkeypatch, *words):
+    """Return (keys of the laws that a part has compiled, how nice it was)."""
+    command = [sys.executable, "-c", PROGRAM, str(tmp_path), *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
+    monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path))
+    found = {key for key, e in discover().items() if native.is_compiled(e.force.source)}
+    return found, int(done.stdout)
+
+
+@pytest.mark.skipif(not hasattr(os, "nice"), reason="No such thing here.")
+def test_the_loop_waits_for_the_law_it_begins_with_alone(tmp_path, monkeypatch):
+    assert compiled_by(tmp_path, monkeypatch, "paddle", "damping") == (
+        {"free", "wall", "damping"},
+        os.nice(0),
+    )
+
+
+@pytest.mark.skipif(not hasattr(os, "nice"), reason="No such thing here.")
+def test_the_other_laws_give_way(tmp_path, monkeypatch):
+    found, nice = compiled_by(tmp_path, monkeypatch, "laws", "damping", "swamp", "detents")
+    assert found == {"damping", "detents"}
+    assert nice == min(19, os.nice(0) + 10)
+
+
+def test_a_stamp_does_not_stand_for_a_law_that_is_missing(stamped, started, monkeypatch):
+    missing = discover()["puck"].force
+    monkeypatch.setattr(Law, "is_compiled", lambda law: law is not missing)
+    assert prepare.begin("loop", "wall") is None
+    assert prepare.begin("loop", "swamp") is None
+    assert prepare.begin("boards") is None
+    assert prepare.begin("loop", "puck") == ("loop", "puck")
+
+
+def test_without_a_stamp_the_loop_is_compiled(tmp_path, started, monkeypatch):
+    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
+    monkeypatch.setattr(Law, "is_compiled", lambda _law: True)
+    assert prepare.begin("loop", "cat") == ("loop", "cat")
+
+
+@pytest.mark.parametrize(("processors", "programs"), [(1, 1), (2, 2), (16, 2), (None, 1)])
+def test_cheap_laws_come_first_on_every_processor(started, monkeypatch, processors, programs):
+    monkeypatch.setattr(prepare.os, "cpu_count", lambda: processors)
+    keys = ["puck", "cat", "free", "mass_spring_damper", "wall", "friction"]
+    assert len(prepare.begin_laws(keys)) == programs
+    size = {key: len(discover()[key].force.source) for key in keys}
+    shares = [share[1:] for share in started]
+    assert sorted(key for share in shares for key in share) == sorted(keys)
+    assert all(list(share) == sorted(share, key=size.get) for share in shares)
+    dear = sorted(keys, key=size.get)[-2:]
+    assert programs == 1 or [sum(key in share for key in dear) for share in shares] == [1, 1]
+
+
+def test_no_laws_need_no_program(started):
+    assert prepare.begin_laws([]) == []
+    assert started == []
+
+
+def test_a_law_that_cannot_be_compiled_keeps_no_other_back(monkeypatch, capsys):
+    done = []
+
+    def compiled(law):
+        if law is discover()["wall"].force:
+            raise LawError("no such type")
+        done.append(law)
+
+    monkeypatch.setattr(Law, "compiled", compiled)
+    prepare.compile_laws("free", "wall", "swamp", "cat")
+    assert done == [discover()["free"].force, discover()["cat"].force]
+    assert "wall: no such type" in capsys.readouterr().err
