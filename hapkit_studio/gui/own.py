@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.editor.trial_runner import TrialRunner
@@ -110,6 +110,9 @@ class OwnEnvironments(QObject):
 
     def _refuse(self, path: Path, verdict: Verdict) -> None:
         self._broken[path] = verdict.digest
+        self._tell(path, verdict)
+
+    def _tell(self, path: Path, verdict: Verdict) -> None:
         self.refresh()
         self.judged.emit(path, verdict)
 
@@ -121,8 +124,7 @@ class OwnEnvironments(QObject):
         self._studio.adopt(environment)
         if old is not None and old.key != environment.key:
             self._studio.drop(old.key)
-        self.refresh()
-        self.judged.emit(path, verdict)
+        QTimer.singleShot(0, self, lambda: self._tell(path, verdict))  # a frame may come in between
 
     def _holder(self, key: str, path: Path) -> str:
         """Return who else has a key, "" for nobody."""
