@@ -12,7 +12,8 @@ from hapkit_studio.laws.law import CompiledLaw
 
 # what `run` returns where every call gave a force
 ALL = -1
-NOT_FINITE = 1
+# the code, the line, the line of the first value that is not finite
+FAULT_WORDS = 3
 _DT = 1e-3
 
 _real, _reals = ctypes.c_double, ctypes.POINTER(ctypes.c_double)
@@ -23,21 +24,18 @@ _Function = ctypes.CFUNCTYPE(_real, _reals, _reals, _real, _real, _real, ctypes.
 def run(address, p, s, x, v, dt, fault, force):
     """Call a law at every x (n,) m and v (n,) m/s into force (n,) N; return the call that failed, or ALL.
 
-    fault is the law's two words: the code, 0 for none, and the line.
+    fault holds FAULT_WORDS words, the code being 0 where there is none.
     """
     for i in range(len(x)):
         force[i] = native.call(address, p, s, x[i], v[i], dt, fault)
-        if fault[0] == 0 and not math.isfinite(force[i]):
-            fault[0] = NOT_FINITE
-            fault[1] = 0
         if fault[0] != 0:
             return i
     return ALL
 
 
 def memory(law: CompiledLaw) -> tuple[np.ndarray, np.ndarray]:
-    """Return a law's state at its start, with a spare value where it has none, and two fault words."""
-    return np.append(law.initial_state, 0.0), np.zeros(2, dtype=np.int64)
+    """Return a law's state at its start, with a spare value where it has none, and its fault words."""
+    return np.append(law.initial_state, 0.0), np.zeros(FAULT_WORDS, dtype=np.int64)
 
 
 def once(law: CompiledLaw) -> Callable[[np.ndarray, float, float], float]:

@@ -59,7 +59,7 @@ def try_file(path: Path, wanted: str = "") -> Verdict:
         tally = _try(environment, path)
     except LawError as error:
         return failed(words.plain(error), error.line, digest)
-    tried.passed(text, path, environment)
+    tried.passed(text, path)
     return Verdict((), _remarks(environment, tally), tally.cost, tally.calls, digest)
 
 

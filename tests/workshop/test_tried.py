@@ -1,101 +1,64 @@
-"""What passed is remembered; what a file's versions of long ago left in the cache does not pile up."""
+"""What passed is remembered: this text of this file, with this Python and this cache."""
 
 import os
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from hapkit_studio import environments
-from hapkit_studio.workshop import reading, tried, trying
+from hapkit_studio.workshop import tried, trying
 from tests.workshop.student import text, write
 
+FILE = Path("mine.py")
 
-def law_of(path):
-    """Try out a file; return the file of its compiled law."""
+
+def records(folder):
+    return list((folder / "cache").rglob("*.txt"))
+
+
+def test_what_passed_is_remembered_and_what_failed_is_not(tmp_path):
+    good, bad = text(), text("return 1.0 / (x - x)")
+    path = write(tmp_path, good)
+    assert not tried.has_passed(good, path)
     assert trying.try_file(path).ok
-    return Path(reading.load(path).force.compiled().keepalive.__file__)
+    assert tried.has_passed(good, path)
+    assert not trying.try_file(write(tmp_path, bad)).ok
+    assert not tried.has_passed(bad, path)
 
 
-def machine_code(law):
-    """Return the files that numba keeps of a compiled law."""
-    return [f for f in law.parent.parent.rglob(f"{law.stem}.*") if f != law]
+def test_only_this_text_of_this_file(tmp_path):
+    tried.passed("a = 1\n", FILE)
+    assert tried.has_passed("a = 1\r\n", FILE)
+    assert not tried.has_passed("a = 1 \n", FILE)
+    assert not tried.has_passed("a = 1\n", tmp_path / "mine.py")
 
 
-def versions(folder, factors):
-    """Try out a file's versions one after another; return their laws."""
-    return [law_of(write(folder, text(f"return {factor} * x"))) for factor in factors]
-
-
-@pytest.fixture(autouse=True)
-def few(monkeypatch):
-    """Let a file keep two versions."""
-    monkeypatch.setattr(tried, "KEPT", 2)
-
-
-def test_old_versions_are_cleared_from_the_cache(tmp_path):
-    other = law_of(write(tmp_path, text("return -11.0 * x"), "other.py"))
-    first, second, third = versions(tmp_path, (11.25, 11.5, 11.75))
-    assert not first.exists()
-    assert not machine_code(first)
-    for law in (second, third, other):
-        assert law.exists()
-        assert machine_code(law)
-    texts = [text(f"return {factor} * x") for factor in (11.25, 11.5, 11.75)]
-    assert [tried.has_passed(t, tmp_path / "mine.py") for t in texts] == [False, True, True]
-
-
-def test_the_same_version_again_clears_nothing(tmp_path):
-    laws = versions(tmp_path, (12.25, 12.5, 12.5, 12.25, 12.5))
-    assert all(law.exists() for law in laws)
-    again, oldest, _, newest = versions(tmp_path, (12.25, 12.5, 12.25, 12.75))
-    assert (again.exists(), oldest.exists(), newest.exists()) == (True, False, True)
-
-
-def test_what_a_file_left_that_is_gone_is_cleared(tmp_path):
-    path = write(tmp_path, text("return 13.5 * x"), "other.py")
-    law = law_of(path)
-    path.unlink()
-    law_of(write(tmp_path, text("return 13.25 * x")))
-    assert not law.exists()
-    assert len(list((tmp_path / "cache").rglob("*.txt"))) == 1
-
-
-def test_a_law_of_another_file_is_not_cleared(tmp_path):
-    path = write(tmp_path, text("return 14.5 * x"), "other.py")
-    write(tmp_path, text("return 14.5 * x"))
-    shared = law_of(path)
-    assert law_of(tmp_path / "mine.py") == shared
-    path.unlink()
-    versions(tmp_path, (14.25,))
-    assert shared.exists()
-
-
-def test_a_built_in_law_is_not_cleared(tmp_path):
-    """A copy of a built-in environment's file has the same compiled law."""
-    spring = environments.named("spring")
-    source = Path(spring.force.function.__code__.co_filename).read_text(encoding="utf-8")
-    path = write(tmp_path, source.replace('key="spring"', 'key="springy"'), "copy.py")
-    law = law_of(path)
-    assert law == Path(spring.force.compiled().keepalive.__file__)
-    path.unlink()
-    versions(tmp_path, (15.5,))
-    assert law.exists()
-
-
-def test_a_file_that_fails_is_not_remembered(tmp_path):
-    whole = text("return 1.0 / (x - x)")
-    path = write(tmp_path, whole)
-    assert not trying.try_file(path).ok
-    assert not tried.has_passed(whole, path)
-
-
-def test_another_cache_another_trial(tmp_path, monkeypatch):
-    path = write(tmp_path, text())
-    assert trying.try_file(path).ok
-    assert tried.has_passed(text(), path)
+def test_only_with_this_cache(tmp_path, monkeypatch):
+    tried.passed("a = 1\n", FILE)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "elsewhere"))
-    assert not tried.has_passed(text(), path)
+    assert not tried.has_passed("a = 1\n", FILE)
+
+
+def test_the_last_versions_are_known(tmp_path):
+    for n in (*range(tried.KEPT), 0, 0, tried.KEPT):
+        tried.passed(f"a = {n}", FILE)
+    known = [n for n in range(tried.KEPT + 1) if tried.has_passed(f"a = {n}", FILE)]
+    assert known == [0, *range(2, tried.KEPT + 1)]
+    assert len(records(tmp_path)) == 1
+
+
+def test_records_of_long_ago_go(tmp_path):
+    tried.passed("a = 1", Path("old.py"))
+    (old,) = records(tmp_path)
+    days = time.time() - tried.KEPT_SECONDS
+    os.utime(old, (days + 3600, days + 3600))
+    tried.passed("a = 1", FILE)
+    assert old.exists()
+    os.utime(old, (days - 3600, days - 3600))
+    tried.passed("a = 2", FILE)
+    assert not old.exists()
+    assert tried.has_passed("a = 1", FILE)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="names of bytes")
@@ -104,8 +67,15 @@ def test_odd_names_and_records(tmp_path):
     path.write_text(text(), encoding="utf-8")
     assert trying.try_file(path).ok
     assert tried.has_passed(text(), path)
-    for record in (tmp_path / "cache").rglob("*.txt"):
-        record.write_bytes(b"\x00nonsense\nwithout a second word\n\xff\n")
+    for record in records(tmp_path):
+        record.write_bytes(b"\x00nonsense\n\xff\n")
     assert not tried.has_passed(text(), path)
     assert trying.try_file(path).ok
     assert tried.has_passed(text(), path)
+
+
+def test_where_nothing_can_be_written_it_is_tried_again(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    tried.passed("a = 1", FILE)
+    assert not tried.has_passed("a = 1", FILE)
