@@ -12,7 +12,8 @@ from hapkit_studio.gui.theme import theme
 WIDE, RAIL = 228, 64
 ROW, RAIL_ROW = 51, 42
 LEAST_ROW, LEAST_RAIL_ROW = 42, 36
-_ICON, _LEFT, _RIGHT = 10, 42, 30
+_ICON, _LEFT, _RIGHT = 10, 41, 30
+_EDGES = 2
 _PALE = 0.45
 
 
@@ -66,7 +67,7 @@ class GalleryRow(QAbstractButton):
 
     def sizeHint(self) -> QSize:
         if self.rail:
-            return QSize(RAIL, LEAST_RAIL_ROW)
+            return QSize(RAIL - _EDGES, LEAST_RAIL_ROW)
         words = max(self._width("strong", self.title), self._width("hint", self.summary))
         return QSize(_LEFT + words + (_RIGHT if self.key else 8), LEAST_ROW)
 

@@ -8,14 +8,14 @@ from PySide6.QtGui import QContextMenuEvent, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
 from hapkit_studio.gui import icons
-from hapkit_studio.gui.gallery_row import RAIL, WIDE, GalleryRow, icon_name
+from hapkit_studio.gui.gallery_row import LEAST_ROW, GalleryRow, icon_name
 from hapkit_studio.gui.own_file import OwnFile
 from hapkit_studio.gui.theme import theme
 
 # state: the icon that says it, the line that says it
 _SIGNS = {"foreign": "lock", "broken": "triangle"}
 _LINES = {"foreign": "From someone else", "broken": "Does not run yet", "checking": "Checking line by line…"}
-_PENCIL, _RING = 28, 28
+_PENCIL, _RING, _LEAST = 30, 28, 120
 
 
 def initials(title: str) -> str:
@@ -60,7 +60,7 @@ class OwnRow(GalleryRow):
 
     def sizeHint(self) -> QSize:
         """Take what the gallery gives: words of a stranger's length are cut, the tooltip has them whole."""
-        return QSize(RAIL if self.rail else WIDE, super().sizeHint().height())
+        return super().sizeHint().boundedTo(QSize(_LEAST, LEAST_ROW))
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
         """Draw a ring with initials where the file names no scene: a rail has no room for more."""

@@ -24,6 +24,7 @@ class SourcePage(QWidget):
         super().__init__(parent)
         self.path, self._text = Path(), ""
         self.title, self.ask, self.sign = QLabel(), QLabel(_ASK), QLabel()
+        self.title.setWordWrap(True)
         self.ask.setWordWrap(True)
         self.code = CodeEdit()
         self.code.setReadOnly(True)
