@@ -2,7 +2,6 @@
 
 import json
 import os
-import pty
 import subprocess
 import sys
 import textwrap
@@ -130,12 +129,11 @@ def test_once_trusted_it_runs_until_it_changes(tmp_path, capsys):
     assert not (tmp_path / "mark").exists()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="a pseudo-terminal")
 @pytest.mark.parametrize(("answer", "code"), [("y", 0), ("n", 2), ("", 2)])
 def test_at_a_terminal_its_source_is_shown_and_a_person_asked(tmp_path, answer, code):
     hidden = leaving_a_mark(tmp_path).replace("A law of mine", "A law \x1b[8mof\u202e mine")
     write(tmp_path, hidden)
-    ours, theirs = pty.openpty()
+    ours, theirs = pytest.importorskip("pty").openpty()
     command = [sys.executable, "-m", "hapkit_studio", "run", "mine.py", "--seconds", "0.01", "--json"]
     process = subprocess.Popen(command, stdin=theirs, stderr=theirs, stdout=subprocess.PIPE)
     os.close(theirs)
