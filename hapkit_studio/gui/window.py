@@ -2,9 +2,9 @@
 
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QMainWindow
 
-from hapkit_studio.gui import gallery, menus, parameter_panel
+from hapkit_studio.gui import menus
 from hapkit_studio.gui.actions import ActionSet, table
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.centre import Centre
@@ -20,6 +20,7 @@ from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own import OwnEnvironments
 from hapkit_studio.gui.parameter_panel import ParameterPanel
 from hapkit_studio.gui.pictures import Pictures
+from hapkit_studio.gui.room import Room
 from hapkit_studio.gui.sheets import about_sheet, priority_sheet
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.stop_filter import StopFilter
@@ -27,10 +28,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.views import Views
 
-_ROOM_FOR_GALLERY = 880
-_ROOM_BESIDE_PANEL = 1100
 _SMALLEST = (800, 560)
-_DRAWER_BELOW = (1280, 640)
 _SHEET = """
 #header, #status, #gallery, #galleryBody, #panel, #panelBody { background: @side; }
 #header { border-bottom: 1px solid @line; }
@@ -74,7 +72,6 @@ class MainWindow(QMainWindow):
         self.pictures = Pictures(studio, self.live, self.centre, self.status, self.panel.warnings)
         self.notices = Notices(studio, self.live, self.banners, self.stability)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
-        self._drawer_open: bool | None = None
         self._arrange()
         self.views = Views(self.header.tabs, self.centre, self.desk)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
@@ -116,8 +113,7 @@ class MainWindow(QMainWindow):
 
     def toggle_panel(self) -> None:
         """Show or hide the parameter panel."""
-        self._drawer_open = not self.panel_open
-        self.share_room()
+        self.room.open_drawer(not self.panel_open)
 
     def toggle_single_keys(self) -> None:
         """Let keys without modifiers act, or not."""
@@ -147,32 +143,11 @@ class MainWindow(QMainWindow):
         """Open the sheet on the studio itself."""
         about_sheet(self).show()
 
-    # room
-
-    def share_room(self) -> None:
-        """Decide what gives way at this size."""
-        width, height = self.width(), self.height()
-        small = width < _DRAWER_BELOW[0] or height < _DRAWER_BELOW[1]
-        self.panel.setVisible(not small if self._drawer_open is None else self._drawer_open)
-        self.header.panel.setVisible(small)
-        rail = width - gallery.WIDE - parameter_panel.WIDE < _ROOM_FOR_GALLERY
-        self.gallery.set_rail(rail)
-        self.panel.set_room(rail, height)
-        self._place_banners(width < _ROOM_BESIDE_PANEL and self.panel_open)
-        used = self.gallery.width() + (self.panel.width() if self.panel_open else 0)
-        bars = self.menuBar().height() + self.header.height() + self.status.height() + self.banners.room
-        self.centre.set_room(width - used, height - bars)
-
-    def _place_banners(self, over_panel: bool) -> None:
-        """Put the banners beside the panel, so that a slider being dragged stays put; above it if narrow."""
-        for widget in (self.banners, self.panel):
-            self._middle.removeWidget(widget)
-        self._middle.addWidget(self.banners, 0, 0, 1, 2 if over_panel else 1)
-        self._middle.addWidget(self.panel, int(over_panel), 1, 1 if over_panel else 2, 1)
+    # room and life
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.share_room()
+        self.room.share()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -206,24 +181,8 @@ class MainWindow(QMainWindow):
 
     def _arrange(self) -> None:
         self.centre.take_law(self.desk.editor)
-        left = QHBoxLayout()
-        left.setSpacing(0)
-        left.addWidget(self.gallery)
-        left.addWidget(self.centre, 1)
-        self._middle = QGridLayout()
-        self._middle.setSpacing(0)
-        self._middle.addLayout(left, 1, 0)
-        self._middle.setRowStretch(1, 1)
-        self._middle.setColumnStretch(0, 1)
-        self._place_banners(False)
-        whole = QWidget()
-        column = QVBoxLayout(whole)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.header)
-        column.addLayout(self._middle, 1)
-        column.addWidget(self.status)
-        self.setCentralWidget(whole)
+        self.room = Room(self)
+        self.setCentralWidget(self.room)
         self.gallery.order()
         self.panel.parameters.order()
 
@@ -238,7 +197,7 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(self.header.show_paused)
         self.live.paused_changed.connect(lambda _on: self.actions_by_key.refresh())
         self.header.panel_pressed.connect(self.toggle_panel)
-        self.banners.changed.connect(self.share_room)
+        self.banners.changed.connect(self.room.share)
         self.gallery.new_pressed.connect(self.desk.begin_new)
         self.gallery.edit_pressed.connect(self.desk.edit)
         self.gallery.reveal_pressed.connect(self.files.reveal)
