@@ -6,6 +6,7 @@ import numpy as np
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics import block, rows
+from hapkit_studio.laws.native import FAULT_WORDS
 
 # --- real: the tick's own numbers
 GAIN = 0
@@ -65,7 +66,7 @@ class Rig(NamedTuple):
     states: np.ndarray  # (2, 16): one row a slot
     laws: np.ndarray  # (2,): addresses
     memory: np.ndarray  # the velocity estimator's
-    fault: np.ndarray  # (3,): code, line, line of the first value not finite; set by laws
+    fault: np.ndarray  # (FAULT_WORDS,), set by laws
     values: np.ndarray  # the block in force
     words: np.ndarray
     draft_values: np.ndarray  # the block being read, perhaps torn
@@ -88,7 +89,7 @@ def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
         states=np.zeros((2, rows.STATES)),
         laws=np.zeros(2, dtype=np.int64),
         memory=np.zeros(estimators.MEMORY),
-        fault=np.zeros(3, dtype=np.int64),
+        fault=np.zeros(FAULT_WORDS, dtype=np.int64),
         values=values,
         words=words,
         draft_values=draft_values,

@@ -21,6 +21,8 @@ from numba.extending import intrinsic
 from hapkit_studio.errors import LawError
 
 KEPT_SECONDS = 60 * 86_400.0
+# the code; the line, without a fault the fuel left; the line of the first value that was not finite
+FAULT_WORDS = 3
 INTERPRETED = bool(numba.config.DISABLE_JIT)
 _functions: dict[int, object] = {}
 _loading = threading.Lock()
@@ -70,7 +72,7 @@ def _module(source: str) -> ModuleType:
     name = _name(source)
     path = _folder() / f"{name}.py"
     if path.exists():
-        path.touch()
+        os.utime(path, (time.time(), path.stat().st_mtime))  # some versions of numba compare the other time
     else:
         _forget_unused(path.parent)
         part = path.with_suffix(f".{os.getpid()}.part")
@@ -93,7 +95,7 @@ def _forget_unused(folder: Path) -> None:
     """Remove generated files that no program has loaded for long, and their machine code."""
     now = time.time()
     for path in folder.glob("law_*.py"):
-        if now - path.stat().st_mtime > KEPT_SECONDS:
+        if now - path.stat().st_atime > KEPT_SECONDS:
             for old in (path, *folder.parent.rglob(f"{path.stem}.*.nb?")):
                 old.unlink(missing_ok=True)
 

@@ -80,8 +80,6 @@ def _force(a, line, fault):
         fault[1] = fault[2] if fault[2] else line
     return a * 1.0
 '''
-# A law's three fault words: the code; the line, without a fault the fuel left; the line of the first value
-# that was not finite.
 LAW_START = f"""\
 if _fault[0] != 0:
     return _math.nan

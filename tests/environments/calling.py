@@ -17,7 +17,7 @@ def call(environment, values, x, v, state=None):
     law = environment.force.compiled()
     p = np.array([values[q.key] for q in environment.parameters] + [0.0])
     s = np.append(law.initial_state, 0.0) if state is None else state
-    fault = np.zeros(3, dtype=np.int64)
+    fault = np.zeros(native.FAULT_WORDS, dtype=np.int64)
     return native.call(law.address, p, s, x, v, 1e-3, fault), s, fault[0]
 
 

@@ -139,7 +139,8 @@ numbers = st.floats(-3.0, 3.0, allow_nan=False).filter(lambda a: a == 0.0 or abs
 
 def call(compiled, values, x, v, dt=1e-3):
     """Return (force, state, fault) of one call by address at the law's first state."""
-    p, s, fault = np.array(values, dtype=float), compiled.initial_state.copy(), np.zeros(3, dtype=np.int64)
+    p, s = np.array(values, dtype=float), compiled.initial_state.copy()
+    fault = np.zeros(native.FAULT_WORDS, dtype=np.int64)
     return native.call(compiled.address, p, np.append(s, 0.0), x, v, dt, fault), fault
 
 
