@@ -9,11 +9,10 @@ import numpy as np
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.laws import native
 from hapkit_studio.laws.law import CompiledLaw
+from hapkit_studio.laws.native import FAULT_WORDS
 
 # what `run` returns where every call gave a force
 ALL = -1
-# the code, the line, the line of the first value that is not finite
-FAULT_WORDS = 3
 _DT = 1e-3
 
 _real, _reals = ctypes.c_double, ctypes.POINTER(ctypes.c_double)
