@@ -96,6 +96,13 @@ def test_no_laws_need_no_program(started):
     assert started == []
 
 
+def test_a_frozen_program_starts_no_python(started, monkeypatch):
+    monkeypatch.setattr(sys, "frozen", True, raising=False)
+    assert prepare.begin_laws(["cat"]) == []
+    assert prepare.begin("boards") is None
+    assert started == []
+
+
 def test_a_law_that_cannot_be_compiled_keeps_no_other_back(monkeypatch, capsys):
     done = []
 

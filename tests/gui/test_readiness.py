@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 
 from hapkit_studio.errors import LawError
@@ -151,6 +151,7 @@ def test_nothing_is_looked_at_once_everything_is_ready(window, compiler, qtbot):
     window.studio.choose("cat")
     assert window.studio.environment.key == "cat"
     assert compiler.looks == []
+    assert not any(timer.isActive() for timer in window.studio.readiness.findChildren(QTimer))
 
 
 def test_where_the_programs_died_a_wish_is_compiled_here(window, compiler, forced):

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -72,6 +73,17 @@ def test_another_numba_s_is_not_ours(kept, monkeypatch):
     _, twin = kept
     monkeypatch.setattr(native.numba, "__version__", "0.1")
     assert not twin.is_compiled()
+
+
+@pytest.mark.skipif(native.INTERPRETED, reason="Nothing is compiled.")
+def test_loading_leaves_a_generated_file_as_old_as_it_is(kept):
+    """Some versions of numba take a file of another time for another file, and would compile it anew."""
+    law, twin = kept
+    path = Path(law.compiled().keepalive.__file__)
+    os.utime(path, (0.0, 1e9))
+    twin.compiled()
+    assert path.stat().st_mtime == 1e9
+    assert path.stat().st_atime > 1e9
 
 
 def test_interpreted_laws_need_no_compiling(tmp_path, monkeypatch):
