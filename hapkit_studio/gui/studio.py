@@ -6,15 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.environments import discover
+from hapkit_studio.gui.chosen import Chosen
 from hapkit_studio.gui.connector import Build, Connector, build_engine
-from hapkit_studio.gui.readiness import Readiness
-from hapkit_studio.gui.shelf import Shelf
 from hapkit_studio.gui.wishes import Link, LoopWish
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
-    from hapkit_studio.environments.base import Environment
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.faults import Fault
     from hapkit_studio.haptics.health import Health
@@ -22,11 +19,9 @@ if TYPE_CHECKING:
 LOOK_AGAIN_MS = 1000
 
 
-class Studio(QObject):
+class Studio(Chosen):
     """Keeps every choice over a change of device; values are SI and checked before they are kept."""
 
-    environment_changed = Signal()
-    values_changed = Signal()
     loop_changed = Signal()
     engine_changed = Signal()
     link_changed = Signal()
@@ -40,17 +35,9 @@ class Studio(QObject):
     ):
         super().__init__(parent)
         self.entries = entries
-        self._shelf = Shelf(discover())
-        self.environments = self._shelf.environments
-        self.environment = self.environments[
-            "wall" if "wall" in self.environments else next(iter(self.environments))
-        ]
-        self.readiness = Readiness(self)
-        self.readiness.arrived.connect(self.choose)
         self.loop = LoopWish()
         self.grip = "medium"
         self.stopped = False
-        self.engine: Engine | None = None
         self.entry: DeviceEntry | None = None
         self.link = Link("preparing")
         self._connector = Connector(build, self)
@@ -58,52 +45,6 @@ class Studio(QObject):
         self._connector.failed.connect(self._fail)
         self._again = QTimer(self, interval=LOOK_AGAIN_MS)
         self._again.timeout.connect(self._look_again)
-
-    # environment and parameters
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Return the values in force of the environment in force."""
-        return self._shelf.values[self.environment.key]
-
-    def choose(self, key: str) -> None:
-        """Switch the environment, or as soon as it is ready; its values are those it was left with."""
-        if self.readiness.ask(key) and key != self.environment.key:
-            self._force(self.environments[key])
-
-    def adopt(self, environment: "Environment") -> None:
-        """Take an environment in, or a newer version of it, and put it in force; it is compiled already."""
-        self._shelf.put(environment)
-        self.readiness.forget()
-        self._force(environment)
-
-    def drop(self, key: str) -> None:
-        """Forget an environment; raise KeyError if it is in force."""
-        if key == self.environment.key:
-            raise KeyError(key)
-        self._shelf.drop(key)
-
-    def _force(self, environment: "Environment") -> None:
-        self.environment = environment
-        if self.engine is not None:
-            self.engine.set_environment(environment, self.values)
-        self.environment_changed.emit()
-        self.values_changed.emit()
-
-    def set_value(self, key: str, value: float) -> None:
-        """Change one parameter; raise ParameterError and keep the last good values if it is bad."""
-        self._set_values({**self.values, key: value})
-
-    def reset_values(self) -> None:
-        """Put every parameter of the environment back to its default, all at once."""
-        self._set_values({})
-
-    def _set_values(self, given: dict[str, float]) -> None:
-        numbers = self.environment.values(given)
-        if self.engine is not None:
-            self.engine.set_environment(self.environment, numbers)
-        self.values.update(numbers)
-        self.values_changed.emit()
 
     # loop and hand
 
