@@ -112,6 +112,7 @@ def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_t
     window.own.runner.finished.emit(window.desk.path, failed("this is wrong", 3))
     assert "#" in window.desk.page.text
     assert window.desk.page.unsaved
+    assert window.desk.strip.words.text().endswith("What was typed since is not saved.")
 
 
 def test_a_fault_marks_its_line(window, qtbot, home):

@@ -169,6 +169,6 @@ class Desk(QObject):
         if path != self.path:
             return
         self.page.code.mark([(p.line, p.text) for p in verdict.problems])
-        self.strip.say(*words.of_verdict(verdict))
+        self.strip.say(*words.of_verdict(verdict, self.page.unsaved))
         if verdict.problems and verdict.problems[0].line:
             self.page.code.bring_into_sight(verdict.problems[0].line)

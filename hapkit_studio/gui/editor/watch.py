@@ -47,6 +47,8 @@ class Watch(QObject):
         self._fault = fault.text
         line = _LINE.search(fault.text)
         desk = self._desk
-        if line and desk.path is not None and desk.path == desk.own.in_force:
+        if line is None or desk.path is None or desk.path != desk.own.in_force:
+            return
+        if not desk.page.unsaved:  # else its lines are not those of the law in the loop
             desk.page.code.mark([(int(line[1]), fault.text.removeprefix("Fault: "))])
-            desk.strip.say(fault.text, "danger")
+        desk.strip.say(fault.text, "danger")
