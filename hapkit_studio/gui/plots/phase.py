@@ -3,13 +3,14 @@
 import math
 from collections.abc import Mapping
 
+import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.history import History
 from hapkit_studio.gui.plots.canvas import RIGHT
-from hapkit_studio.gui.plots.declared import phase_plots
+from hapkit_studio.gui.plots.declared import PhasePlot, phase_plots
 from hapkit_studio.gui.plots.header import BandSample
 from hapkit_studio.gui.plots.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.segmented import Segmented
@@ -27,6 +28,7 @@ class ForcePosition(QWidget):
         self._environment: Environment | None = None
         self._values: dict[str, float] = {}
         self._max_force = math.inf
+        self._found: dict[str, np.ndarray | None] = {}
         self._odd = False
         self.canvas = PhaseCanvas(self.plots[0])
         self.canvas.fit_wanted.connect(self.fit)
@@ -64,6 +66,9 @@ class ForcePosition(QWidget):
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Recompute theory and limits (N) for another environment or other values."""
         other = environment is not self._environment
+        if not other and values == self._values and max_force == self._max_force:
+            return
+        self._found.clear()
         if other and self._environment is not None:
             self.canvas.begin_here()
         self._environment, self._values = environment, dict(values)
@@ -106,16 +111,22 @@ class ForcePosition(QWidget):
         if self._environment is not None and self._environment.over_velocity is not None:
             order.reverse()
         for index, plot in order:
-            if plot.theory(self._environment, self._values, self.canvas.theory_grid(plot)) is not None:
+            if self._theory(plot) is not None:
                 return index
         return 0
+
+    def _theory(self, plot: PhasePlot) -> np.ndarray | None:
+        """Return a plot's theory for what is in force, computed once."""
+        if plot.key not in self._found:
+            grid = self.canvas.theory_grid(plot)
+            self._found[plot.key] = plot.theory(self._environment, self._values, grid)
+        return self._found[plot.key]
 
     def _compute(self) -> None:
         if self._environment is not None:
             plot = self.canvas.plot_of
-            grid = self.canvas.theory_grid(plot)
-            force = plot.theory(self._environment, self._values, grid)
-            self.canvas.set_theory(grid, force, self._max_force)
+            force = self._theory(plot)
+            self.canvas.set_theory(self.canvas.theory_grid(plot), force, self._max_force)
             self.canvas.widen_theory()
             for part in self.theory:
                 part.setVisible(force is not None)
