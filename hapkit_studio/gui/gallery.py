@@ -71,17 +71,22 @@ class Gallery(QScrollArea):
 
     def show_state(self) -> None:
         """Mark the environment in force, whatever was clicked."""
-        key = self._studio.environment.key
-        row = self.rows.get(key) or self.own_rows.get(self._own.path_of(key))
+        row = self._row_in_force()
         if row is not None:
             row.setChecked(True)
             self.ensureWidgetVisible(row, 0, 0)
+
+    def _row_in_force(self) -> GalleryRow | None:
+        key = self._studio.environment.key
+        return self.rows.get(key) or self.own_rows.get(self._own.path_of(key))
 
     def show_readiness(self) -> None:
         """Say which environments are still being prepared; a click on one does not put it in force."""
         for key, row in self.rows.items():
             row.set_waiting(readiness.WORDS.get(self._studio.readiness.state(key), ""))
-        self.show_state()
+        row = self._row_in_force()
+        if row is not None:
+            row.setChecked(True)
 
     def show_own(self) -> None:
         """Show the person's own environments as they now stand."""
