@@ -84,9 +84,9 @@ class Gallery(QScrollArea):
         """Say which environments are still being prepared; a click on one does not put it in force."""
         for key, row in self.rows.items():
             row.set_waiting(readiness.WORDS.get(self._studio.readiness.state(key), ""))
-        row = self._row_in_force()
-        if row is not None:
-            row.setChecked(True)
+        in_force = self._row_in_force()
+        if in_force is not None:
+            in_force.setChecked(True)
 
     def show_own(self) -> None:
         """Show the person's own environments as they now stand."""
