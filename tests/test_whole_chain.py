@@ -16,7 +16,8 @@ from hapkit_studio.protocol.messages import Force
 from tests.firmware.vb import FULL_FORCE, QUANTUM, needs_board, wait_until
 from tests.gui.window_support import PATIENCE_MS, build_engine
 
-pytestmark = needs_board
+# a paced board beside a window: on a machine full of other tests it would slip
+pytestmark = [needs_board, pytest.mark.alone]
 
 STIFFNESS = 220.0
 SURFACE = 0.005
