@@ -107,6 +107,8 @@ def simulate(
         raise ParameterError(f"device takes a SimulatedHapkit or None, not {device!r}.")
     loop = LoopSettings(ANY_RATE.check(rate), ANY_DELAY.check(delay), estimator)
     count = _count(SECONDS.check(seconds), loop.rate)
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
+        raise ParameterError(f"seed takes a whole number, not {seed!r}.")
     moving = _hand(hand)
     if max_speed != math.inf:
         max_speed = SPEED.check(max_speed)

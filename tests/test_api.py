@@ -175,14 +175,22 @@ REFUSED = [
     (("wall",), {"seconds": -1.0}, "Seconds goes from 0"),
     (("wall",), {"seconds": 86_400.0}, "not 86400000: 86400 s at 1000 Hz."),
     (("wall",), {"seconds": math.nan}, "Seconds goes from 0"),
-    (("wall",), {"estimator": "magic"}, "The velocity estimator is one of difference, iir, butterworth, foaw, kalman, not 'magic'."),
+    (
+        ("wall",),
+        {"estimator": "magic"},
+        "The velocity estimator is one of difference, iir, butterworth, foaw, kalman, not 'magic'.",
+    ),
     (("wall",), {"estimator": ("iir", {"cutoff": -5.0})}, "Cutoff goes from 1 to 2000 Hz, not -5."),
     (("wall",), {"estimator": ("iir", {"corner": 5.0})}, "has no parameter 'corner'; it has: cutoff"),
     (("wall",), {"estimator": ("iir",)}, "a name or (name, {option: value})"),
     (("wall",), {"estimator": ("iir", 20.0)}, "a name or (name, {option: value})"),
     (("wall",), {"estimator": 5}, "a name or (name, {option: value})"),
     (("wall",), {"estimator": None}, "a name or (name, {option: value})"),
-    (("wall",), {"estimator": (["iir"], {})}, "one of difference, iir, butterworth, foaw, kalman, not ['iir']."),
+    (
+        ("wall",),
+        {"estimator": (["iir"], {})},
+        "one of difference, iir, butterworth, foaw, kalman, not ['iir'].",
+    ),
     (("wall",), {"max_speed": math.nan}, "Largest speed goes from 0"),
     (("wall",), {"max_speed": "fast"}, "Largest speed takes a number in m/s"),
 ]
@@ -231,3 +239,9 @@ def test_public_names_are_all_there():
         assert getattr(hs, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         hs.nonsense  # noqa: B018
+
+
+@pytest.mark.parametrize("seed", ["a", 1.5, None, True])
+def test_a_seed_is_a_whole_number(seed):
+    with pytest.raises(ParameterError, match="seed takes a whole number"):
+        hs.simulate("free", seed=seed, seconds=0.01)

@@ -171,7 +171,10 @@ WRONG = [
     ("run wall --seconds 0", "A run has 1 to 10000000 samples, not 0"),
     ("run wall --seconds nan", "Seconds goes from 0 to 86400 s, not nan."),
     ("run wall --seconds 86400 --rate 1e6", "A run has 1 to 10000000 samples"),
-    ("run wall --estimator magic", "The velocity estimator is one of difference, iir, butterworth, foaw, kalman, not 'magic'."),
+    (
+        "run wall --estimator magic",
+        "The velocity estimator is one of difference, iir, butterworth, foaw, kalman, not 'magic'.",
+    ),
     ("run wall --estimator iir:cutoff=-5", "Cutoff goes from 1 to 2000 Hz, not -5."),
     ("run wall --estimator iir:cutoff=low", "The estimator's cutoff takes a number, not 'low'."),
     ("run wall --estimator iir:corner=5", "has no parameter 'corner'"),

@@ -115,12 +115,14 @@ def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
 def design(spec: Spec, rate: float, quantum: float = 0.0) -> tuple[int, np.ndarray]:
     """Return (code, float64[8]) for ``step`` at `rate` Hz and a sensor of `quantum` m.
 
-    Raise ParameterError as ``parse``, and for a rate that is no positive number.
+    Raise ParameterError as ``parse``, for a rate that is no positive number and a quantum below 0.
     """
     if not isinstance(rate, int | float | np.number):
         raise ParameterError(f"The rate takes a number in Hz, not {rate!r}.")
     if not (math.isfinite(rate) and rate > 0.0):
         raise ParameterError(f"The rate must be more than 0 Hz, not {rate:g} Hz.")
+    if not (isinstance(quantum, int | float | np.number) and math.isfinite(quantum) and quantum >= 0.0):
+        raise ParameterError(f"The quantum must be 0 m or more, not {quantum!r}.")
     estimator, options = parse(spec)
     return estimator.code, estimator.design(rate, quantum, **options)
 

@@ -8,6 +8,8 @@ slow, short and quick at an impact. Samples carry their age, so that a late one 
 from hapkit_studio.dynamics.jit import internal
 
 LONGEST = 16
+# A sample of a quantised motion often lies just at the tolerance; rounding may not decide there.
+_TIE = 1.0 + 1e-9
 _BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST
 
 
@@ -42,7 +44,7 @@ def _fits(memory, count, mean_age, mean, falling, tolerance):
     newest = memory[_SAMPLES]
     for i in range(count):
         line = mean + falling * (memory[_AGES + i] - mean_age)
-        if abs(memory[_SAMPLES + i] - newest - line) > tolerance:
+        if abs(memory[_SAMPLES + i] - newest - line) > _TIE * tolerance:
             return False
     return True
 

@@ -123,6 +123,19 @@ def _zero(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
 
 
 @internal
+def _too_fast(x, v, push, rate, mass, damping, stiffness, h):
+    """Return whether v is more than the motion can lose within h.
+
+    The acceleration stays below 2 (|a0| + h |jerk0|) where h (2 c / m + h k / m) is below 1 / 2.
+    """
+    if h * (2.0 * damping + h * stiffness) > 0.5 * mass:
+        return False
+    pull = push - damping * v - stiffness * x
+    jerk = rate - damping * pull / mass - stiffness * v
+    return abs(v) * mass > 2.0 * h * (abs(pull) + h * abs(jerk))
+
+
+@internal
 def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
     """Return when a slide in direction `sign` first comes to rest within h, inf if it does not.
 
@@ -132,7 +145,7 @@ def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
     a1 = sign * (push + rate * h - damping * v1 - stiffness * x1)
     low, high = 0.0, h
     if sign * v1 > 0.0:
-        if v == 0.0 or a0 >= 0.0 or a1 <= 0.0:
+        if v == 0.0 or a0 >= 0.0 or a1 <= 0.0 or _too_fast(x, v, push, rate, mass, damping, stiffness, h):
             return math.inf
         high = _zero(1, -sign, x, v, push, rate, mass, damping, stiffness, 0.0, h)
         dip = apply(transition(mass, damping, stiffness, high), x, v, push, rate)[1]

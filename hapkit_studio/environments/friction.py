@@ -112,7 +112,7 @@ def warnings(values, conditions):
     kinetic = levels(values)[1]
     if model == COULOMB:
         most = 1.5 * USUAL_MASS * conditions.quantum / period**2
-        if kinetic > most:
+        if 0.0 < most < kinetic:
             yield f"Above {most:.2g} N plain Coulomb friction chatters over several counts: try tether."
     elif model == SMOOTHED:
         slope, most = kinetic / values["stick_velocity"], 2.0 * USUAL_MASS / period

@@ -23,7 +23,7 @@ def describe(code: int, r: Rig) -> Fault | None:
     line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
     texts = {
         rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at x = {_signed(position)} mm{_at(line)}.",
-        rig.LAW_INDEX: f"Fault: line {line} of the law reads beyond its state.",
+        rig.LAW_INDEX: f"Fault: line {line} of the law reaches beyond its state.",
         rig.LAW_FUEL: f"Fault: line {line} of the law does not come to an end.",
         rig.LAW_DIVISION: f"Fault: line {line} of the law divides by zero at x = {_signed(position)} mm.",
         rig.OVER_SPEED: f"Fault: over-speed, {_beyond(abs(value), limit)} m/s (limit {limit:.1f} m/s).",

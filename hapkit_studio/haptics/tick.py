@@ -23,7 +23,7 @@ def render(r, position, velocity, period):
     slot = r.word[rig.SLOT]
     asked = call(r.laws[slot], r.params[slot], r.states[slot], position, velocity, period, r.fault)
     blend = real[rig.BLEND]
-    if blend < 1.0:
+    if blend < 1.0 and math.isfinite(asked):
         old = 1 - slot
         before = call(r.laws[old], r.params[old], r.states[old], position, velocity, period, r.fault)
         asked = blend * asked + (1.0 - blend) * before

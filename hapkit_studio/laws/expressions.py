@@ -104,7 +104,8 @@ class Expressions(ast.NodeTransformer):
             return node
         constant = self.names.globals.get(node.id)
         if node.id in self.local or not isinstance(constant, int | float):
-            raise fail(node, f"'{node.id}' is not defined")
+            where = " on every path to here: set it before" if node.id in self.local else ""
+            raise fail(node, f"'{node.id}' is not defined{where}")
         return ast.Constant(self._number(node, constant))
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:

@@ -181,3 +181,13 @@ def test_unknown_methods_are_named_with_those_there_are(method):
 def test_what_grows_beyond_all_numbers_raises_nothing():
     _, x, _ = hs.integrate("explicit_euler", mass=1, damping=0, stiffness=1e6, x0=1, v0=0, dt=1, seconds=1e3)
     assert not np.isfinite(x[-1])
+
+
+def test_exact_has_no_longest_step():
+    """Where nothing can be met one step is one map, however many turns it holds."""
+    system = dict(mass=0.05, damping=0.05, stiffness=300.0, x0=0.01, v0=0.0, seconds=6.0)
+    fine = hs.integrate("exact", dt=0.01, **system)
+    for dt in (1.0, 3.0, 6.0):
+        coarse = hs.integrate("exact", dt=dt, **system)
+        assert coarse[1] == pytest.approx(fine[1][:: round(dt / 0.01)], abs=1e-13)
+        assert coarse[2] == pytest.approx(fine[2][:: round(dt / 0.01)], abs=1e-11)

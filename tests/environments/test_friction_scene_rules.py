@@ -95,3 +95,9 @@ def test_bristles_at_their_end_within_a_period_are_warned_of():
     assert warned(Conditions(speed=1.58), model="lugre") == []
     (line,) = warned(Conditions(speed=1.62), model="lugre")
     assert "1.6 m/s" in line
+
+
+def test_an_ideal_sensor_has_no_counts_to_chatter_over():
+    values = LIBRARY["friction"].values({"model": "coulomb", "kinetic_force": 3.0})
+    assert list(LIBRARY["friction"].warnings(values, Conditions(quantum=20.7e-6)))
+    assert not list(LIBRARY["friction"].warnings(values, Conditions(quantum=0.0)))

@@ -33,7 +33,7 @@ def words(code, value=0.0, position=0.0, line=0, **wanted):
             {"value": -math.inf, "position": -0.001},
             "Fault: the law returned infinity at x = −1.00 mm. Force is zero.",
         ),
-        (rig.LAW_INDEX, {"line": 14}, "Fault: line 14 of the law reads beyond its state. Force is zero."),
+        (rig.LAW_INDEX, {"line": 14}, "Fault: line 14 of the law reaches beyond its state. Force is zero."),
         (rig.LAW_FUEL, {"line": 3}, "Fault: line 3 of the law does not come to an end. Force is zero."),
         (
             rig.STALE_SENSOR,

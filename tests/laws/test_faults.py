@@ -42,7 +42,7 @@ def assert_faulted(run, words):
 def test_an_index_out_of_range_faults_on_its_line(tmp_path, index, use):
     text = law_text("a = 1.0\n" + use.format(index), RING)
     run = held(environment(tmp_path, text))
-    assert_faulted(run, f"line {line_of(text, 's.ring')} of the law reads beyond its state")
+    assert_faulted(run, f"line {line_of(text, 's.ring')} of the law reaches beyond its state")
 
 
 def test_indices_inside_do_not_fault(tmp_path):

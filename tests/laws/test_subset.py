@@ -65,7 +65,7 @@ REFUSED = [
     ("for i in range(3): pass\nelse: a = 1.0", "`else` after a loop"),
     ("for i in range(3): a = 1.0\nb = a", "'a' is not defined"),
     ("for i in range(3): pass\nb = i", "'i' is not defined"),
-    ("if x > 0: a = 1.0\nb = a", "'a' is not defined"),
+    ("if x > 0: a = 1.0\nb = a", "'a' is not defined on every path to here: set it before"),
     ("a += 1.0", "'a' is not defined"),
     ("b = GAIN\nGAIN = 2.0", "'GAIN' is not defined"),
     ("if p.side == 'middle': pass", "Side is one of right, left, not 'middle'"),

@@ -27,8 +27,8 @@ class Scene:
 
     fixed is painted once per size, theme and parameters, marks below the rail included; moving is painted
     behind the handle in every frame; words is called last, when the places taken are known.
-    per_newton is the arrow's length in px at u = 1; tip gives the stem's end in px for a shown surface; height
-    is the card's in px where there is room.
+    per_newton is the arrow's length in px at u = 1; tip gives the stem's end in px for a shown surface;
+    height is the card's in px where there is room.
     """
 
     key: str
