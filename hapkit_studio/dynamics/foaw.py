@@ -8,8 +8,8 @@ slow, short and quick at an impact. Samples carry their age, so that a late one 
 from hapkit_studio.dynamics.jit import internal
 
 LONGEST = 16
-# A sample of a quantised motion often lies just at the tolerance; rounding may not decide there.
-_TIE = 1.0 + 1e-9
+# A sample of a quantised motion often lies just at the tolerance: it does not fit, whatever rounding says.
+_TIE = 1.0 - 1e-9
 _BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST
 
 
