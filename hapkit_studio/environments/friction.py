@@ -114,6 +114,8 @@ def warnings(values, conditions):
         most = 1.5 * USUAL_MASS * conditions.quantum / period**2
         if 0.0 < most < kinetic:
             yield f"Above {most:.2g} N plain Coulomb friction chatters over several counts: try tether."
+        elif kinetic > LEAST:
+            yield "The speed's sign flips near rest, and plain Coulomb friction with it: try tether."
     elif model == SMOOTHED:
         slope, most = kinetic / values["stick_velocity"], 2.0 * USUAL_MASS / period
         if slope > most:
