@@ -102,13 +102,13 @@ def _translate_one(
     subset.check_arguments(tree, is_law)
     if not is_law and not all(map(names.is_compiling, tree.decorator_list)):
         raise fail(tree, f"`{tree.name}` is called by a law: it may not have a decorator")
-    if not _returns(tree.body):
-        what = "a law must return a force" if is_law else f"`{tree.name}` must return a number"
-        raise fail(tree.body[-1], f"{what} on every path: end it with `return 0.0`")
     body = Body(names, tree, function, helpers, is_law)
     body.size = 1 if is_law else values_returned(tree)
     start = ast.parse(LAW_START).body if is_law else body.burn(tree)
     statements = start + body.block(tree.body)
+    if not _returns(tree.body):  # what is not allowed at all was named before
+        what = "a law must return a force" if is_law else f"`{tree.name}` must return a number"
+        raise fail(tree.body[-1], f"{what} on every path: end it with `return 0.0`")
     arguments = [ast.arg(a.arg) for a in (*tree.args.args, ast.arg("_fault"))]
     signature = ast.arguments([], arguments, None, [], [], None, [])
     name = "law" if is_law else helpers.name(function)

@@ -4,11 +4,13 @@ import re
 from types import TracebackType
 
 from hapkit_studio.errors import LawError
+from hapkit_studio.workshop import syntax
 
 _MOST = 300
 # (what Python says, what a student reads); the groups of the first fill the second
 _SYNTAX = (
-    (r"expected ':'", "a ':' is missing at the end"),
+    (r"expected ':'", "a colon is missing at the end of this line"),
+    (r"expected '\('", "an opening bracket is missing after the name"),
     (r"('[(\[{]') was never closed", r"\1 is never closed"),
     (r"unmatched ('[)\]}]')", r"\1 closes nothing"),
     (r"closing parenthesis (.+) does not match opening parenthesis (.+)", r"\1 does not close \2"),
@@ -36,6 +38,7 @@ _SYNTAX = (
     (r"'return' outside function", "`return` stands outside of a function"),
     (r".*null bytes.*", "the file is not text"),
     (r"too many nested parentheses|.*too complex.*", "the line is nested too deep"),
+    (r"Missing parentheses in call to 'print'.*", "nothing can be printed here"),
     (r"invalid syntax", "Python cannot read this line"),
 )
 _OTHER = (
@@ -68,7 +71,8 @@ def plain(error: LawError) -> str:
 def of_syntax(error: SyntaxError, lines: int) -> LawError:
     """Return what Python cannot read, with its line in a file of so many lines."""
     message = (error.msg or "").strip()
-    words = _first(_SYNTAX, message) or f"Python cannot read this line: {message}"
+    seen = syntax.clue(error.text, error.offset or 0) if message == "invalid syntax" and error.text else ""
+    words = seen or _first(_SYNTAX, message) or f"Python cannot read this line: {message}"
     return LawError(_short(words), min(error.lineno or 1, max(lines, 1)))
 
 

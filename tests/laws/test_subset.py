@@ -147,6 +147,16 @@ def test_nor_may_a_branch_or_a_loop_hold_it(tmp_path, line):
 
 
 @pytest.mark.parametrize(
+    "line",
+    ["while x > 0: x = x - 1", "try: return 1.0\nexcept: pass", "with open('f') as f: pass", "class A: pass"],
+)
+def test_what_no_law_may_hold_is_named_before_a_force_that_is_missing(tmp_path, line):
+    with pytest.raises(LawError, match="is not allowed") as error:
+        environment(tmp_path, law_text(line))
+    assert error.value.line == HEAD.count("\n") + 4
+
+
+@pytest.mark.parametrize(
     ("signature", "words"),
     [
         ("(p, s, x, v)", "exactly (p, s, x, v, dt)"),

@@ -19,7 +19,8 @@ def wrong(folder, whole):
 
 # (what is replaced, by what, what the line with the error holds, what is said)
 MISTAKES = [
-    (LAW, LAW[:-1], "def force", "a ':' is missing at the end"),
+    (LAW, LAW[:-1], "def force", "a colon is missing at the end of this line"),
+    ("return -p", "if x > 0 return 0.0\n    return -p", "if x > 0", "a colon is missing before `return`"),
     ("return -p", "  return (-p", "return (-p", "'(' is never closed"),
     ("return -p", "return )-p", "return )", "')' closes nothing"),
     ("return -p", "a = 1\n      return -p", "      return", "this line begins too far to the right"),
