@@ -14,8 +14,8 @@ from tests.gui.plot_support import LIBRARY, colored, settle, telemetry
 
 
 def test_theory_is_the_laws_own_force(phase):
-    grid = phase.canvas.theory_grid(phase.plots[0])
-    x, force = phase.canvas._theory
+    grid = phase.plots[0].grid()
+    x, force = phase.canvas.band.x, phase.canvas.band.force
     np.testing.assert_allclose(x, 1e3 * grid)
     np.testing.assert_allclose(force[0], -400.0 * np.maximum(grid - 0.005, 0.0), atol=1e-12)
 
@@ -24,10 +24,10 @@ def test_the_wall_is_shown_over_position_and_damping_over_velocity(phase):
     assert phase.switch.index == 0
     phase.set_environment(LIBRARY["damping"], LIBRARY["damping"].values({"damping": 6.0}), 3.0)
     assert phase.plots[phase.switch.index].key == "force_velocity"
-    velocity, force = phase.canvas._theory
+    velocity, force = phase.canvas.band.x, phase.canvas.band.force
     np.testing.assert_allclose(force[0], -6.0 * velocity / 1e3, atol=1e-12)
     phase.choose(0)
-    assert phase.canvas._theory is None
+    assert not phase.canvas.band.force.size
 
 
 def test_friction_is_shown_over_velocity_and_texture_as_its_kind_is(phase):
@@ -46,7 +46,7 @@ def test_friction_is_shown_over_velocity_and_texture_as_its_kind_is(phase):
 
 def test_a_changed_parameter_moves_the_theory_soon(phase, qtbot):
     phase.set_environment(LIBRARY["wall"], LIBRARY["wall"].values({"stiffness": 100.0}), 3.0)
-    qtbot.waitUntil(lambda: phase.canvas._theory[1].min() == pytest.approx(-100.0 * 0.055))
+    qtbot.waitUntil(lambda: phase.canvas.band.force.min() == pytest.approx(-100.0 * 0.055))
 
 
 def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase, qtbot):
@@ -58,7 +58,7 @@ def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase,
     phase.fit()
     fitted = view.viewRange()
     phase.set_environment(LIBRARY["wall"], left | {"stiffness": 2000.0}, 3.0)
-    qtbot.waitUntil(lambda: phase.canvas._theory[1].max() > 80.0)
+    qtbot.waitUntil(lambda: phase.canvas.band.force.max() > 80.0)
     assert view.viewRange() == fitted
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+_GRID = 401
+
 Theory = Callable[[object, Mapping[str, float], np.ndarray], np.ndarray | None]
 
 
@@ -46,7 +48,10 @@ class TimePlot:
 
 @dataclass(frozen=True)
 class PhasePlot:
-    """The applied force over another channel; theory returns the law's force over it by branch, or None."""
+    """The applied force over another channel; theory returns the law's force over it by branch, or None.
+
+    It opens on ±reach, or on as much more, up to ±most, as the theory needs.
+    """
 
     key: str
     title: str
@@ -55,8 +60,13 @@ class PhasePlot:
     unit: str
     scale: float
     reach: float
+    most: float
     order: int
     theory: Theory
+
+    def grid(self) -> np.ndarray:
+        """Return where the theory is computed, SI: three times the reach."""
+        return np.linspace(-3.0, 3.0, _GRID) * self.reach / self.scale
 
 
 Plot = TimePlot | PhasePlot

@@ -27,6 +27,7 @@ PLOT = PhasePlot(
     unit="mm",
     scale=1e3,
     reach=20.0,
+    most=45.0,
     order=0,
     theory=theory,
 )

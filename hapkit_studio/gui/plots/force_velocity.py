@@ -29,6 +29,7 @@ PLOT = PhasePlot(
     unit="mm/s",
     scale=1e3,
     reach=200.0,
+    most=200.0,
     order=1,
     theory=theory,
 )

@@ -29,7 +29,7 @@ class ForcePosition(QWidget):
         self._values: dict[str, float] = {}
         self._max_force = math.inf
         self._found: dict[str, np.ndarray | None] = {}
-        self._odd = False
+        self._odd = self._by_hand = False
         self.canvas = PhaseCanvas(self.plots[0])
         self.canvas.fit_wanted.connect(self.fit)
         self.switch = Segmented("Force over", tuple(plot.title for plot in self.plots))
@@ -74,16 +74,20 @@ class ForcePosition(QWidget):
         self._environment, self._values = environment, dict(values)
         self._max_force = max_force
         if other:
-            self.choose(self._telling())
-            self.canvas.fit_theory()
+            self._by_hand = False
+            self._show(self._telling())
         else:
             self._later.start()
 
     def choose(self, index: int) -> None:
-        """Show one of the plots: force over position, over velocity, …"""
+        """Show the plot a person wants: force over position, over velocity, …; it stays till the next law."""
+        self._by_hand = True
+        self._show(index)
+
+    def _show(self, index: int) -> None:
         self.switch.show_index(index)
         self.canvas.set_plot(self.plots[index])
-        self._compute()
+        self._take_theory()
         self.canvas.fit_theory()
 
     def fit(self) -> None:
@@ -118,15 +122,23 @@ class ForcePosition(QWidget):
     def _theory(self, plot: PhasePlot) -> np.ndarray | None:
         """Return a plot's theory for what is in force, computed once."""
         if plot.key not in self._found:
-            grid = self.canvas.theory_grid(plot)
-            self._found[plot.key] = plot.theory(self._environment, self._values, grid)
+            self._found[plot.key] = plot.theory(self._environment, self._values, plot.grid())
         return self._found[plot.key]
 
     def _compute(self) -> None:
+        """Take over changed values, in another plot if only that one has a theory now."""
+        telling = self._telling()
+        gone = self._theory(self.canvas.plot_of) is None and self._theory(self.plots[telling]) is not None
+        if gone and not self._by_hand:
+            self._show(telling)
+        else:
+            self._take_theory()
+            self.canvas.widen_theory()
+
+    def _take_theory(self) -> None:
         if self._environment is not None:
             plot = self.canvas.plot_of
             force = self._theory(plot)
-            self.canvas.set_theory(self.canvas.theory_grid(plot), force, self._max_force)
-            self.canvas.widen_theory()
+            self.canvas.set_theory(plot.grid(), force, self._max_force)
             for part in self.theory:
                 part.setVisible(force is not None)

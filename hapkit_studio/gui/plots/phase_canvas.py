@@ -3,20 +3,20 @@
 import math
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPainter, QPen, QPixmap, QPolygonF
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QPainter, QPixmap
 
 from hapkit_studio.gui.history import History, Window
 from hapkit_studio.gui.plots import strokes
+from hapkit_studio.gui.plots.band import Band
+from hapkit_studio.gui.plots.beginning import Beginning
 from hapkit_studio.gui.plots.canvas import Canvas
 from hapkit_studio.gui.plots.declared import PhasePlot
-from hapkit_studio.gui.plots.layers import SECONDS, Layers
-from hapkit_studio.gui.plots.ticks import widened
+from hapkit_studio.gui.plots.layers import SECONDS, Layers, Place
+from hapkit_studio.gui.plots.ticks import fitted, widened
 from hapkit_studio.gui.theme import number, theme
 
-_GRID = 401
-_LEAST_FORCE = 0.5
-_FAR = 1e4  # px
+_NO_BAND = Band(np.empty(0), np.empty((0, 0)))
 
 
 class PhaseCanvas(Canvas):
@@ -26,12 +26,12 @@ class PhaseCanvas(Canvas):
         super().__init__(True)
         self.max_force = math.inf
         self._live = self._history = History(seconds=1.0, rate=1.0)
-        self._layers: Layers | None = None
+        self._layers = Layers()
         self._key: tuple | None = None
         self._drawn = 0
-        self._begin = -math.inf
+        self._begin = Beginning()
         self._under: QPixmap | None = None
-        self._theory: tuple[np.ndarray, np.ndarray] | None = None
+        self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
         self._fitted = False
         self.bottom.setHeight(38)
@@ -44,7 +44,7 @@ class PhaseCanvas(Canvas):
         self.setAccessibleName(f"Force in N over {plot.label}")
         self.bottom.setLabel(plot.label)
         self.recolor()
-        self._key = None
+        self._forget()
 
     def recolor(self) -> None:
         """Take the theme's colours and fonts."""
@@ -55,11 +55,16 @@ class PhaseCanvas(Canvas):
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self._live = self._history = history
-        self._begin, self._key = -math.inf, None
+        self._begin = Beginning()
+        self._forget()
 
     def begin_here(self) -> None:
         """Leave out what is older than now: it belongs to another environment."""
-        self._begin, self._key = float(np.nan_to_num(self._live.now, nan=-math.inf)), None
+        self._begin.put(self._live)
+        self._forget()
+
+    def _forget(self) -> None:
+        self._layers, self._key, self._under = Layers(), None, None
 
     def set_paused(self, paused: bool) -> None:
         """Freeze what is shown; the live history goes on."""
@@ -67,41 +72,28 @@ class PhaseCanvas(Canvas):
 
     # axes ---------------------------------------------------------------------------------------
 
-    def theory_grid(self, plot: PhasePlot) -> np.ndarray:
-        """Return where theory is computed, SI: three times the plot's reach."""
-        return np.linspace(-3.0, 3.0, _GRID) * plot.reach / plot.scale
-
     def set_theory(self, x: np.ndarray, force: np.ndarray | None, max_force: float) -> None:
         """Take the law's force in N over x (n,), SI, one row a branch (None: no band), and its limit in N."""
-        self._theory = None if force is None else (x * self.plot_of.scale, np.asarray(force))
+        self.band = _NO_BAND if force is None else Band(x * self.plot_of.scale, np.asarray(force))
         self.max_force, self._under = max_force, None
         self.viewport().update()
 
     def fit_theory(self) -> None:
-        """Show the plot's reach, and of the theory what the motor can give."""
-        reach = self.plot_of.reach
-        self.view.setRange(xRange=(-reach, reach), yRange=self._theory_range(), padding=0)
+        """Show where the theory has something to show, and of its force what the motor can give."""
+        across, up = self._theory_ranges()
+        self.view.setRange(xRange=across, yRange=up, padding=0)
         self._fitted = False
 
     def widen_theory(self) -> None:
         """Make room for a changed theory at once, unless a person has fitted the axes to the data."""
-        low, high = self._theory_range()
-        bottom, top = self.view.viewRange()[1]
-        if not self._fitted and (low < bottom or high > top):
-            self.view.setYRange(min(low, bottom), max(high, top), padding=0)
+        shown, wanted = self.view.viewRange(), self._theory_ranges()
+        ranges = [(min(a[0], b[0]), max(a[1], b[1])) for a, b in zip(shown, wanted, strict=True)]
+        if not self._fitted and list(map(list, ranges)) != shown:
+            self.view.setRange(xRange=ranges[0], yRange=ranges[1], padding=0)
 
-    def _theory_range(self) -> tuple[float, float]:
-        """Return the forces in N to show of the theory within the plot's reach, with a margin."""
-        reach, low, high = self.plot_of.reach, -_LEAST_FORCE, _LEAST_FORCE
-        if self._theory is not None:
-            x, force = self._theory
-            seen = force[:, np.abs(x) <= reach]
-            seen = seen[np.isfinite(seen)]
-            low, high = min(low, seen.min(initial=low)), max(high, seen.max(initial=high))
-        most = 1.35 * self.max_force
-        low, high = max(low, -most), min(high, most)
-        margin = 0.12 * (high - low)
-        return low - margin, high + margin
+    def _theory_ranges(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        reach = self.band.reach(self.plot_of.reach, self.plot_of.most, self.max_force)
+        return (-reach, reach), self.band.forces(reach, self.max_force)
 
     def fit(self) -> None:
         """Narrow the axes to the last seconds."""
@@ -110,9 +102,7 @@ class PhaseCanvas(Canvas):
             return
         ranges = []
         for values, least in ((x, self.plot_of.reach / 8), (y, 0.2)):
-            low, high = float(np.nanmin(values)), float(np.nanmax(values))
-            half = max((high - low) / 2 * 1.15, least)
-            ranges.append(((low + high) / 2 - half, (low + high) / 2 + half))
+            ranges.append(fitted(float(np.nanmin(values)), float(np.nanmax(values)), least))
         self.view.setRange(xRange=ranges[0], yRange=ranges[1], padding=0)
         self._fitted = True
 
@@ -126,7 +116,10 @@ class PhaseCanvas(Canvas):
     # data ---------------------------------------------------------------------------------------
 
     def _recent(self) -> Window:
-        return self._history.between(max(self._history.now - SECONDS, self._begin), math.inf)
+        return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
+
+    def _first(self) -> float:
+        return self._begin.within(self._history)
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]
@@ -139,23 +132,27 @@ class PhaseCanvas(Canvas):
 
     def refresh(self) -> None:
         """Add the samples that came since the last frame."""
-        if not math.isnan(self._history.now):
+        if self._history.now >= self._first():
             self._add_new()
         self.viewport().update()
 
     def _add_new(self) -> None:
-        afresh = self._key is None or self._key[-1] != self._history.epoch
-        new = self._recent() if afresh else self._history.since(self._drawn)
+        if self._key is not None and self._key[-1] != self._history.epoch:
+            self._forget()
+        new = self._recent() if self._key is None else self._history.since(self._drawn)
         if len(new.x):
             self._widen(*self._points(new))
         self._drawn = self._history.total
-        self.measure()
-        if self._layers is None or self._key != self._state():
-            self._key, self._under = self._state(), None
-            self._layers = Layers(self.frame(), self.devicePixelRatioF(), theme.color("applied"))
-            self._layers.begin(*self._line(self._recent()))
+        state = self._state()
+        if self._key != state:
+            self._key, self._under = state, None
+            ratio, color = self.devicePixelRatioF(), theme.color("applied")
+            self._layers.begin(self._place(), ratio, color, *self._line(self._recent()))
         elif self._layers.add(*self._line(new)):
             self._under = None
+
+    def _place(self) -> Place:
+        return Place(self.measure(), *self._map)
 
     def _line(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         return window.x, np.stack(self.to_pixels(*self._points(window)))
@@ -174,8 +171,7 @@ class PhaseCanvas(Canvas):
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint the newest second."""
-        if self._layers is not None:
-            self._layers.paint_newest(painter)
+        self._layers.paint_newest(painter, self._place())
 
     def _paint_old(self, box: QRectF) -> QPixmap:
         """Return ground, theory, limits, and the layers from old to new."""
@@ -186,29 +182,12 @@ class PhaseCanvas(Canvas):
         self.paint_ground(painter, QRectF(self.viewport().rect()))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setClipRect(box)
-        if self._theory is not None:
-            self._band(painter)
+        self.band.paint(painter, self.to_pixels)
         if math.isfinite(self.max_force):
             self._limits(painter, box)
-        if self._layers is not None:
-            self._layers.paint_old(painter)
+        self._layers.paint_old(painter, self._place())
         painter.end()
         return under
-
-    def _band(self, painter: QPainter) -> None:
-        x, branches = self._theory  # type: ignore[misc]
-        lines = [line for force in branches for line in self._unbroken(x, force)]
-        for token, width in (("edge", 8.8), ("theory", 6.4)):
-            painter.setPen(QPen(theme.color(token), width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
-            for line in lines:
-                painter.drawPolyline(line)
-
-    def _unbroken(self, x: np.ndarray, force: np.ndarray) -> list[QPolygonF]:
-        """Return a branch as lines in pixels, cut where it has no value."""
-        across, up = self.to_pixels(x, force)
-        cuts = np.flatnonzero(np.diff(np.isfinite(force))) + 1
-        pieces = zip(np.split(across, cuts), np.split(np.clip(up, -_FAR, _FAR), cuts), strict=True)
-        return [QPolygonF(list(map(QPointF, a, b))) for a, b in pieces if np.isfinite(b[0])]
 
     def _limits(self, painter: QPainter, box: QRectF) -> None:
         for sign in (1, -1):

@@ -6,6 +6,9 @@ import numpy as np
 
 from hapkit_studio.gui.theme import number
 
+_EDGE, _MARGIN = 0.02, 0.12  # of the range: so near is on the frame; what is left free beyond the data
+_LOOSE = 1.15  # a fitted range, as a multiple of the data's
+
 
 def step(low: float, high: float, most: int = 5, gaps: float = math.inf) -> float:
     """Return the least step of 1, 2, 5 × 10ⁿ that puts at most so many ticks into [low, high].
@@ -38,10 +41,20 @@ def labels(values: list[float]) -> list[str]:
 
 
 def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
-    """Return the range that shows [low, high] too, with a margin wherever it had to grow."""
+    """Return the range that shows [low, high] too, with a margin wherever it had to grow.
+
+    It grows before a line lies on the frame.
+    """
     if not (math.isfinite(low) and math.isfinite(high)):
         return shown
-    margin = 0.12 * (max(high, shown[1]) - min(low, shown[0]))
-    bottom = low - margin if low < shown[0] else shown[0]
-    top = high + margin if high > shown[1] else shown[1]
+    edge = _EDGE * (shown[1] - shown[0])
+    margin = _MARGIN * (max(high, shown[1]) - min(low, shown[0]))
+    bottom = low - margin if low < shown[0] + edge else shown[0]
+    top = high + margin if high > shown[1] - edge else shown[1]
     return bottom, top
+
+
+def fitted(low: float, high: float, least: float) -> tuple[float, float]:
+    """Return the range that shows [low, high] with a margin, at least so much to each side of its middle."""
+    middle, half = (low + high) / 2, max((high - low) / 2 * _LOOSE, least)
+    return middle - half, middle + half

@@ -7,8 +7,10 @@ import numpy as np
 from PySide6.QtCore import QElapsedTimer, Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.history import History, Window
+from hapkit_studio.gui.plots.beginning import Beginning
 from hapkit_studio.gui.plots.declared import time_plots
 from hapkit_studio.gui.plots.header import HEIGHT, Header
 from hapkit_studio.gui.plots.trace_canvas import Shown, TraceCanvas
@@ -34,6 +36,8 @@ class TimePlots(QWidget):
         self.shown = Shown()
         self._history = self._seen = History(seconds=1.0, rate=1.0)
         self._reel, self._shades = Reel(), False
+        self._environment: Environment | None = None
+        self._begin, self._narrow = Beginning(), False
         self._watch = QElapsedTimer()
         self._watch.start()
         column = self._column = QVBoxLayout(self)
@@ -59,11 +63,18 @@ class TimePlots(QWidget):
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
-        self._history, self._reel = history, Reel()
+        self._history, self._reel, self._begin = history, Reel(), Beginning()
         self._seen = history.copy() if self.paused else history
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
-        """Take over what is drawn besides data: contact shading, the wall's line, the force limit in N."""
+        """Take over what is drawn besides data: contact shading, the wall's line, the force limit in N.
+
+        For another environment the value axes open anew, once the view is live.
+        """
+        if environment is not self._environment and self._environment is not None:
+            self._begin.put(self._history)
+            self._narrow = True
+        self._environment = environment
         self._shades = bool(environment.shades)
         self.shown.surface = values.get("position") if self._shades else None
         self.shown.max_force = max_force
@@ -131,9 +142,13 @@ class TimePlots(QWidget):
         shown.window = self._reel.window(self._seen, first, columns + 1, width)
         shown.now = None if self.paused else self._seen.latest()
         shown.contact = self._contact() if self._shades else []
+        shown.begin = -math.inf if self.paused else self._begin.within(self._seen)
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
+            if self._narrow and not self.paused:
+                canvas.open()
             canvas.widen()
+        self._narrow &= self.paused
 
     def _contact(self) -> list[tuple[float, float]]:
         """Return the stretches (start, stop) in s, relative to zero, in which a force was asked for."""

@@ -10,7 +10,7 @@ from hapkit_studio.gui.history import Window
 from hapkit_studio.gui.plots import strokes
 from hapkit_studio.gui.plots.canvas import Canvas
 from hapkit_studio.gui.plots.declared import TimePlot
-from hapkit_studio.gui.plots.ticks import widened
+from hapkit_studio.gui.plots.ticks import fitted, widened
 from hapkit_studio.gui.theme import number, theme
 
 _PALE = 0.45  # of a trace's colour while the device is gone
@@ -20,10 +20,14 @@ _EMPTY = Window(np.empty(0), {}, False)
 
 @dataclass
 class Shown:
-    """What all time plots share in one frame; times in s relative to the right edge's zero."""
+    """What all time plots share in one frame; times in s relative to the right edge's zero.
+
+    window and begin are in the history's own time: axes widen only for what came after begin.
+    """
 
     window: Window = _EMPTY
     zero: float = 0.0
+    begin: float = -np.inf
     contact: list[tuple[float, float]] = field(default_factory=list)
     now: dict[str, float] | None = None
     surface: float | None = None
@@ -41,7 +45,7 @@ class TraceCanvas(Canvas):
         self.plot_of, self.shown, self.first = plot, shown, first
         super().__init__(bottom, "s" if bottom else "")
         self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
-        self.show_range(-plot.reach, plot.reach)
+        self.open()
 
     def values(self, channel: str) -> np.ndarray:
         """Return a channel of the window in the plot's unit."""
@@ -51,18 +55,24 @@ class TraceCanvas(Canvas):
         """Show exactly this range."""
         self.view.setYRange(low, high, padding=0)
 
-    def extent(self) -> tuple[float, float]:
-        """Return least and greatest value in the window; NaN when there is none."""
-        if not len(self.shown.window.x):
+    def open(self) -> None:
+        """Narrow the value axis to what the plot opens with."""
+        self.show_range(-self.plot_of.reach, self.plot_of.reach)
+
+    def extent(self, begin: float = -np.inf) -> tuple[float, float]:
+        """Return least and greatest value in the window from a time in s on; NaN when there is none."""
+        window = self.shown.window
+        first = int(np.argmax(window.x >= begin)) if len(window.x) else 0
+        if not len(window.x) or not window.x[first] >= begin:
             return np.nan, np.nan
-        values = [self.shown.window.y[trace.channel] for trace in self.plot_of.traces]
+        values = [window.y[trace.channel][first:] for trace in self.plot_of.traces]
         low, high = min(map(np.fmin.reduce, values)), max(map(np.fmax.reduce, values))
         return float(low) * self.plot_of.scale, float(high) * self.plot_of.scale
 
     def widen(self) -> None:
         """Widen the value axis at once where the data needs it."""
         low, high = self.view.viewRange()[1]
-        wanted = widened((low, high), *self.extent())
+        wanted = widened((low, high), *self.extent(self.shown.begin))
         if wanted != (low, high):
             self.show_range(*wanted)
 
@@ -70,8 +80,7 @@ class TraceCanvas(Canvas):
         """Narrow the value axis to the data, but not below the plot's reach around its middle."""
         low, high = self.extent()
         if np.isfinite(low):
-            middle, half = (low + high) / 2, max((high - low) / 2 * 1.15, self.plot_of.reach / 8)
-            self.show_range(middle - half, middle + half)
+            self.show_range(*fitted(low, high, self.plot_of.reach / 8))
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
         """Shade where there was contact."""
