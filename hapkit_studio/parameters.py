@@ -42,7 +42,10 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Choice:
-    """One of a few named options; the law sees its index, files and people its name."""
+    """One of a few named options: the law sees its index, files and programs its name, people its label.
+
+    Without labels a name is its own label, its underscores as spaces; ParameterError unless all have one.
+    """
 
     key: str
     label: str
@@ -51,9 +54,14 @@ class Choice:
     help: str = ""
     symbol: str = ""
     unit: str = ""
+    labels: tuple[str, ...] = ()
 
     discrete = True
     low = 0.0
+
+    def __post_init__(self) -> None:
+        if self.labels and len(self.labels) != len(self.options):
+            raise ParameterError(f"{self.label} has {len(self.options)} options, {len(self.labels)} labels.")
 
     @property
     def high(self) -> float:
@@ -79,6 +87,15 @@ class Choice:
     def text(self, value: float) -> str:
         """Write the option's name."""
         return self.options[int(value)]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Return what a person reads for each option."""
+        return self.labels or tuple(option.replace("_", " ").capitalize() for option in self.options)
+
+    def word(self, value: float) -> str:
+        """Return what a person reads for one option."""
+        return self.words[int(value)]
 
 
 AnyParameter = Parameter | Choice

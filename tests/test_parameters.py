@@ -80,3 +80,20 @@ def test_resolve_names_what_there_is():
         resolve((STIFFNESS, SIDE), {"stifness": 1.0}, "Wall")
     with pytest.raises(ParameterError, match=r"^Free has no parameter 'stiffness'; it has: none\.$"):
         resolve((), {"stiffness": 1.0}, "Free")
+
+
+def test_an_option_reads_as_its_label_and_is_checked_by_its_name():
+    rule = Choice("rule", "Rule", ("rk4", "semi_implicit"), labels=("RK4", "Semi-implicit"))
+    assert (rule.words, rule.word(1.0), rule.text(1.0)) == (
+        ("RK4", "Semi-implicit"),
+        "Semi-implicit",
+        "semi_implicit",
+    )
+    assert Choice("a", "A", ("up", "half_way")).words == ("Up", "Half way")
+    with pytest.raises(ParameterError):
+        rule.check("RK4")
+
+
+def test_every_option_wants_a_label_or_none_has_one():
+    with pytest.raises(ParameterError, match=r"^Rule has 2 options, 1 labels\.$"):
+        Choice("rule", "Rule", ("a", "b"), labels=("A",))

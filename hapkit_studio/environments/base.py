@@ -30,6 +30,10 @@ def _no_complaint(values: Values) -> str:
     return ""
 
 
+def _all_used(values: Values) -> Mapping[str, str]:
+    return {}
+
+
 def _no_warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     return ()
 
@@ -41,7 +45,8 @@ class Environment:
     formula is short HTML; impedance maps named values to the (stiffness N/m, damping N·s/m) that bound
     stability, None where no linear limit applies; shades says whether contact is shaded in the plots.
     check says in one line why values do not go together, "" where they do; warnings says what cannot be
-    rendered well under given conditions. over_position and over_velocity return the theory drawn beneath the
+    rendered well under given conditions; unused maps each parameter without effect on the force as the others
+    are set to the words that say so. over_position and over_velocity return the theory drawn beneath the
     data, (n,) or one row a branch, nan where there is none; without them it is the law at rest. restless says
     why the scene with its defaults does not come to rest, "" where it does. outcomes and hands are what
     fidelity is judged by, needs the device terms it found that they depend on.
@@ -59,6 +64,7 @@ class Environment:
     impedance: Callable[[Values], tuple[float, float]] | None = None
     check: Callable[[Values], str] = _no_complaint
     warnings: Callable[[Values, Conditions], Iterable[str]] = _no_warnings
+    unused: Callable[[Values], Mapping[str, str]] = _all_used
     over_position: Curve | None = None
     over_velocity: Curve | None = None
     restless: str = ""

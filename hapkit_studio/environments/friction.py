@@ -15,6 +15,7 @@ from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
 MODELS = ("coulomb", "smoothed", "karnopp", "stribeck", "projection", "tether", "lugre")
+LABELS = ("Coulomb", "Smoothed", "Karnopp", "Stribeck", "Projection", "Tether", "LuGre")
 COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODELS))
 # Friction of exactly nothing would have no direction, and what slides could not be seen to turn back.
 LEAST = 1e-6
@@ -62,6 +63,18 @@ def force(p, s, x, v, dt):
         s.stuck = 0.0
     s.before = x
     return dry - p.viscous * v
+
+
+def unused(values):
+    """Tell what the chosen model does not know."""
+    model = int(values["model"])
+    without = {
+        "static_force": (COULOMB, SMOOTHED),
+        "stribeck_velocity": (COULOMB, SMOOTHED, KARNOPP, PROJECTION, TETHER),
+        "stick_velocity": (COULOMB, STRIBECK, PROJECTION, TETHER, LUGRE),
+        "tether_stiffness": (COULOMB, SMOOTHED),
+    }
+    return {key: f"Not used by {LABELS[model]}" for key, models in without.items() if model in models}
 
 
 def levels(values):
@@ -144,6 +157,7 @@ ENVIRONMENT = Environment(
             "tether",
             "Coulomb and smoothed know the speed alone and let go. Karnopp holds within a band of speed. "
             "Tether and projection hold and break away at once, Stribeck and LuGre by degrees.",
+            labels=LABELS,
         ),
         Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
         Parameter(
@@ -187,6 +201,7 @@ ENVIRONMENT = Environment(
     "hold: near rest the sign of the speed is noise, and the force chatters. A tether to an anchor holds: it "
     "pulls back like a spring, and is dragged along once you pull harder than friction can.",
     impedance=impedance,
+    unused=unused,
     warnings=warnings,
     over_position=over_position,
     over_velocity=over_velocity,

@@ -14,6 +14,7 @@ from hapkit_studio.parameters import Choice, Parameter
 LEFT = 2.0 * 20.7e-6
 # The ringing is over when it has decayed to e^-30 of itself.
 OVER = 30.0
+MATERIALS = ("custom", "rubber", "wood", "aluminium")
 RUBBER, WOOD, ALUMINIUM = 1, 2, 3
 # Amplitudes: the paper's accelerations per speed, 116.7, 150 and 300 1/s, as forces on a handle of 0.044 kg.
 RUBBER_A, RUBBER_DECAY, RUBBER_HZ = 5.1, 60.0, 18.0
@@ -58,6 +59,19 @@ def force(p, s, x, v, dt):
     return -push - min(max(tap, -p.limit), p.limit)
 
 
+def unused(values):
+    """Tell what a material sets by itself."""
+    if not values["material"]:
+        return {}
+    name = MATERIALS[int(values["material"])].capitalize()
+    amplitude, decay, hertz = sound(values["material"], 0.0, 0.0, 0.0)
+    return {
+        "amplitude": f"{name} sets it: {amplitude:g} N·s/m",
+        "decay": f"{name} sets it: {decay:g} 1/s",
+        "frequency": f"{name} sets it: {hertz:g} Hz",
+    }
+
+
 def warnings(values, conditions):
     """Tell when a cycle of the ringing gets fewer than 10 samples."""
     _, _, hertz = sound(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
@@ -95,18 +109,18 @@ ENVIRONMENT = Environment(
         Choice(
             "material",
             "Material",
-            ("custom", "rubber", "wood", "aluminium"),
+            MATERIALS,
             "custom",
             "Rubber, wood, aluminium: their own amplitude, decay and frequency. Custom: those below.",
         ),
         Parameter(
             "amplitude",
             "Amplitude",
-            "N per m/s",
+            "N·s/m",
             15.0,
             0.0,
             100.0,
-            "How strongly it rings, per speed of entry",
+            "How strongly it rings: force per speed of entry",
             "A",
         ),
         Parameter("decay", "Decay", "1/s", 60.0, 5.0, 300.0, "How fast the ringing dies out", "γ"),
@@ -120,6 +134,7 @@ ENVIRONMENT = Environment(
     "entry the surface adds a short ringing, the stronger the faster you hit it, and the hand takes that for "
     "hardness. It rings once for each entry and again only after you have clearly left.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
+    unused=unused,
     warnings=warnings,
     over_position=lambda values, x: -values["stiffness"] * (x - values["position"]).clip(0.0),
     shades=True,

@@ -7,6 +7,18 @@ from hapkit_studio.dynamics.step_limits import longest_step
 from hapkit_studio.environments.base import Conditions, Values
 from hapkit_studio.parameters import Choice, Parameter
 
+# one for each of INTEGRATORS
+LABELS = (
+    "Explicit Euler",
+    "Lecture's rule",
+    "Semi-implicit",
+    "Verlet",
+    "RK4",
+    "Implicit Euler",
+    "Trapezoid",
+    "Exact",
+)
+
 
 def contact(what: str) -> tuple[Parameter, Parameter]:
     """Return the stiffness and damping between the handle and an object of this name."""
@@ -23,15 +35,17 @@ def contact(what: str) -> tuple[Parameter, Parameter]:
 def integrator(what: str) -> Choice:
     """Return the choice of how an object's motion is computed."""
     words = f"How the {what}'s motion is computed. Explicit Euler and the lecture's rule add energy."
-    return Choice("integrator", "Integrator", INTEGRATORS, "semi_implicit", words)
+    return Choice("integrator", "Integrator", INTEGRATORS, "semi_implicit", words, labels=LABELS)
 
 
 def growth(values: Values, damping: float, stiffness: float, conditions: Conditions) -> Iterator[str]:
     """Say where the chosen integrator makes an object of that damping, stiffness in contact gain energy."""
-    method = INTEGRATORS[int(values["integrator"])]
-    longest = longest_step(method, values["mass"], damping, stiffness)
-    if conditions.period > longest:
-        yield (
-            f"In contact {method.replace('_', ' ')} adds energy at steps above {1e3 * longest:.3g} ms; "
-            f"they take {1e3 * conditions.period:.3g} ms."
-        )
+    index = int(values["integrator"])
+    longest = longest_step(INTEGRATORS[index], values["mass"], damping, stiffness)
+    if conditions.period <= longest:
+        return
+    rule = f"{LABELS[index]} adds energy in contact"
+    if longest == 0.0:
+        yield f"{rule} at every step."
+    else:
+        yield f"{rule} at steps above {1e3 * longest:.3g} ms; they take {1e3 * conditions.period:.3g} ms."

@@ -8,6 +8,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
+KINDS = ("bands", "grating", "sandpaper")
 BANDS, GRATING = 0, 1
 # Sandpaper repeats after this many half wavelengths. Cubes of whole numbers below this prime are all
 # different modulo it, and small enough to be exact in single precision: the board draws the same grains.
@@ -56,6 +57,13 @@ def impedance(values):
     return steepness(values), 0.0
 
 
+def unused(values):
+    """Tell what is another kind's."""
+    kind = int(values["kind"])
+    keys = (("amplitude", "seed"), ("damping", "seed"), ("damping",))[kind]
+    return {key: f"Not used by {KINDS[kind]}" for key in keys}
+
+
 def warnings(values, conditions):
     """Tell what cannot be felt as it is: ridges too fast, too fine or too steep to be sampled."""
     wavelength, period = values["wavelength"], conditions.period
@@ -95,7 +103,7 @@ ENVIRONMENT = Environment(
         Choice(
             "kind",
             "Kind",
-            ("bands", "grating", "sandpaper"),
+            KINDS,
             "bands",
             "Bands: damping in every other stripe. Grating: a wave of force. Sandpaper: random grains.",
         ),
@@ -125,6 +133,7 @@ ENVIRONMENT = Environment(
     "counts; and since a high and narrow ridge is as steep as a stiff spring, there is a most that it may "
     "push before it buzzes by itself.",
     impedance=impedance,
+    unused=unused,
     warnings=warnings,
     over_position=over_position,
     over_velocity=over_velocity,

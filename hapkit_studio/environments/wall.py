@@ -22,6 +22,11 @@ def impedance(p):
     return p["stiffness"], p["damping"] if p["damping_mode"] != 2 else 0.0
 
 
+def unused(p):
+    """Tell that damping which never acts has no number."""
+    return {"damping": "Not used: damping never acts"} if p["damping_mode"] == 2 else {}
+
+
 ENVIRONMENT = Environment(
     key="wall",
     title="Wall",
@@ -50,6 +55,7 @@ ENVIRONMENT = Environment(
     "sees the handle only once a period, so it enters unseen by up to v·T and is pushed out with more energy "
     "than it brought: that is why a stiff wall buzzes.",
     impedance=impedance,
+    unused=unused,
     shades=True,
     outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "tap"),

@@ -10,6 +10,7 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio import resources
 from hapkit_studio.environments.base import Conditions, Environment
+from hapkit_studio.environments.bump_valley import height
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Choice
 from tests.environments.calling import LIBRARY, anywhere, call, corners
@@ -148,3 +149,75 @@ def test_values_that_do_not_go_together_are_refused_in_one_line(key, rng):
             assert str(error.value) == complaint
         else:
             assert e.values(values) == values
+
+
+def felt(e, values, rng):
+    """Return the force along some way, from some state or the law's own, always the same for a seed."""
+    way = np.cumsum(rng.uniform(-1.0, 1.0, 300)) * 10.0 ** rng.uniform(-6.0, -2.5)
+    x = np.clip(way + rng.uniform(-0.03, 0.03), -REACH, REACH)
+    v = np.diff(x, prepend=x[0]) / 1e-3
+    initial = np.append(e.force.compiled().initial_state, 0.0)
+    state = initial + rng.choice([0.0, 4.0], len(initial)) * rng.uniform(0.0, 1.0, len(initial))
+    forces = []
+    for where, speed in zip(x, v, strict=True):
+        force, state, _ = call(e, values, where, speed, state)
+        forces.append(force)
+    return np.array(forces)
+
+
+def another(e, values, parameter, rng):
+    """Return the values with another number for one parameter, such as goes together with the rest."""
+    while True:
+        others = anywhere(e, rng)
+        changed = values | {parameter.key: others[parameter.key]}
+        if changed != values and not e.check(changed):
+            return changed
+
+
+@every
+def test_what_is_unused_changes_no_force(key, rng):
+    e = LIBRARY[key]
+    for _ in range(60):
+        values = anywhere(e, rng)
+        for name, reason in e.unused(values).items():
+            assert reason
+            assert not reason.endswith(".")
+            changed = another(e, values, e.parameters[list(values).index(name)], rng)
+            seed = int(rng.integers(2**32))
+            before, after = (felt(e, v, np.random.default_rng(seed)) for v in (values, changed))
+            assert (before == after).all(), (name, values, changed)
+
+
+@every
+def test_what_is_used_changes_the_force_or_the_drawing(key, rng):
+    """Under every option of every choice, each parameter not named as unused has an effect somewhere."""
+    e = LIBRARY[key]
+    choices = [p for p in e.parameters if isinstance(p, Choice)]
+    for options in itertools.product(*(range(len(c.options)) for c in choices)):
+        chosen = {c.key: float(option) for c, option in zip(choices, options, strict=True)}
+        for parameter in e.parameters:
+            assert any(has_effect(e, parameter, chosen, rng) for _ in range(60)), (parameter.key, chosen)
+
+
+def has_effect(e, parameter, chosen, rng):
+    """Say whether one more number for a parameter is felt or seen, or may have no effect by its own word."""
+    values = anywhere(e, rng) | chosen
+    if e.check(values):
+        return False
+    if parameter.key in e.unused(values):
+        return True
+    changed = another(e, values, parameter, rng)
+    if e.key == "bump_valley" and parameter.key == "picture":
+        x = np.linspace(-0.04, 0.04, 81)
+        return bool((height(values, x) != height(changed, x)).any())
+    seed = int(rng.integers(2**32))
+    before, after = (felt(e, v, np.random.default_rng(seed)) for v in (values, changed))
+    return bool((before != after).any())
+
+
+@every
+def test_every_option_has_a_label_that_begins_with_a_capital(key):
+    for p in LIBRARY[key].parameters:
+        if isinstance(p, Choice):
+            assert len(set(p.words)) == len(p.options)
+            assert all(word == word[0].upper() + word[1:] and "_" not in word for word in p.words)
