@@ -20,6 +20,9 @@ COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODE
 # Friction of exactly nothing would have no direction, and what slides could not be seen to turn back.
 LEAST = 1e-6
 
+# Slower than this is at rest, where a curve over velocity is drawn.
+REST = 1e-6
+
 # For what depends on the handle or the loop where only the values are known.
 USUAL_MASS, USUAL_PERIOD = 0.044, 1e-3
 
@@ -84,7 +87,7 @@ def levels(values):
 
 
 def over_velocity(values, v):
-    """Return the force (n,) in N of a steady slide at v (n,) in m/s."""
+    """Return the force (n,) in N of a steady slide at v (n,) in m/s; at rest what holds, whichever way."""
     static, kinetic = levels(values)
     model = values["model"]
     level = np.full_like(v, kinetic)
@@ -92,6 +95,8 @@ def over_velocity(values, v):
         level = kinetic + (static - kinetic) * np.exp(-((v / values["stribeck_velocity"]) ** 2))
     elif model == KARNOPP:
         level[np.abs(v) < values["stick_velocity"]] = static
+    elif model in (TETHER, PROJECTION):
+        level[np.abs(v) < REST] = static
     share = np.tanh(v / values["stick_velocity"]) if model == SMOOTHED else np.sign(v)
     return -level * share - values["viscous"] * v
 

@@ -25,6 +25,15 @@ def test_curves_have_stribecks_shape_where_the_model_has():
         assert two[1] == pytest.approx(0.6 if model in ("stribeck", "lugre", "karnopp") else 0.4)
 
 
+def test_what_holds_is_drawn_at_rest():
+    """Up to the static force either way, at no speed at all; a thousandth of a millimetre per second slides."""
+    v = np.array([-2e-6, -1e-9, 1e-9, 2e-6])
+    for model, at_rest in (("tether", 0.6), ("projection", 0.6), ("stribeck", 0.6), ("coulomb", 0.4)):
+        got = FRICTION.over_velocity(FRICTION.values({"model": model}), v)
+        sliding = 0.6 if model == "stribeck" else 0.4
+        assert got == pytest.approx([sliding, at_rest, -at_rest, -sliding], rel=1e-3)
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_it_takes_hold_where_the_handle_is(model):
     got, states = along("friction", [0.03, 0.03], model=model)

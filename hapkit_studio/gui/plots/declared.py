@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 
 _GRID = 401
+# friction holds at rest: there the curve is upright
+_BESIDE_ZERO = (-1e-6, -1e-9, 1e-9, 1e-6)
 
 Theory = Callable[[object, Mapping[str, float], np.ndarray], np.ndarray | None]
 
@@ -66,7 +68,8 @@ class PhasePlot:
 
     def grid(self) -> np.ndarray:
         """Return where the theory is computed, SI: three times the reach."""
-        return np.linspace(-3.0, 3.0, _GRID) * self.reach / self.scale
+        even = np.linspace(-3.0, 3.0, _GRID)
+        return np.sort(np.append(even, _BESIDE_ZERO)) * self.reach / self.scale
 
 
 Plot = TimePlot | PhasePlot
