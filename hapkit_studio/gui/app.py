@@ -40,7 +40,8 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
         return 2
     window.show()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: window.close())  # closing ends the loop with a zero command
+        # closing ends the loop with a zero command; in its turn, as a signal may come amid a picture
+        signal.signal(number, lambda *_: QTimer.singleShot(0, window.close))
     QTimer.singleShot(0, lambda: begin(window, options, preparing))
     return application.exec()
 

@@ -29,6 +29,35 @@ def test_it_starts_prepares_once_and_saves_a_picture(tmp_path):
     assert image.pixelColor(640, 60).lightness() < 60
 
 
+SIGNAL = """
+import os, signal, sys
+from hapkit_studio.gui import app, scenes
+paint, left = scenes.SceneView.paintEvent, [20]
+def then_signal(view, event):
+    paint(view, event)
+    left[0] -= 1
+    if left[0] == 0:
+        os.kill(os.getpid(), signal.SIGTERM)
+scenes.SceneView.paintEvent = then_signal
+sys.exit(app.run([]))
+"""
+
+
+def test_a_signal_amid_a_picture_ends_it_without_a_word(tmp_path):
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", SIGNAL],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=180,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    assert "QBackingStore" not in done.stderr
+
+
 def test_an_unknown_environment_is_one_line(qapp, capsys):
     assert app.run(["--environment", "swamp"]) == 2
     said = capsys.readouterr().err

@@ -11,6 +11,7 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import number, theme
 
 LEAST_ARROW = 16.0
+_DECIMALS = 2  # of a force in N
 HEAD, HEAD_HALF, SHAFT_HALF = 12.0, 8.0, 2.6
 
 
@@ -61,6 +62,11 @@ def knob(stage: Stage, mm: float) -> QRectF:
     return QRectF(stage.x(mm) - stage.knob_width / 2, stage.knob_top, stage.knob_width, stage.knob_height)
 
 
+def direction(force: float) -> int:
+    """Return which way a force acts, 0 if it is none as it is written."""
+    return int(np.sign(round(force, _DECIMALS)))
+
+
 def arrow_length(force: float, per_newton: float, u: float) -> float:
     """Return the arrow's length in px: so many px per N at u = 1, never shorter than its head."""
     return max(LEAST_ARROW, abs(force) * per_newton) * u
@@ -71,13 +77,12 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
     u, y, x = stage.u, stage.knob_middle, stage.x(motion.position)
     base, half = y + 4.8 * u, stage.knob_width / 2
     stage.taken.append(knob(stage, motion.position).adjusted(-2, 0, 2, 0))
-    if motion.stopped or abs(motion.force) < 0.005:
+    d = direction(motion.force)
+    if motion.stopped or d == 0:
         places = [(x - half - 13 * u, base, -1), (x + half + 13 * u, base, 1)]
         stage.say("0.00 N" if motion.stopped else motion.force_text, places, "applied", 13, 700, must=True)
         return
-    d = 1 if motion.force > 0 else -1
-    start = x + d * (half + 7 * u)
-    tip = start + d * arrow_length(motion.force, per_newton, u)
+    start, tip = _arrow_ends(stage, motion, per_newton)
     _arrow(stage, start, tip, y, d)
     if motion.clamped:
         stage.line(tip + d * 5 * u, y - 11 * u, tip + d * 5 * u, y + 11 * u, stage.pen("applied", 3.2))
@@ -90,7 +95,16 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
     ]
     if motion.hand is not None:
         places.append((_ring_place(stage, motion.hand) - d * 15 * u, base, -d))
-    stage.say(motion.force_text, places, "applied", 13, 700, must=True)
+    stage.say(motion.force_text, places, "applied", 13, 700, must=True, wipe=True)
+
+
+def _arrow_ends(stage: Stage, motion: Motion, per_newton: float) -> tuple[float, float]:
+    """Return the arrow's columns: as long as the force, but inside the picture, over the knob at its edge."""
+    u, d, x = stage.u, direction(motion.force), stage.x(motion.position)
+    start = stage.knob_width / 2 + 7 * u
+    room = (stage.width - x if d > 0 else x) - (16 if motion.clamped else 6) * u
+    tip = min(start + arrow_length(motion.force, per_newton, u), room)
+    return x + d * min(start, tip - LEAST_ARROW * u), x + d * tip
 
 
 def _arrow(stage: Stage, start: float, tip: float, y: float, d: int) -> None:
@@ -170,7 +184,7 @@ def hand_label(stage: Stage, motion: Motion) -> None:
 
 def force_words(newtons: float) -> str:
     """Write a force for the arrow's tip."""
-    return f"{number(newtons, 2, sign=True)} N"
+    return f"{number(newtons, _DECIMALS, sign=True)} N"
 
 
 def preparing(stage: Stage, fraction: float | None) -> None:

@@ -4,18 +4,19 @@ import numpy as np
 
 from hapkit_studio.environments.bump_valley import ENVIRONMENT, height
 from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.declared import Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled, saturating
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 
-_DEFAULTS = ENVIRONMENT.values()
+_value = reader(ENVIRONMENT)
 _LEVEL, _ROOM = 0.42, 0.38  # of the band
 _REFERENCE = 2e-3  # m: a hill of 63 % of the room
 
 
 def relief(stage: Stage, values: Values) -> Relief:
     """Return the ground that is shown: the environment's own heights, in one scale for all, that fits."""
-    return stage.once("relief", lambda: _relief(stage, {**_DEFAULTS, **values}))
+    given = {p.key: _value(values, p.key) for p in ENVIRONMENT.parameters}
+    return stage.once("relief", lambda: _relief(stage, given))
 
 
 def _relief(stage: Stage, values: Values) -> Relief:

@@ -5,26 +5,36 @@ from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.button import ENVIRONMENT
 from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
-from hapkit_studio.gui.scenes.parts import block, mark, read, surface_line
+from hapkit_studio.gui.scenes.declared import Scene, Values, reader
+from hapkit_studio.gui.scenes.parts import block, label, mark, read, surface_line, take_stem, text_width
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import theme
 
 STATES = ENVIRONMENT.state_names
-_DEFAULTS = ENVIRONMENT.values()
+_value = reader(ENVIRONMENT)
 CAP, NUB = 3.6, 3.4  # mm: how far cap and nub reach from the handle
 _SHOULDER, _DIMPLE = 1.8, 0.6  # mm: how far the snapped dome stands out at least, from base and from nub
 _DOME = 0.42  # of the band: half the dome's height
+_COUNT = 13.0, 600  # the count's size at u = 1, and its weight
 _PLATE, _PIN = 0.33, 0.09  # of the band: half the heights of cap and nub
 
 
 def _surface(values: Values) -> float:
-    return 1e3 * values.get("position", _DEFAULTS["position"])
+    return 1e3 * _value(values, "position")
 
 
 def _base(values: Values) -> float:
     """Return where the base stands in mm: the nub reaches it when the cap has gone its whole travel."""
-    return _surface(values) + 1e3 * values.get("travel", _DEFAULTS["travel"]) + CAP + NUB
+    return _surface(values) + 1e3 * _value(values, "travel") + CAP + NUB
+
+
+def _cap_place(values: Values, motion: Motion) -> float:
+    return max(motion.position, _surface(values))
+
+
+def _face(values: Values, motion: Motion) -> float:
+    """Return where the base's face is in mm, pressed in by what is pushed beyond its travel."""
+    return max(_base(values), _cap_place(values, motion) + CAP + NUB)
 
 
 def fixed(stage: Stage, values: Values) -> None:
@@ -34,12 +44,12 @@ def fixed(stage: Stage, values: Values) -> None:
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw base, dome and cap."""
-    cap = max(motion.position, _surface(values))
-    stop, tip = stage.x(_base(values)), stage.x(cap + CAP + NUB)
-    block(stage, max(stop, tip), stage.x(50.0))
-    if tip > stop:
-        surface_line(stage, stop)
-    _dome(stage, tip, max(stop, tip), read(motion, STATES, "pressed") > 0.5)
+    cap = _cap_place(values, motion)
+    stop, tip, face = _base(values), stage.x(cap + CAP + NUB), stage.x(_face(values, motion))
+    block(stage, face, stage.x(50.0))
+    if tip > stage.x(stop):
+        surface_line(stage, stage.x(stop))
+    _dome(stage, tip, face, read(motion, STATES, "pressed") > 0.5)
     _cap(stage, cap)
     if cap > _surface(values):
         surface_line(stage, stage.x(_surface(values)))
@@ -72,11 +82,28 @@ def _cap(stage: Stage, cap: float) -> None:
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Count the clicks in and out."""
+    """Count the clicks in and out: on the base, where no handle comes, or before the button."""
     downs, ups = read(motion, STATES, "downs"), read(motion, STATES, "ups")
-    if downs + ups > 0:
-        x, y = stage.x(_surface(values)) - 12 * stage.u, stage.rail - 10 * stage.u
-        stage.say(f"{downs:.0f} in, {ups:.0f} out", [(x, y, -1)], "ink2", 12, 500)
+    if downs + ups <= 0:
+        return
+    text, u, y = f"{downs:.0f} in, {ups:.0f} out", stage.u, stage.rail - 15 * stage.u
+    half, right = text_width(stage, text, *_COUNT) / 2 + 9 * u, stage.x(50.0) - 8 * u
+    if _face(values, motion) < stage.mm(right - 2 * half - 8 * u):
+        _plate(stage, right - half, y - 4.8 * u, half)
+        label(stage, text, right - half, y, ("ink", "scene"), *_COUNT)
+        return
+    take_stem(stage, motion, stage.rail)
+    places = (_surface(values), min(motion.position, _surface(values)), motion.position)
+    stage.say(text, [(stage.x(place) - 12 * u, y, -1) for place in places], "ink", *_COUNT)
+
+
+def _plate(stage: Stage, middle: float, row: float, half: float) -> None:
+    """Draw the ground of the count, about a row."""
+    high = 22 * stage.u
+    plate = QRectF(middle - half, row - high / 2, 2 * half, high)
+    stage.p.setPen(stage.pen("matline", 1.2))
+    stage.p.setBrush(theme.color("scene"))
+    stage.p.drawRoundedRect(plate, 4 * stage.u, 4 * stage.u)
 
 
 SCENE = Scene("button", fixed, moving, words)

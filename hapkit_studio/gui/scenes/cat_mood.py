@@ -3,13 +3,11 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from hapkit_studio.environments.cat import ENVIRONMENT, PURRS_ABOVE, SWAT_TIME, SWATS_BELOW
 from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.parts import read as number
 
 BREATH = 0.012  # of the body's height, either way
-_PLACES = {name: i for i, name in enumerate(ENVIRONMENT.state_names)}
 _CONTENT = 0.1
 _FULL_BEND = 3.0  # mm: hairs bent by this are drawn bent as far as they go
 
@@ -91,15 +89,13 @@ class Mood:
 
 def read(motion: Motion) -> Mood:
     """Return the mood in the newest row."""
-    if motion.state.size < len(_PLACES) or not np.isfinite(motion.state).all():
-        return Mood()
-    state = {name: float(motion.state[i]) for name, i in _PLACES.items()}
+    state = {name: number(motion, ENVIRONMENT.state_names, name) for name in ENVIRONMENT.state_names}
     bent = (motion.position - 1e3 * state["anchor"]) / _FULL_BEND if state["started"] else 0.0
     return Mood(
-        state["contentment"],
+        min(1.0, max(-1.0, state["contentment"])),
         state["breath"],
         state["swat"],
         state["sulk"],
-        state["push"] or 1.0,
+        math.copysign(1.0, state["push"] or 1.0),
         min(1.0, max(-1.0, bent)),
     )

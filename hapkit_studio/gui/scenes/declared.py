@@ -1,16 +1,30 @@
 """How a scene is declared; a file in this folder with such a ``SCENE`` is found by its environment's name."""
 
 import importlib
+import math
 import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.stage import Stage
 
 Values = Mapping[str, float]
+
+
+def reader(environment: Environment) -> Callable[[Values, str], float]:
+    """Return how a drawing reads a parameter: within its limits, its default if no number is given."""
+    known = {p.key: p for p in environment.parameters}
+
+    def read(values: Values, key: str) -> float:
+        parameter = known[key]
+        value = values.get(key, parameter.default)
+        return min(max(value, parameter.low), parameter.high) if math.isfinite(value) else parameter.default
+
+    return read
 
 
 def _nothing(stage: Stage, values: Values) -> None:

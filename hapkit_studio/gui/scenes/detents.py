@@ -4,11 +4,11 @@ import numpy as np
 
 from hapkit_studio.environments.detents import ENVIRONMENT
 from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.declared import Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, saturating
 from hapkit_studio.gui.scenes.stage import Stage
 
-_DEFAULTS = ENVIRONMENT.values()
+_value = reader(ENVIRONMENT)
 _LEVEL, _ROOM = 0.52, 0.42  # of the band
 _ENERGY = 1.1e-3  # J: a well of 63 % of the room
 _STEEPEST = 1.6  # a well is at most so many times as deep as half its width, and takes the ball in
@@ -17,9 +17,8 @@ _LEAST_BALL = 3.2  # px at u = 1
 
 def relief(stage: Stage, values: Values) -> Relief:
     """Return the ground: around each multiple of the pitch a parabola, as a spring's energy is."""
-    given = {**_DEFAULTS, **values}
-    pitch, half = 1e3 * given["pitch"], 1e3 * given["half_width"]
-    energy = 0.5 * given["stiffness"] * given["half_width"] ** 2
+    pitch, half = 1e3 * _value(values, "pitch"), 1e3 * _value(values, "half_width")
+    energy = 0.5 * _value(values, "stiffness") * (1e-3 * half) ** 2
     depth = min(saturating(energy, _ENERGY, _ROOM * stage.band), _STEEPEST * half * stage.per_mm)
     level = _LEVEL * stage.band
 
@@ -32,7 +31,7 @@ def relief(stage: Stage, values: Values) -> Relief:
 
 def _radius(stage: Stage, values: Values) -> float:
     """Return the ball's radius in px: small enough for its well."""
-    half = 1e3 * values.get("half_width", _DEFAULTS["half_width"]) * stage.per_mm
+    half = 1e3 * _value(values, "half_width") * stage.per_mm
     return max(min(BALL * stage.u, 0.5 * half), _LEAST_BALL * stage.u)
 
 

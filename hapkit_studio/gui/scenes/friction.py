@@ -6,13 +6,13 @@ from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.friction import ENVIRONMENT
 from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.declared import Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import ground, read
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import theme
 
 STATES = ENVIRONMENT.state_names
-_DEFAULTS = ENVIRONMENT.values()
+_value = reader(ENVIRONMENT)
 _LEVEL = 0.34  # of the band
 _GRAINS = np.random.default_rng(4).uniform(-1.0, 1.0, 101)
 _BRISTLES = 9
@@ -23,7 +23,7 @@ _STILL = 2.0  # mm within the last frames: slow enough for a word to be read
 
 def _roughness(values: Values) -> float:
     """Return the grains' height in px at u = 1: none without friction."""
-    return 3.0 * min(1.6, max(values.get("kinetic_force", _DEFAULTS["kinetic_force"]), 0.0) / 0.4) ** 0.5
+    return 3.0 * min(1.6, _value(values, "kinetic_force") / 0.4) ** 0.5
 
 
 def _row(stage: Stage) -> float:

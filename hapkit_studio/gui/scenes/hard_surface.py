@@ -9,23 +9,19 @@ from PySide6.QtGui import QPainter, QPainterPath, QPixmap
 from hapkit_studio.environments.hard_surface import ENVIRONMENT, ringing
 from hapkit_studio.environments.hard_surface import sound as sound_of
 from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.declared import Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import block, label, mark, read, ribbon, surface_line, text_width
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import theme
 
 STATES = ENVIRONMENT.state_names
-_DEFAULTS = ENVIRONMENT.values()
+_value = reader(ENVIRONMENT)
 _SECONDS = 2e-3  # per mm of the block
 _LARGEST = 3.0  # N: fills the block's height
 _SPEED = 0.1  # m/s: the tap that is drawn before the first one
 _SHOWN = 0.25  # s: how long the arcs of an impact stay
 _BAR = 0.02  # s
 _ARCS = ((12.0, 0.9), (20.0, 0.6), (28.0, 0.35))  # radius at u = 1, opacity
-
-
-def _value(values: Values, key: str) -> float:
-    return values.get(key, _DEFAULTS[key])
 
 
 def _face(stage: Stage, values: Values, motion: Motion) -> tuple[float, bool]:

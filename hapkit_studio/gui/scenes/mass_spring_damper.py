@@ -5,20 +5,16 @@ from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.mass_spring_damper import ENVIRONMENT
 from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.declared import Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import beyond, label, mark, on_object, read, surface_line, text_width
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import number, theme
 
 STATES = ENVIRONMENT.state_names
-_DEFAULTS = ENVIRONMENT.values()
+_value = reader(ENVIRONMENT)
 _POST = 47.0  # mm
 _TURNS = 7
 _COIL, _DASHPOT = 0.28, 0.74  # of the block's height, from its top
-
-
-def _value(values: Values, key: str) -> float:
-    return values.get(key, _DEFAULTS[key])
 
 
 def _rest(values: Values) -> float:

@@ -15,16 +15,17 @@ from hapkit_studio.gui.tokens import luminance
 
 BALL = 6.5  # px at u = 1, the outline's half width included
 _OUTLINE = 1.2
+_LARGEST = 1e6  # of a state: no drawing tells more apart
 
 # maps positions (n,) in mm to heights (n,) in px above the rail
 Relief = Callable[[np.ndarray], np.ndarray]
 
 
 def read(motion: Motion, states: tuple[str, ...], name: str, default: float = 0.0) -> float:
-    """Return one number of the law's state; the default before the first row."""
+    """Return one number of the law's state; the default before the first row, or where it is no number."""
     column = states.index(name)
     value = float(motion.state[column]) if column < len(motion.state) else default
-    return value if math.isfinite(value) else default
+    return min(max(value, -_LARGEST), _LARGEST) if math.isfinite(value) else default
 
 
 # what stays put ---------------------------------------------------------------------------------
@@ -153,6 +154,12 @@ def ride(stage: Stage, relief: Relief, mm: float, radius: float) -> None:
     stage.p.setBrush(theme.color("handle"))
     seen = radius - _OUTLINE * stage.u
     stage.p.drawEllipse(QPointF(stage.x(mm), resting(stage, relief, mm, radius)), seen, seen)
+
+
+def take_stem(stage: Stage, motion: Motion, low: float) -> None:
+    """Keep words off the stem, from under the knob down to a row."""
+    x, half = stage.x(motion.position), 6 * stage.u
+    stage.taken.append(QRectF(x - half, stage.top, 2 * half, low - stage.top))
 
 
 def saturating(value: float, reference: float, room: float) -> float:

@@ -2,11 +2,13 @@
 
 from PySide6.QtCore import QPointF, Qt
 
+from hapkit_studio.environments.spring import ENVIRONMENT
 from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.declared import Scene, Values, reader
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import theme
 
+_value = reader(ENVIRONMENT)
 _POST = -46.0  # mm
 _TURNS = 11
 
@@ -17,7 +19,7 @@ def _height(stage: Stage) -> float:
 
 def fixed(stage: Stage, values: Values) -> None:
     """Draw the post and the centre line."""
-    x = stage.x(1e3 * values.get("center", 0.0))
+    x = stage.x(1e3 * _value(values, "center"))
     stage.line(x, stage.top, x, stage.rail, stage.pen("ghost", 1.5, (5, 5)))
     stage.post(stage.x(_POST), -1)
     stage.say("x₀", [(x - 6 * stage.u, stage.top + 12 * stage.u, -1)], "ink3", 12.5)

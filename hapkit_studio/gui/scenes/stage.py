@@ -28,6 +28,7 @@ T = TypeVar("T")
 HALF_TRAVEL = 50.0  # mm
 _BESIDE = 4.0  # px between words
 _HATCH = 9.0
+_FAR = 1000.0  # mm: what is farther, or no place at all, is drawn there, out of sight
 _CORNER = 7.0  # px: the inside of a card's corner
 
 
@@ -75,7 +76,7 @@ class Stage:
 
     def x(self, mm: float) -> float:
         """Return the pixel column of a position in mm."""
-        return self.width / 2 + mm * self.per_mm
+        return self.width / 2 + max(-_FAR, min(_FAR, mm)) * self.per_mm
 
     def mm(self, x: float) -> float:
         """Return the position in mm of a pixel column."""
@@ -153,11 +154,12 @@ class Stage:
 
     def say(
         self, text: str, places: list[tuple[float, float, int]], token: str, size: float = 12.0,
-        weight: int = 500, must: bool = False,
+        weight: int = 500, must: bool = False, wipe: bool = False,
     ) -> bool:  # fmt: skip
         """Write words at the first of places (x, base line, side) that is free; say whether it was written.
 
-        Words that must be seen go to the first place inside the scene, taken or not.
+        Words that must be seen go to the first place inside the scene, taken or not; wiped, nothing is seen
+        between their letters.
         """
         font, metrics = self.font(size, weight)
         wide, high = metrics.horizontalAdvance(text), metrics.capHeight() + 6
@@ -170,6 +172,8 @@ class Stage:
         (_, y, _), box = chosen[0]
         self.taken.append(box)
         self.texts.append(box)
+        if wipe:
+            self.p.fillRect(box.adjusted(-_BESIDE, 0, _BESIDE, 0), theme.color("scene"))
         words(self.p, box.left(), y, text, font, (token, "scene"), 4.0 * self.u, self.ratio)
         return True
 
@@ -201,8 +205,10 @@ class Stage:
 
     def coil(self, x0: float, x1: float, y: float, height: float, turns: int, token: str = "matline") -> None:
         """Draw a spring between two columns."""
-        lead = 8.0 * self.u
-        length = max(x1 - x0 - 2 * lead, 2.0)
+        if x1 <= x0:
+            return
+        lead = min(8.0 * self.u, 0.2 * (x1 - x0))
+        length = x1 - x0 - 2 * lead
         width = min(2.4, max(0.7, 0.45 * length / (2 * turns * self.u)))
         path = QPainterPath(QPointF(x0, y))
         path.lineTo(x0 + lead, y)

@@ -8,22 +8,18 @@ from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING, grain
 from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
-from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled
+from hapkit_studio.gui.scenes.declared import Scene, Values, reader
+from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled, take_stem
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.theme import theme
 
-_DEFAULTS = ENVIRONMENT.values()
+_value = reader(ENVIRONMENT)
 _LEVEL, _ROOM = 0.40, 0.22  # of the band
 _RIDGE = 6.5  # px at u = 1: half the height of a ridge of 0.25 N every 5 mm
 _CLOSE = 10.0  # px from ridge to ridge: closer ones are outlined by a hairline
 _FINEST = 3.5  # px from ridge to ridge: finer ones are drawn as one strip
 _WIDE = 14.0  # px at u = 1: a λ this wide is marked, below it ten are
 _LEAST_BALL = 3.2  # px at u = 1
-
-
-def _value(values: Values, key: str) -> float:
-    return values.get(key, _DEFAULTS[key])
 
 
 def _wave(values: Values) -> float:
@@ -102,13 +98,21 @@ def _bands(stage: Stage, values: Values) -> None:
             _shade(stage, left, right, 0.0, deep)
 
 
-def _mark(stage: Stage, values: Values) -> None:
-    """Measure one λ above the ground, or ten where one is too short to be seen."""
-    u, wave = stage.u, _wave(values)
-    count = 1 if wave * stage.per_mm > _WIDE * u else 10
+def _count(stage: Stage, values: Values) -> int:
+    """Return how many λ are marked: one, or ten where one is too short to be seen."""
+    return 1 if _wave(values) * stage.per_mm > _WIDE * stage.u else 10
+
+
+def _measure(stage: Stage, values: Values) -> tuple[float, float, float]:
+    """Return the ends and the row of the mark for λ, above the ground."""
+    wave = _wave(values)
     left = stage.x(wave * math.ceil(15.0 / wave))
-    right = left + count * wave * stage.per_mm
-    y = stage.rail - _LEVEL * stage.band - height(stage, values) - 10 * u
+    row = stage.rail - _LEVEL * stage.band - height(stage, values) - 10 * stage.u
+    return left, left + _count(stage, values) * wave * stage.per_mm, row
+
+
+def _mark(stage: Stage, values: Values) -> None:
+    u, (left, right, y) = stage.u, _measure(stage, values)
     path = QPainterPath()
     for x in (left, right):
         path.moveTo(x, y - 4 * u)
@@ -116,8 +120,20 @@ def _mark(stage: Stage, values: Values) -> None:
     path.moveTo(left, y)
     path.lineTo(right, y)
     stage.stroke(path, stage.pen("ink3", 1.4))
-    text = f"{'' if count == 1 else '10 '}λ = {count * wave:.3g} mm"
-    stage.say(text, [((left + right) / 2, y - 8 * u, 0)], "ink2", 12.5)
+
+
+def words(stage: Stage, values: Values, motion: Motion) -> None:
+    """Name the mark for λ, above it or beside it, wherever the stem is not."""
+    u, (left, right, y) = stage.u, _measure(stage, values)
+    take_stem(stage, motion, stage.rail)
+    count = _count(stage, values)
+    text = f"{'' if count == 1 else '10 '}λ = {count * _wave(values):.3g} mm"
+    places = [
+        ((left + right) / 2, y - 8 * u, 0),
+        (right + 8 * u, y + 4 * u, 1),
+        (left - 8 * u, y + 4 * u, -1),
+    ]
+    stage.say(text, places, "ink2", 12.5)
 
 
 def _radius(stage: Stage, values: Values) -> float:
@@ -136,4 +152,4 @@ def tip(stage: Stage, values: Values, motion: Motion) -> float:
     return resting(stage, relief(stage, values), motion.position, _radius(stage, values))
 
 
-SCENE = Scene("texture", fixed, moving, tip=tip)
+SCENE = Scene("texture", fixed, moving, words, tip)

@@ -11,19 +11,19 @@ from hapkit_studio.gui.scenes.actors import (
     Motion,
     beyond,
     force,
-    force_words,
     hand_label,
     hand_ring,
     handle,
     preparing,
 )
 from hapkit_studio.gui.scenes.declared import Scene, named
+from hapkit_studio.gui.scenes.readout import ReadOut
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import number, theme
 
 REACH = 0.06  # m: as far as a hand may pull
 COARSE, FINE = 1e-3, 1e-4  # m per arrow key
-_WORDS_MS = 100
+FARTHEST, STRONGEST = 1.0, 1e3  # m, N: more is not drawn, whatever a row says
 _SMOOTHING = 0.25
 _KEYS = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}
 _BY_KEYBOARD = (
@@ -32,6 +32,10 @@ _BY_KEYBOARD = (
     Qt.FocusReason.ShortcutFocusReason,
 )
 _HELP = "Press and drag: the pointer is your hand. ← → move it 1 mm, with Shift 0.1 mm; ↓ lets go."
+
+
+def _within(value: float, most: float) -> float:
+    return float(np.clip(np.nan_to_num(value), -most, most))
 
 
 class SceneView(QWidget):
@@ -56,7 +60,7 @@ class SceneView(QWidget):
         self._held: float | None = None
         self._dragging = self._preparing = False
         self._fraction: float | None = None
-        self._words, self._frames = QElapsedTimer(), QElapsedTimer()
+        self._words, self._frames = ReadOut(), QElapsedTimer()
         self.setMinimumSize(320, 150)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -98,28 +102,23 @@ class SceneView(QWidget):
     ) -> None:
         """Show the newest row: position in m, forces in N, hand_target in m or None if released."""
         motion = self._motion
+        place = motion.position if np.isnan(position) else 1e3 * _within(position, FARTHEST)
         seconds = self._frames.restart() / 1e3 if self._frames.isValid() else 0.0
         if not self._frames.isValid():
             self._frames.start()
         if seconds > 0.0:
-            speed = (1e3 * position - motion.position) / seconds
+            speed = (place - motion.position) / seconds
             motion.velocity += _SMOOTHING * (speed - motion.velocity)
-        motion.position, motion.force, motion.asked = 1e3 * position, applied, asked
+        motion.position = place
+        motion.force, motion.asked = _within(applied, STRONGEST), _within(asked, STRONGEST)
         target = hand_target if self._held is None else self._held
         motion.hand = None if target is None or not np.isfinite(target) else 1e3 * target
         motion.clamped, motion.stopped, motion.state = clamped, stopped, state
         motion.trail.append(motion.position)
-        if not self._words.isValid() or self._words.elapsed() >= _WORDS_MS:
-            self._words.start()
-            self._read_out()
+        if self._words.look(motion):
+            said = f"{number(motion.position, 2, sign=True)} mm, force {motion.force_text}"
+            self.setAccessibleDescription(f"Handle at {said}. {_HELP}")
         self.update()
-
-    def _read_out(self) -> None:
-        motion = self._motion
-        motion.force_text = force_words(motion.force)
-        motion.position_text = motion.position
-        place = f"{number(motion.position, 2, sign=True)} mm"
-        self.setAccessibleDescription(f"Handle at {place}, force {motion.force_text}. {_HELP}")
 
     def set_hand_enabled(self, enabled: bool) -> None:
         """Say whether pointer and keys are the hand (simulated) or a person's is (real board)."""

@@ -3,31 +3,34 @@
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainterPath
 
+from hapkit_studio.environments.wall import ENVIRONMENT
 from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.declared import Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import block, mark, surface_line
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import number
 
+_value = reader(ENVIRONMENT)
+
 
 def _side(values: Values) -> int:
-    return -1 if values.get("side", 0.0) else 1
+    return -1 if _value(values, "side") else 1
 
 
 def depth(values: Values, position: float) -> float:
     """Return how deep in mm a position in mm lies behind the surface; negative outside."""
-    return _side(values) * (position - 1e3 * values.get("position", 0.0))
+    return _side(values) * (position - 1e3 * _value(values, "position"))
 
 
 def fixed(stage: Stage, values: Values) -> None:
     """Mark the surface below the rail."""
-    mark(stage, stage.x(1e3 * values.get("position", 0.0)), "wall")
+    mark(stage, stage.x(1e3 * _value(values, "position")), "wall")
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw the block from the face that the handle pushes to the end of the rail."""
     side = _side(values)
-    surface, inside = stage.x(1e3 * values.get("position", 0.0)), depth(values, motion.position) > 0
+    surface, inside = stage.x(1e3 * _value(values, "position")), depth(values, motion.position) > 0
     face = stage.x(motion.position) + side * 2.2 * stage.u if inside else surface
     block(stage, face, stage.x(50.0 * side))
     if inside:
@@ -40,9 +43,10 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     if deep <= 0:
         return
     u, side = stage.u, _side(values)
-    surface, stem = stage.x(1e3 * values.get("position", 0.0)), stage.x(motion.position)
+    surface, stem = stage.x(1e3 * _value(values, "position")), stage.x(motion.position)
     y = stage.top + stage.band * 0.34
-    text = f"d = {number(depth(values, motion.position_text), 2)} mm"
+    read = depth(values, motion.position_text)
+    text = f"d = {number(read if read > 0 else deep, 2)} mm"
     places = [
         (surface - side * 9 * u, y + 4 * u, -side),
         (stem + side * 12 * u, y + 4 * u, side),
