@@ -12,7 +12,7 @@ from hapkit_studio.gui.theme import theme
 
 RIGHT = 16  # px kept free beside the frame, for the last label and the mark of now
 _OVERHANG = 40  # px a label may stand out beside the frame
-_TICK_ROOM = {"left": 15.0, "bottom": 64.0}  # px from one label to the next
+_TICK_ROOM = {"left": 15.0, "bottom": 56.0}  # px from one label to the next
 _MOST = {"left": 5, "bottom": 6}
 
 
