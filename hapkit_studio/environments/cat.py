@@ -128,7 +128,15 @@ def over_position(p, x):
 
 
 PARAMETERS = (
-    Parameter("fur_friction", "Fur friction", "N", 0.35, 0.0, 1.5, "Where the fur slips with the nap"),
+    Parameter(
+        "fur_friction",
+        "Fur friction",
+        "N",
+        0.35,
+        0.0,
+        1.5,
+        "Where the fur slips with the nap, head (−40 mm) to tail (+40 mm); before, it bends, 200 N/m",
+    ),
     Parameter("nap_ratio", "Against : with", "", 1.8, 1.0, 3.0, "How many times harder it goes against it"),
     Parameter("fur_damping", "Damping", "N·s/m", 1.5, 0.0, 10.0, "Force per metre per second", "b"),
     Parameter("hair", "Tufts", "N", 0.06, 0.0, 0.3, "Ripple of the hair, one tuft every 3 mm"),
@@ -139,7 +147,8 @@ PARAMETERS = (
         0.25,
         0.0,
         1.0,
-        "How strong the purr is in full contentment",
+        "How strong the purr is in full contentment, +1; it begins at 0.3. Left alone, a third is "
+        "forgotten every 4 s",
         "F<sub>p</sub>",
     ),
     Parameter(
@@ -157,8 +166,9 @@ PARAMETERS = (
         "Temper",
         ("easy", "choosy", "grumpy"),
         "easy",
-        "Easy: any slow stroke will do. Choosy: likes 0.8 times as much, resents 1.25 times as much. "
-        "Grumpy: 0.7 and 1.5 times.",
+        "Easy: +3 of contentment per metre with the nap at 1 to 10 cm/s, where the nerves for caress answer "
+        "best; −0.8 against it, −3.5 above 10 cm/s, or either way above 25 cm/s; below −0.5 it swats and "
+        "sulks for 5 s. Choosy: likes 0.8 times as much, resents 1.25 times as much. Grumpy: 0.7 and 1.5.",
     ),
 )
 
@@ -171,13 +181,9 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="C",
     formula="<i>F</i> = fur − <i>b v</i> + <i>c F</i><sub>p</sub> sin <i>φ</i>",
-    explanation="The hair lies from the head (−40 mm) to the tail (+40 mm). It bends like a spring, 200 N/m, "
-    "and slips, with the nap sooner than against it. Contentment c, −1 to +1, counts the way you stroke, "
-    "not the time: +3 per metre with the nap at 1 to 10 cm/s, where the nerves for caress answer best; −0.8 "
-    "per metre against the nap; −3.5 against it above 10 cm/s, or either way above 25 cm/s. Left alone the "
-    "cat forgets, by a third every 4 s. Above 0.3 it purrs, louder and 2.4 Hz higher breathing out than in. "
-    "Rubbed to below −0.5 it swats once, back the way your hand came, then sulks for 5 s, and no stroke "
-    "pleases it until that is over.",
+    explanation="Stroke it slowly from head (left) to tail: it grows content and purrs. Haste, or strokes "
+    "against the nap, it minds. Rubbed the wrong way for long, it swats once and sulks. "
+    "Left alone, it forgets.",
     impedance=impedance,
     over_position=over_position,
     outcomes=("peak_force", "energy", "count:contentment", "count:swats"),

@@ -104,8 +104,9 @@ ENVIRONMENT = Environment(
     ),
     force=force,
     shortcut="M",
-    formula="<i>m ẍ</i> = <i>F</i><sub>u</sub> − <i>b ẋ</i> − <i>k</i>(<i>x</i> − <i>x</i><sub>eq</sub>), "
-    "<i>F</i> = −<i>F</i><sub>u</sub>",
+    formula="<i>m&nbsp;ẍ</i> = <i>F</i><sub>u</sub> − <i>b&nbsp;ẋ</i> − "
+    "<i>k</i>(<i>x</i>&nbsp;−&nbsp;<i>x</i><sub>eq</sub>), "
+    "<i>F</i>&nbsp;=&nbsp;−<i>F</i><sub>u</sub>",
     explanation="The handle pushes an object from the left through a contact spring and feels the same force "
     "back. The object is a mass on a spring with a damper, so it swings on when the handle leaves it. Its "
     "motion is computed step by step, and the rule for a step matters: explicit Euler and the lecture's rule "

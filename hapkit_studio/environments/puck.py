@@ -106,8 +106,8 @@ ENVIRONMENT = Environment(
     ),
     force=force,
     shortcut="P",
-    formula="<i>m ẍ</i> = <i>F</i><sub>u</sub> − <i>k</i><sub>w</sub> <i>d</i><sub>w</sub>, &nbsp; "
-    "<i>F</i> = −<i>F</i><sub>u</sub>",
+    formula="<i>m&nbsp;ẍ</i> = <i>F</i><sub>u</sub> − <i>k</i><sub>w</sub>&nbsp;<i>d</i><sub>w</sub>, "
+    "<i>F</i>&nbsp;=&nbsp;−<i>F</i><sub>u</sub>",
     explanation="A free mass between two walls. Handle and walls push it through springs, in proportion to "
     "how deep it is inside; the handle feels the push back. What a shove gives the puck is its momentum, the "
     "force summed over the time of contact. An exact bounce keeps the puck's energy. Explicit Euler and the "

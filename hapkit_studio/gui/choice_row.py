@@ -1,10 +1,9 @@
 """One choice of the panel: a segmented control for up to three short options, a list otherwise."""
 
-from collections.abc import Sequence
-
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QWidget
 
+from hapkit_studio.gui.row_tip import tip
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.parameters import Choice
 
@@ -17,16 +16,10 @@ class ChoiceRow(QWidget):
 
     changed = Signal(str, float)
 
-    def __init__(
-        self,
-        choice: Choice,
-        formula: str = "",
-        words: Sequence[str] | None = None,
-        parent: QWidget | None = None,
-    ):
+    def __init__(self, choice: Choice, formula: str = "", parent: QWidget | None = None):
         super().__init__(parent)
         self.parameter = choice
-        words = tuple(words or (option.replace("_", " ").capitalize() for option in choice.options))
+        words = choice.words
         self.label = QLabel(choice.label)
         self.label.setWordWrap(True)
         self.picker: Segmented | QComboBox
@@ -38,14 +31,13 @@ class ChoiceRow(QWidget):
             self.picker.addItems(words)
             self.picker.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             self.picker.activated.connect(self._take)
-        self._words = words
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 3, 0, 3)
         row.setSpacing(6)
         row.addWidget(self.label, 1)
         row.addWidget(self.picker)
-        tip = f"<p>{choice.help}</p>" + (f"<p><i>{formula}</i></p>" if formula else "")
-        self.setToolTip(tip if choice.help or formula else "")
+        self._formula = formula
+        self.set_locked("")
         self.show_value(choice.default)
 
     @property
@@ -65,8 +57,16 @@ class ChoiceRow(QWidget):
             self.picker.show_index(index)
         else:
             self.picker.setCurrentIndex(index)
-        self.picker.setAccessibleName(f"{self.parameter.label}, {self._words[index]}")
+        self._name(value)
+
+    def set_locked(self, reason: str) -> None:
+        """Leave the option readable but fixed, and say why; no reason unlocks it."""
+        self.setEnabled(not reason)
+        self.setToolTip(tip((reason, self.parameter.help), self._formula))
+
+    def _name(self, value: float) -> None:
+        self.picker.setAccessibleName(f"{self.parameter.label}, {self.parameter.word(value)}")
 
     def _take(self, index: int) -> None:
-        self.picker.setAccessibleName(f"{self.parameter.label}, {self._words[index]}")
+        self._name(index)
         self.changed.emit(self.parameter.key, float(index))

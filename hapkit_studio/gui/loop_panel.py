@@ -26,6 +26,7 @@ ESTIMATOR = Choice(
     "How speed is made from sensor counts. The plain difference is quick but steps by one count per period, "
     "so damping rattles; the low-pass filters are smooth but late, and late damping feeds a buzz. FOAW fits "
     "the longest line that it can: smooth when slow, quick at an impact. The Kalman filter guesses on.",
+    labels=("Difference", "IIR", "Butterworth", "FOAW", "Kalman"),
 )  # fmt: skip
 GRIP = Choice(
     "grip", "Grip", tuple(GRIPS), "medium",
@@ -33,10 +34,6 @@ GRIP = Choice(
     "released may be calm in a firm grip.",
 )  # fmt: skip
 _ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
-
-
-def _short(key: str) -> str:
-    return key.upper() if len(key) <= 4 else key.capitalize()
 
 
 def _show(row: ParameterRow, value: float) -> None:
@@ -58,7 +55,7 @@ class LoopPanel(QWidget):
         self.fold.clicked.connect(self._turn)
         self.rate = ParameterRow(RATE)
         self.delay = ParameterRow(DELAY)
-        self.estimator = ChoiceRow(ESTIMATOR, words=[_short(key) for key in ESTIMATORS])
+        self.estimator = ChoiceRow(ESTIMATOR)
         self.options = {
             key: [ParameterRow(parameter) for parameter in entry.parameters]
             for key, entry in ESTIMATORS.items()
@@ -111,7 +108,7 @@ class LoopPanel(QWidget):
         filters = [
             f"{row.quantity.text(row.value)} {row.quantity.unit}" for row in self.options[loop.estimator]
         ]
-        name = " ".join([_short(loop.estimator), *filters])
+        name = " ".join([ESTIMATOR.word(ESTIMATOR.check(loop.estimator)), *filters])
         return f"{self._rate():.0f} Hz · {self.delay.box.text()} ms · {name}"
 
     def _rate(self) -> float:
@@ -124,8 +121,7 @@ class LoopPanel(QWidget):
         reason = "The board samples by its own clock. Its rate is fixed."
         self.rate.set_locked(reason if own_clock else "")
         own_hand = engine is not None and not self._studio.hand_is_ours
-        self.grip.setEnabled(not own_hand)
-        self.grip.setToolTip("The hand on this device is your own." if own_hand else f"<p>{GRIP.help}</p>")
+        self.grip.set_locked("The hand on this device is your own." if own_hand else "")
 
     def _arrange(self) -> None:
         head = QHBoxLayout()

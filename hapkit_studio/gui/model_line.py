@@ -43,7 +43,9 @@ class ModelLine(QWidget):
         self.setVisible(simulated)
         needs = environment.needs
         spare = [key for key in OPTIONAL if key not in modelled(needs, "scene")]
-        self.words.setText(f"Modelled: {_words(modelled(needs, model))}")
+        keys = modelled(needs, model)
+        whole = len(keys) > len(OPTIONAL)
+        self.words.setText(f"Modelled: {'everything' if whole else _words(keys)}")
         self.switch.setVisible(bool(spare))
         self.switch.show_index(MODELS.index(model))
         self.setToolTip(f"<p>{_why(environment.title, spare, judged=bool(needs))}</p>")
@@ -52,9 +54,12 @@ class ModelLine(QWidget):
 def _why(title: str, spare: list[str], judged: bool) -> str:
     """Return what is left out and what it would change."""
     if not judged:
-        return f"{title} was not judged yet, so everything is modelled."
+        return f"{title} was not judged yet, so everything is modelled: {_words(modelled((), 'scene'))}."
     if not spare:
-        return f"{title} needs all of it: without any one, a force, place or count differs by more than 2 %."
+        all_of_it = _words(modelled((), "scene"))
+        return (
+            f"{title} needs {all_of_it}: without any one, a force, place or count differs by more than 2 %."
+        )
     return (
         f"{title} does without {_words(spare)}: with the parameters it starts with, no force, place or count "
         "differs by more than about 2 % of its scale. Other parameters may need more."

@@ -1,18 +1,17 @@
 """The right-hand panel: environment's words and parameters, the loop, how far from instability."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui import icons
 from hapkit_studio.gui.choice_row import ChoiceRow
-from hapkit_studio.gui.gallery import icon_name
+from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.loop_panel import LoopPanel
 from hapkit_studio.gui.model_line import ModelLine
+from hapkit_studio.gui.panel_title import PanelTitle
 from hapkit_studio.gui.parameter_row import ParameterRow
 from hapkit_studio.gui.stability_card import StabilityCard
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.warning_lines import WarningLines
 from hapkit_studio.parameters import AnyParameter, Choice
 
@@ -53,11 +52,13 @@ class ParameterRows(QWidget):
         self.order()
 
     def show_values(self) -> None:
-        """Show the values in force, except in a box that holds a refused one."""
+        """Show the values in force, except in a box that holds a refused one; lock what has no effect."""
+        unused = self._studio.environment.unused(self._studio.values)
         for key, row in self.rows.items():
             value = self._studio.values[key]
             if value != row.value:
                 row.show_value(value)
+            row.set_locked(unused.get(key, ""))
 
     def order(self) -> None:
         """Let Tab go through the rows in their order, right after the anchor."""
@@ -93,57 +94,6 @@ class ParameterRows(QWidget):
                 row.show_error(str(error))
 
 
-class PanelTitle(QWidget):
-    """Icon, title and formula of the environment; "?" unfolds the explanation."""
-
-    def __init__(self, studio: Studio, parent: QWidget | None = None):
-        super().__init__(parent)
-        self._studio = studio
-        self.picture = QLabel()
-        self.title = QLabel()
-        self.title.setWordWrap(True)
-        self.formula = QLabel()
-        self.formula.setWordWrap(True)
-        self.explanation = QLabel()
-        self.explanation.setWordWrap(True)
-        self.explanation.setProperty("role", "hint")
-        self.explanation.hide()
-        self.help = QToolButton()
-        self.help.setCheckable(True)
-        self.help.setAccessibleName("Explain this environment")
-        self.help.setToolTip("Explain this environment")
-        self.help.toggled.connect(self.explanation.setVisible)
-        icons.bind(self.help, "help", "ink2", 18)
-        self._arrange()
-        studio.environment_changed.connect(self.show_state)
-        theme.changed.connect(self.show_state)
-        self.show_state()
-
-    def show_state(self) -> None:
-        """Show the environment in force."""
-        environment = self._studio.environment
-        name = icon_name(environment.scene)
-        self.picture.setPixmap(icons.pixmap(name, 24, "ink", self.devicePixelRatioF()))
-        self.title.setFont(theme.font("title"))
-        self.title.setText(environment.title)
-        self.formula.setFont(theme.font("formula"))
-        self.formula.setText(environment.formula)
-        self.explanation.setText(environment.explanation)
-
-    def _arrange(self) -> None:
-        head = QHBoxLayout()
-        head.setSpacing(6)
-        head.addWidget(self.picture)
-        head.addWidget(self.title, 1)
-        head.addWidget(self.help)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        column.addLayout(head)
-        column.addWidget(self.formula)
-        column.addWidget(self.explanation)
-
-
 def rule() -> QFrame:
     """Return a hairline between two parts of the panel."""
     line = QFrame()
@@ -167,6 +117,7 @@ class ParameterPanel(QScrollArea):
         self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
         body = QWidget()
         body.setObjectName("panelBody")
+        dress(body, "QLabel:disabled { color: @ink3; }")
         column = self._column = QVBoxLayout(body)
         column.setContentsMargins(_SIDE, _TOP, _SIDE, _TOP)
         column.setSpacing(6)

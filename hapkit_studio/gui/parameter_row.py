@@ -9,10 +9,11 @@ from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import mark
 from hapkit_studio.gui.number_box import NumberBox
 from hapkit_studio.gui.quantity import Quantity
+from hapkit_studio.gui.row_tip import tip
 from hapkit_studio.gui.value_slider import ValueSlider
 from hapkit_studio.parameters import Parameter
 
-BOX_WIDE, BOX_NARROW = 92, 84
+BOX_WIDE, BOX_NARROW = 92, 76
 
 
 def _keep_place(widget: QWidget) -> None:
@@ -106,13 +107,18 @@ class ParameterRow(QWidget):
     def _label_text(self) -> str:
         symbol = self.parameter.symbol
         symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)
-        return self.parameter.label + (f' <i style="font-family: serif">{symbol}</i>' if symbol else "")
+        label = self.parameter.label
+        if not symbol:
+            return label
+        # a symbol stays on the line of its word
+        gap = "&nbsp;" if " " in label else " "
+        return f'{label}{gap}<i style="font-family: serif">{symbol}</i>'
 
     def _arrange(self) -> None:
         grid = QGridLayout(self)
-        grid.setContentsMargins(0, 2, 0, 2)
+        grid.setContentsMargins(0, 1, 0, 1)
         grid.setHorizontalSpacing(4)
-        grid.setVerticalSpacing(2)
+        grid.setVerticalSpacing(0)
         grid.addWidget(self.label, 0, 0)
         grid.addWidget(self.box, 0, 1)
         grid.addWidget(self.unit, 0, 2)
@@ -126,11 +132,9 @@ class ParameterRow(QWidget):
     def set_locked(self, reason: str) -> None:
         """Leave the value readable but fixed, and say why; no reason unlocks it."""
         self.setEnabled(not reason)
-        parts = (self.parameter.help, self.quantity.limits(), reason)
-        words = " ".join(part.rstrip(".") + "." for part in parts if part)
-        tip = f"<p>{words}</p>" + (f"<p><i>{self._formula}</i></p>" if self._formula else "")
-        for widget in (self.label, self.box, self.slider):
-            widget.setToolTip(tip)
+        words = tip((reason, self.parameter.help, self.quantity.limits()), self._formula)
+        for widget in (self, self.label, self.box, self.slider):
+            widget.setToolTip(words)
 
     def _name_reset(self) -> None:
         default = f"{self.quantity.text(self.quantity.default)} {self.quantity.unit}".rstrip()

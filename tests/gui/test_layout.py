@@ -105,6 +105,43 @@ def test_boxes_stand_in_one_column_whether_changed_or_scrolled(window, qapp, siz
     assert columns() == before
 
 
+def lines(label: QLabel) -> int:
+    """Return how many lines a label's words take."""
+    one = label.heightForWidth(10_000)
+    return 1 + round((label.heightForWidth(label.width()) - one) / (0.75 * one))
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1440, 900), (960, 600)])
+def test_rows_stand_clear_of_the_scroll_bar_in_one_column_with_short_labels(window, qapp, size):
+    panel = window.panel
+    for key in window.studio.environments:
+        window.studio.choose(key)
+        settle(qapp, window, size)
+        window.actions_by_key.run("view.panel") if not window.panel_open else None
+        settle(qapp, window, size)
+        assert panel.widget().width() <= panel.viewport().width(), key
+        shown = list(panel.parameters.rows.values())
+        assert all(lines(row.label) <= 2 for row in shown), key
+        boxes = {(row.box.x(), row.box.width()) for row in shown if isinstance(row, ParameterRow)}
+        assert len(boxes) <= 1, key
+        assert lines(panel.title.title) == 1, key
+        assert lines(panel.title.formula) <= 2, key
+
+
+def test_the_explanation_is_short(window, qapp):
+    window.panel.title.help.setChecked(True)
+    window.studio.choose("cat")
+    settle(qapp, window, (1280, 720))
+    explanation = window.panel.title.explanation
+    assert explanation.height() <= 6 * explanation.fontMetrics().lineSpacing()
+
+
+def test_the_walls_panel_fits_with_its_map(window, qapp):
+    settle(qapp, window, (1440, 900))
+    assert window.stability.map.isVisible()
+    assert window.panel.verticalScrollBar().maximum() == 0
+
+
 @pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
 def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
     settle(qapp, window, size)

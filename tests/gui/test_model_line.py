@@ -1,14 +1,17 @@
 """The line that says what the simulated device models, and its switch."""
 
+import itertools
 from dataclasses import replace
 
 import pytest
 
 from hapkit_studio import environments
+from hapkit_studio.devices.terms import OPTIONAL
 from hapkit_studio.gui.model_line import ModelLine
 
 FREE = environments.named("free")
-WHOLE = "Modelled: mass, damping, friction, sensor steps"
+WHOLE = "Modelled: everything"
+TERMS = "mass, damping, friction, sensor steps"
 
 
 def scene(*needs):
@@ -43,9 +46,10 @@ def test_says_what_is_left_out(line):
     assert "Free does without sensor steps:" in line.toolTip()
     assert "2 %" in line.toolTip()
     line.show_model(scene("mass", "viscous", "coulomb", "quantization"), "scene", simulated=True)
-    assert "needs all of it" in line.toolTip()
+    assert f"Free needs {TERMS}:" in line.toolTip()
     line.show_model(scene(), "scene", simulated=True)
     assert "not judged yet" in line.toolTip()
+    assert TERMS in line.toolTip()
 
 
 def test_the_switch_is_there_where_it_makes_a_difference(line):
@@ -70,8 +74,15 @@ def test_a_person_switches_and_showing_does_not(line, qtbot):
     assert seen == ["everything", "scene"]
 
 
-def test_fits_the_narrow_panel(line):
-    line.show_model(scene("mass"), "everything", simulated=True)
+@pytest.mark.parametrize(
+    "spare", [(), *itertools.combinations(OPTIONAL, 1), *itertools.combinations(OPTIONAL, 2)]
+)
+def test_is_one_line_in_the_narrow_panel(line, spare):
+    line.show_model(scene("mass", *(key for key in OPTIONAL if key not in spare)), "scene", simulated=True)
+    line.resize(240, 80)
     line.show()
+    words = line.words
+    assert words.heightForWidth(240) == words.heightForWidth(1000)
+    line.show_model(scene("mass"), "everything", simulated=True)
     assert line.switch.sizeHint().width() <= 240
     assert line.minimumSizeHint().width() <= 240

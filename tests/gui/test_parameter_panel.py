@@ -1,6 +1,7 @@
 """Parameters at the panel: what is typed, dragged, stepped and reset reaches the loop, nothing bad does."""
 
 import math
+import re
 
 import pytest
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
@@ -9,6 +10,7 @@ from PySide6.QtTest import QTest
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui.choice_row import ChoiceRow
 from hapkit_studio.gui.parameter_row import ParameterRow
+from hapkit_studio.parameters import Choice
 
 
 def rows(window):
@@ -228,3 +230,54 @@ def test_the_loop_panel_refuses_what_is_out_of_range(window):
     enter(window.loop.rate, "50")
     assert window.loop.rate.error.text() == "Servo rate goes from 100 to 10000 Hz."
     assert window.studio.engine.loop.rate == 1000.0
+
+
+def test_a_number_without_effect_is_locked_says_why_and_keeps_its_value(window):
+    window.studio.choose("hard_surface")
+    enter(rows(window)["frequency"], "77")
+    pick(rows(window)["material"], "Aluminium")
+    row = rows(window)["frequency"]
+    assert not any(rows(window)[key].isEnabled() for key in ("frequency", "amplitude", "decay"))
+    assert all(rows(window)[key].isEnabled() for key in ("stiffness", "limit", "material"))
+    for widget in (row, row.label, row.box, row.slider):
+        assert "Aluminium sets it: 300 Hz." in widget.toolTip()
+    assert (row.box.text(), window.studio.values["frequency"]) == ("77", 77.0)
+    pick(rows(window)["material"], "Custom")
+    assert row.isEnabled()
+    assert "Aluminium" not in row.box.toolTip()
+    assert row.box.text() == "77"
+
+
+def test_a_choice_can_be_locked_too(qtbot):
+    side = Choice("side", "Side", ("right", "left"), help="Where it stands")
+    row = ChoiceRow(side, "<i>F</i> = 0")
+    qtbot.addWidget(row)
+    assert row.toolTip() == "<p>Where it stands.</p><p><i>F</i> = 0</p>"
+    row.set_locked("Not used by bands")
+    assert not row.picker.isEnabled()
+    assert row.toolTip().startswith("<p>Not used by bands. Where it stands.</p>")
+    row.set_locked("")
+    assert row.picker.isEnabled()
+
+
+def test_options_read_as_names_are_written(idle_window):
+    def offered(environment, key):
+        idle_window.studio.choose(environment)
+        picker = rows(idle_window)[key].picker
+        return [picker.itemText(i) for i in range(picker.count())]
+
+    euler = ["Explicit Euler", "Lecture's rule", "Semi-implicit", "Verlet", "RK4", "Implicit Euler"]
+    assert offered("puck", "integrator")[:6] == euler
+    assert offered("friction", "model")[-1] == "LuGre"
+    picker = idle_window.loop.estimator.picker
+    assert [picker.itemText(i) for i in range(picker.count())] == [
+        "Difference", "IIR", "Butterworth", "FOAW", "Kalman",
+    ]  # fmt: skip
+
+
+def test_words_in_a_formula_are_upright_and_symbols_slanted(idle_window):
+    title = idle_window.panel.title
+    idle_window.studio.choose("wall")
+    assert not title.formula.font().italic()
+    assert "inside, going in" in re.sub("<i>.*?</i>", "", title.formula.text())
+    assert "<i>k d</i>" in title.formula.text()
