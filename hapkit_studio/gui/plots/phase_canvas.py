@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainter, QPixmap
 
 from hapkit_studio.gui.history import History, Window
@@ -80,16 +80,14 @@ class PhaseCanvas(Canvas):
 
     def fit_theory(self) -> None:
         """Show where the theory has something to show, and of its force what the motor can give."""
-        across, up = self._theory_ranges()
-        self.view.setRange(xRange=across, yRange=up, padding=0)
+        self._show(*self._theory_ranges())
         self._fitted = False
 
     def widen_theory(self) -> None:
         """Make room for a changed theory at once, unless a person has fitted the axes to the data."""
-        shown, wanted = self.view.viewRange(), self._theory_ranges()
-        ranges = [(min(a[0], b[0]), max(a[1], b[1])) for a, b in zip(shown, wanted, strict=True)]
-        if not self._fitted and list(map(list, ranges)) != shown:
-            self.view.setRange(xRange=ranges[0], yRange=ranges[1], padding=0)
+        if not self._fitted:
+            pairs = zip(self.view.viewRange(), self._theory_ranges(), strict=True)
+            self._show(*((min(a[0], b[0]), max(a[1], b[1])) for a, b in pairs))
 
     def _theory_ranges(self) -> tuple[tuple[float, float], tuple[float, float]]:
         reach = self.band.reach(self.plot_of.reach, self.plot_of.most, self.max_force)
@@ -100,18 +98,17 @@ class PhaseCanvas(Canvas):
         x, y = self._points(self._recent())
         if not x.size:
             return
-        ranges = []
-        for values, least in ((x, self.plot_of.reach / 8), (y, 0.2)):
-            ranges.append(fitted(float(np.nanmin(values)), float(np.nanmax(values)), least))
-        self.view.setRange(xRange=ranges[0], yRange=ranges[1], padding=0)
+        pairs = ((x, self.plot_of.reach / 8), (y, 0.2))
+        self._show(*(fitted(float(np.nanmin(v)), float(np.nanmax(v)), least) for v, least in pairs))
         self._fitted = True
 
-    def _widen(self, x: np.ndarray, y: np.ndarray) -> None:
-        across, up = self.view.viewRange()
-        wanted_x = widened(tuple(across), float(np.nanmin(x)), float(np.nanmax(x)))
-        wanted_y = widened(tuple(up), float(np.nanmin(y)), float(np.nanmax(y)))
-        if list(wanted_x) != across or list(wanted_y) != up:
-            self.view.setRange(xRange=wanted_x, yRange=wanted_y, padding=0)
+    def _widen(self, *points: np.ndarray) -> None:
+        pairs = zip(self.view.viewRange(), points, strict=True)
+        self._show(*(widened(tuple(r), float(np.nanmin(v)), float(np.nanmax(v))) for r, v in pairs))
+
+    def _show(self, across: tuple[float, float], up: tuple[float, float]) -> None:
+        if [list(across), list(up)] != self.view.viewRange():
+            self.view.setRange(xRange=across, yRange=up, padding=0)
 
     # data ---------------------------------------------------------------------------------------
 
@@ -146,8 +143,8 @@ class PhaseCanvas(Canvas):
         state = self._state()
         if self._key != state:
             self._key, self._under = state, None
-            ratio, color = self.devicePixelRatioF(), theme.color("applied")
-            self._layers.begin(self._place(), ratio, color, *self._line(self._recent()))
+            ink = self.devicePixelRatioF(), theme.color("applied")
+            self._layers.begin(self._place(), *ink, *self._line(self._recent()))
         elif self._layers.add(*self._line(new)):
             self._under = None
 
@@ -193,8 +190,7 @@ class PhaseCanvas(Canvas):
         for sign in (1, -1):
             y = self.pixel(0.0, sign * self.max_force).y()
             if box.top() < y < box.bottom():
-                painter.setPen(strokes.pen(theme.color("danger"), 1.6, [1.2, 2.6]))
-                painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
+                strokes.level(painter, box, y, "danger", [1.2, 2.6])
                 text = f"limit {number(sign * self.max_force, 1)} N"
                 self.note(painter, box.left() + 6, y - 5, text, "danger")
 

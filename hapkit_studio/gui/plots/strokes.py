@@ -2,7 +2,7 @@
 
 import numpy as np
 from pyqtgraph.Qt import internals
-from PySide6.QtCore import QLineF, QPointF, Qt
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from hapkit_studio.gui.theme import theme
@@ -21,6 +21,12 @@ def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
     if dash:
         result.setDashPattern(dash)
     return result
+
+
+def level(painter: QPainter, box: QRectF, y: float, token: str, dash: list[float]) -> None:
+    """Draw a dashed line across a frame in a token's colour."""
+    painter.setPen(pen(theme.color(token), 1.6, dash))
+    painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
 
 
 def segments(painter: QPainter, ends: np.ndarray) -> None:

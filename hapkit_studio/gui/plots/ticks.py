@@ -6,7 +6,7 @@ import numpy as np
 
 from hapkit_studio.gui.theme import number
 
-_EDGE, _MARGIN = 0.02, 0.12  # of the range: so near is on the frame; what is left free beyond the data
+_EDGE, _MARGIN = 0.04, 0.12  # of the range: so near is on the frame; what is left free beyond the data
 _LOOSE = 1.15  # a fitted range, as a multiple of the data's
 
 

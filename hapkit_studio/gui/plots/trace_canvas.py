@@ -110,9 +110,7 @@ class TraceCanvas(Canvas):
         if self.plot_of.surface and self.shown.surface is not None:
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
         for level, token, dash in levels:
-            painter.setPen(strokes.pen(theme.color(token), 1.6, dash))
-            y = self.pixel(0.0, level).y()
-            painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
+            strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
 
     def _traces(self, painter: QPainter) -> None:
         x = self.shown.window.x - self.shown.zero
