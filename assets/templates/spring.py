@@ -28,6 +28,8 @@ ENVIRONMENT = Environment(
         Parameter("center", "Centre", "m", 0.0, -0.04, 0.04, "Where the spring is at rest"),
     ),
     force=force,
+    # the picture, drawn while the parameters' names and limits fit it
+    scene="spring",
     # how the force is written, and what bounds its stability: (stiffness, damping)
     formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i>₀) − <i>b v</i>",
     impedance=lambda p: (p["stiffness"], p["damping"]),

@@ -34,6 +34,7 @@ ENVIRONMENT = Environment(
         Choice("side", "Side", ("right", "left"), help="On which side the wall stands"),
     ),
     force=force,
+    scene="wall",
     formula="<i>F</i> = −<i>k d</i> − <i>b v</i> inside",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     shades=True,

@@ -117,14 +117,19 @@ class Gallery(QScrollArea):
     def _share_height(self) -> None:
         """Give each row what there is; the way to a new one stays in sight, the list scrolls under it."""
         rows = (*self.rows.values(), *self.own_rows.values(), self.new_row)
-        headings = [h.sizeHint().height() for h in (self.heading, self.own_heading) if not h.isHidden()]
+        heading, own = (h.sizeHint().height() * (not h.isHidden()) for h in (self.heading, self.own_heading))
         least, most = (LEAST_RAIL_ROW, RAIL_ROW) if self.rail else (LEAST_ROW, ROW)
-        height = min(most, max(least, (self.height() - sum(headings)) // len(rows)))
+        above, seen = heading + own, len(rows)
+        scrolls = self.height() - above < least * seen
+        if scrolls:  # at its top the list ends with a whole row
+            above, seen = heading, max((self.height() - heading) // least, 2)
+        height = min(most, max(least, (self.height() - above) // seen))
         for row in rows:
             row.set_rail(self.rail, height)
-        self.setViewportMargins(0, 0, 0, height)
-        end = sum(headings) + height * (len(rows) - 1)
-        self.new_row.setGeometry(0, min(end, self.height() - height), self.contentsRect().width(), height)
+        self.verticalScrollBar().setSingleStep(height)
+        last = above + height * (seen - 1)
+        self.setViewportMargins(0, 0, 0, max(self.height() - last, 0) if scrolls else height)
+        self.new_row.setGeometry(0, last, self.contentsRect().width(), height)
         self.new_row.raise_()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -155,7 +160,7 @@ class Gallery(QScrollArea):
         for key, row in self.rows.items():
             self._group.addButton(row)
             column.addWidget(row)
-            row.clicked.connect(lambda _on=False, key=key: self._studio.choose(key))
+            row.clicked.connect(lambda _on=False, key=key: self._own.choose_built_in(key))
         column.addWidget(self.own_heading)
         self._own_column = QVBoxLayout()
         self._own_column.setSpacing(0)

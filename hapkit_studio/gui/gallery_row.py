@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QFontMetrics, QKeyEvent, QPainter, QPaintEvent, QPen, QPixmap
+from PySide6.QtGui import QFont, QFontMetrics, QKeyEvent, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy, QWidget
 
 from hapkit_studio.gui import icons
@@ -11,10 +11,11 @@ from hapkit_studio.gui.theme import theme
 
 WIDE, RAIL = 228, 64
 ROW, RAIL_ROW = 51, 42
-LEAST_ROW, LEAST_RAIL_ROW = 42, 36
+LEAST_ROW, LEAST_RAIL_ROW = 42, 34
 _ICON, _LEFT, _RIGHT = 10, 41, 30
 _EDGES = 2
 _PALE = 0.45
+_TIGHT = -0.5
 
 
 def icon_name(scene: str) -> str:
@@ -82,7 +83,7 @@ class GalleryRow(QAbstractButton):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if self.isChecked() or self.underMouse():
-            painter.fillRect(self.rect(), theme.color("accentsoft" if self.isChecked() else "line"))
+            painter.fillRect(self.rect(), theme.color("accentsoft" if self.isChecked() else "grid"))
         if self.isChecked():
             painter.fillRect(0, 0, 3, self.height(), theme.color("accent"))
         color = "accent" if self.isChecked() else self.color
@@ -108,7 +109,7 @@ class GalleryRow(QAbstractButton):
 
     def _paint_words(self, painter: QPainter, color: str) -> None:
         middle = Qt.AlignmentFlag.AlignVCenter
-        room = self.width() - _LEFT - (_RIGHT - 4)
+        room = self.width() - _LEFT - (_RIGHT if self.key else 8)
         top = (self.height() - 37) // 2
         words = self.waiting or self.summary
         lines = [("strong", color, self.title, top, 20), ("hint", "ink3", words, top + 19, 18)]
@@ -116,9 +117,16 @@ class GalleryRow(QAbstractButton):
             lines = [("body", color, self.title, 0, self.height())]
         for role, token, words, top, height in lines:
             painter.setPen(theme.color(token))
-            painter.setFont(theme.font(role))
-            words = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, room + 4)
-            painter.drawText(QRectF(_LEFT, top, room + 4, height), middle, words)
+            painter.setFont(self._fitting(theme.font(role), words, room))
+            words = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, room)
+            painter.drawText(QRectF(_LEFT, top, room, height), middle, words)
+
+    @staticmethod
+    def _fitting(font: QFont, words: str, room: int) -> QFont:
+        """Return a font with its letters closer together where the words would be cut otherwise."""
+        if QFontMetrics(font).horizontalAdvance(words) > room:
+            font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, _TIGHT)
+        return font
 
     def _paint_key(self, painter: QPainter) -> None:
         painter.setFont(theme.font("hint"))

@@ -18,19 +18,30 @@ HAND_KEYS = (
 
 
 class Sheet(QDialog):
-    """A window of words that stays beside the work; its motor goes on, so it never blocks."""
+    """A window of words that stays beside the work; its motor goes on, so it never blocks.
+
+    A second one of the same title takes the place of the first.
+    """
 
     def __init__(self, title: str, parent: QWidget | None = None):
         super().__init__(parent)
         self.setWindowTitle(title)
         self.setModal(False)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._replace_older()
         self.column = QVBoxLayout(self)
         self.column.setContentsMargins(20, 16, 20, 16)
         self.column.setSpacing(12)
         heading = QLabel(title)
         heading.setFont(theme.font("title"))
         self.column.addWidget(heading)
+
+    def _replace_older(self) -> None:
+        parent = self.parent()
+        for old in parent.findChildren(Sheet) if parent else ():
+            if old is not self and old.isVisible() and old.windowTitle() == self.windowTitle():
+                self.move(old.pos())
+                old.close()
 
     def finish(self) -> None:
         """Add the closing button."""

@@ -1,5 +1,6 @@
 """A person's own environments: which files there are, trying them out, bringing them in force."""
 
+from contextlib import suppress
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -19,12 +20,14 @@ from hapkit_studio.workshop.words import plain
 class OwnEnvironments(QObject):
     """Nothing of a file is executed here before a trial of the very same text went well elsewhere.
 
-    ``asked(path)``: it was chosen, but nobody agreed to its text. ``began(path)``, then
-    ``judged(path, verdict)``: a trial. ``changed``: other files, or one that stands differently.
+    ``asked(path)``: it was chosen, but nobody agreed to its text. ``chosen``: one that may run
+    was, or one of the library. ``began(path)``, then ``judged(path, verdict)``: a trial. ``changed``: other
+    files, or one that stands differently.
     """
 
     changed = Signal()
     asked = Signal(object)
+    chosen = Signal()
     began = Signal(object)
     judged = Signal(object, object)
 
@@ -75,12 +78,19 @@ class OwnEnvironments(QObject):
         if not trust.is_trusted(text):
             self.refresh()
             self.asked.emit(path)
-        elif loaded is not None and loaded.text == text:
+            return
+        self.chosen.emit()
+        if loaded is not None and loaded.text == text:
             self._studio.choose(loaded.key)
         elif tried.has_passed(text, path):
             self._judge(path, Verdict(digest=trust.digest(text)))
         else:
             self.run(path)
+
+    def choose_built_in(self, key: str) -> None:
+        """Switch to an environment of the library, even where it is in force already."""
+        self.chosen.emit()
+        self._studio.choose(key)
 
     def run(self, path: Path) -> None:
         """Try a file out in a program of its own, if it may run; the law in force goes on meanwhile."""
@@ -106,7 +116,16 @@ class OwnEnvironments(QObject):
         if verdict.ok:
             self._loader.begin(path, verdict)
         else:
+            self._remember(path, verdict)
             self._refuse(path, verdict)
+
+    @staticmethod
+    def _remember(path: Path, verdict: Verdict) -> None:
+        """Let the next start know that a text failed; one that never ended has no digest."""
+        with suppress(LawError):
+            text = text_of(path)
+            if verdict.digest in ("", trust.digest(text)):
+                tried.failed(text, path)
 
     def _refuse(self, path: Path, verdict: Verdict) -> None:
         self._broken[path] = verdict.digest
@@ -147,7 +166,8 @@ class OwnEnvironments(QObject):
             return "checking"
         if not trust.is_trusted(text):
             return "foreign"
-        return "broken" if self._broken.get(path) == trust.digest(text) else "ready"
+        broken = self._broken.get(path) == trust.digest(text) or tried.has_failed(text, path)
+        return "broken" if broken else "ready"
 
     def _forget(self, path: Path) -> None:
         environment = self._loaded.pop(path)

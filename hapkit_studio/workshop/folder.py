@@ -3,6 +3,7 @@
 import os
 import re
 import unicodedata
+from collections.abc import Iterable
 from pathlib import Path
 
 import platformdirs
@@ -22,6 +23,12 @@ def own_folder() -> Path:
     return folder
 
 
+def existing() -> Path:
+    """Return the folder of own environments, or the nearest above it that there is."""
+    place = _place()
+    return next((f for f in (place, *place.parents) if f.is_dir()), place)
+
+
 def own_files() -> list[Path]:
     """Return the Python files in the folder, by name; none where there is no folder."""
     try:
@@ -38,6 +45,15 @@ def new_path(title: str) -> Path:
     while name in taken:
         name, number = f"{stem}_{number}", number + 1
     return folder / f"{name}.py"
+
+
+def free_title(title: str, titles: Iterable[str] = ()) -> str:
+    """Return a title, numbered where another has it already, or a file the name it would have."""
+    taken = {plain_name(t) for t in titles} | {f.stem.lower() for f in own_files()} | taken_keys()
+    found, number = title, 2
+    while plain_name(found) in taken:
+        found, number = f"{title} {number}", number + 1
+    return found
 
 
 def save(path: Path, text: str) -> None:

@@ -1,4 +1,4 @@
-"""Which texts passed their trial here: a record for each file, with a mark for each of its last versions."""
+"""How texts fared in their trial here: a record for each file, with a mark for each of its last versions."""
 
 import contextlib
 import hashlib
@@ -15,6 +15,7 @@ from hapkit_studio.workshop import trust
 
 # how many versions of a file are known: going back to one of them needs no trial
 KEPT = 10
+_FAILED = "!"
 
 
 def has_passed(text: str, file: Path) -> bool:
@@ -22,10 +23,24 @@ def has_passed(text: str, file: Path) -> bool:
     return _mark(text) in _marks(_record(file))
 
 
+def has_failed(text: str, file: Path) -> bool:
+    """Say whether this text of a file failed its last trial, in the same surroundings."""
+    return _FAILED + _mark(text) in _marks(_record(file))
+
+
 def passed(text: str, file: Path) -> None:
     """Remember that a text passed; where nothing can be written, it is tried again another time."""
-    record, mark = _record(file), _mark(text)
-    marks = [m for m in _marks(record) if m != mark] + [mark]
+    _note(file, _mark(text), "")
+
+
+def failed(text: str, file: Path) -> None:
+    """Remember that a text failed, to say so before it is tried again."""
+    _note(file, _mark(text), _FAILED)
+
+
+def _note(file: Path, mark: str, sign: str) -> None:
+    record = _record(file)
+    marks = [m for m in _marks(record) if m.removeprefix(_FAILED) != mark] + [sign + mark]
     with contextlib.suppress(OSError):
         record.parent.mkdir(parents=True, exist_ok=True)
         part = record.with_suffix(f".{os.getpid()}.part")

@@ -138,6 +138,14 @@ def test_the_sheet_of_keys_names_every_key(idle_window):
         assert all(action.text in words and native(key) in words for key in action.keys)
 
 
+def test_one_sheet_of_keys_at_a_time(idle_window):
+    for _ in range(3):
+        idle_window.actions_by_key.run("help.keys")
+    idle_window.actions_by_key.run("help.about")
+    shown = [sheet.windowTitle() for sheet in idle_window.findChildren(Sheet) if sheet.isVisible()]
+    assert sorted(shown) == ["Hapkit Studio", "Keys"]
+
+
 def test_the_time_window_is_set_from_menu_and_list_alike(idle_window):
     for seconds in SPANS:
         idle_window.actions_by_key.run(f"view.span.{seconds:g}")

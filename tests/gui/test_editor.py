@@ -81,6 +81,19 @@ def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbo
     assert force_at(window, qtbot, 0.01) == pytest.approx(-320.0, rel=0.02)
 
 
+def test_a_new_environment_is_proposed_a_name_that_nobody_has(home, make_window):
+    put(home, "my_spring.py", spring("my_spring", "Other"))
+    put(home, "other.py", spring("other", "My wall"))
+    window = make_window()
+    window.desk.begin_new()
+    chooser = window.desk.editor.chooser
+    assert chooser.title.text() == "My spring 2"
+    chooser.group.button(1).click()
+    assert chooser.title.text() == "My wall 2"
+    chooser.group.button(2).click()
+    assert chooser.title.text() == "My two walls"
+
+
 def test_an_error_stands_at_its_line_and_the_old_law_goes_on(opened, qtbot):
     window = opened(spring(force="-p.stifness * x"))
     before = window.studio.environment

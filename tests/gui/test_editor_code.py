@@ -1,14 +1,28 @@
 """The text of a law: colours, indentation, line numbers, marks at their lines."""
 
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QTextCursor
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QRegion, QTextCursor
 from PySide6.QtTest import QTest
 
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.editor.highlighter import KINDS
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.tokens import MODES, TOKENS, luminance
+
+
+class Painted(QObject):
+    """Keeps what is painted of a widget."""
+
+    def __init__(self, widget):
+        super().__init__(widget)
+        self.regions = []
+        widget.installEventFilter(self)
+
+    def eventFilter(self, _widget, event):
+        if event.type() == QEvent.Type.Paint:
+            self.regions.append(QRegion(event.region()))
+        return False
 
 
 @pytest.fixture
@@ -135,6 +149,41 @@ def test_a_mark_is_drawn_with_its_words_and_a_sign(code):
     assert any(abs(c.red() - danger.red()) + abs(c.green() - danger.green()) < 60 for c in beside)
     assert signed != numbers
     assert plain.copy(0, 0, 300, 10) == marked.copy(0, 0, 300, 10)
+
+
+def test_other_words_at_the_same_line_are_drawn_at_once(code, qapp, qtbot):
+    code.setPlainText("one\ntwo\nthree")
+    code.mark([(2, "wrong")])
+    qapp.processEvents()
+    place = code.cursorRect(QTextCursor(code.document().findBlockByNumber(1))).center()
+    painted = Painted(code.viewport())
+    code.mark([(2, "still wrong, but otherwise")])
+    qtbot.waitUntil(lambda: any(region.contains(place) for region in painted.regions), timeout=2000)
+
+
+@pytest.mark.parametrize("height", range(200, 216, 3))
+@pytest.mark.parametrize("width", [300, 2000])
+def test_no_line_is_cut_off_at_the_bottom(code, height, width):
+    code.setPlainText("\n".join(f"{n} {'x' * 60}" for n in range(60)))
+    code.resize(width, height)
+    assert code.horizontalScrollBar().isVisible() == (width == 300)
+    code.verticalScrollBar().setValue(20)
+    line = code.blockBoundingRect(code.firstVisibleBlock()).height()
+    assert code.viewport().height() % line <= code.document().documentMargin()
+    assert code.viewport().height() > height - 2 * line
+
+
+def test_a_line_gone_to_stays_in_sight_with_what_follows_it(code):
+    code.setPlainText("\n".join(map(str, range(200))))
+    code.go_to(30)
+    for height in (900, 200):
+        code.resize(640, height)
+        above = 29 - code.firstVisibleBlock().blockNumber()
+        line = code.blockBoundingRect(code.firstVisibleBlock()).height()
+        assert above == int(0.25 * code.viewport().height() / line)
+    code.moveCursor(QTextCursor.MoveOperation.End)
+    code.resize(640, 400)
+    assert code.viewport().rect().contains(code.cursorRect())
 
 
 def test_line_numbers_have_room_for_the_last_one(code):

@@ -1,9 +1,13 @@
 """The gallery: own environments below the library, all of it in reach at every size."""
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from hapkit_studio.gui.editor.files import DeleteSheet
+from hapkit_studio.gui.gallery_row import GalleryRow
+from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.tokens import luminance
 from tests.gui.own_support import put, spring
 
 
@@ -31,13 +35,13 @@ def test_without_own_environments_there_is_no_heading_for_them(idle_window):
 
 
 def test_the_whole_library_and_the_way_to_a_new_one_are_seen(idle_window, qapp):
-    for size in ((1440, 900), (1280, 720)):
+    for size in ((1440, 900), (1280, 720), (960, 600)):
         settle(qapp, idle_window, size)
         gallery = idle_window.gallery
-        assert gallery.rail == (size[0] == 1280)
+        assert gallery.rail == (size[0] < 1440)
         assert all(shown_whole(gallery, row) for row in gallery.rows.values()), size
         assert gallery.new_row.geometry().bottom() < gallery.height()
-        assert all(row.height() >= 36 for row in gallery.rows.values())
+        assert all(row.height() >= 34 for row in gallery.rows.values())
 
 
 def test_own_environments_have_room_beside_the_library(home, make_window, qapp):
@@ -62,6 +66,50 @@ def test_many_own_environments_scroll_and_the_new_one_stays(home, make_window, q
     assert gallery.horizontalScrollBar().maximum() == 0
     assert gallery.new_row.geometry().bottom() < gallery.height()
     assert all(row.width() <= gallery.viewport().width() for row in gallery.rows.values())
+
+
+def test_a_rail_that_scrolls_shows_whole_rows(home, make_window, qapp):
+    for number in range(5):
+        put(home, f"law_{number}.py", spring(f"law_{number}"))
+    window = make_window()
+    settle(qapp, window, (960, 600))
+    gallery = window.gallery
+    assert gallery.verticalScrollBar().maximum() > 0
+    for key in ("cat", "free"):
+        window.studio.choose(key)
+        tops = [row.mapTo(gallery, row.rect().topLeft()).y() for row in gallery.rows.values()]
+        assert shown_whole(gallery, gallery.rows[key])
+        high, end = gallery.new_row.height(), gallery.new_row.y()
+        assert not [top for top in tops if -high < top < 0 or end - high < top < end]
+
+
+@pytest.mark.parametrize("mode", ["light", "dark", "contrast"])
+def test_a_row_under_the_mouse_can_be_read(qtbot, mode, monkeypatch):
+    theme.set_mode(mode)
+    row = GalleryRow("wall", "Wall", "Push", "2")
+    qtbot.addWidget(row)
+    row.resize(220, 48)
+    monkeypatch.setattr(row, "underMouse", lambda: True)
+    ground = row.grab().toImage().pixelColor(215, 3).name()
+    assert ground != theme.color("side").name()
+    for token in ("ink", "ink3"):
+        lights = sorted((luminance(theme.color(token).name()), luminance(ground)))
+        assert (lights[1] + 0.05) / (lights[0] + 0.05) >= 4.5, token
+
+
+def test_a_long_title_ends_before_its_key(qtbot):
+    row = GalleryRow("wall", "", "", "M")
+    qtbot.addWidget(row)
+    row.resize(216, 42)
+    cap = row.grab().toImage()
+    row.set_words("wall", "Mass–spring–damper and more", "And so on and so on and so on")
+    long = row.grab().toImage()
+    edge = row.width() - 27
+    differs = {
+        x for x in range(cap.width()) for y in range(cap.height()) if cap.pixel(x, y) != long.pixel(x, y)
+    }
+    assert max(differs) < edge
+    assert max(differs) > edge - 25
 
 
 def test_keys_reach_own_environments(home, make_window, monkeypatch):

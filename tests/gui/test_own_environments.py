@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from hapkit_studio.gui.own_file import described
 from hapkit_studio.gui.own_scene import BARE, fitting
 from hapkit_studio.gui.shelf import Shelf
-from hapkit_studio.workshop import reading
+from hapkit_studio.workshop import reading, templates
 from hapkit_studio.workshop.trust import digest
 from hapkit_studio.workshop.verdict import Verdict
 from tests.gui.own_support import put, spring, wait_for_verdict
@@ -213,6 +213,14 @@ def choice(*options: str) -> str:
 def test_a_scene_of_the_library_is_used_only_where_it_fits(tmp_path, scene, parameter, drawn):
     environment = version(tmp_path, parameter)
     assert fitting(replace(environment, scene=scene)).scene == drawn
+
+
+@pytest.mark.parametrize("template", templates.templates()[:2], ids=lambda t: t.key)
+def test_a_template_has_the_picture_of_its_kind_as_long_as_that_fits(template, tmp_path):
+    made = reading.load_text(template.text, tmp_path / "mine.py")
+    assert fitting(made).scene == template.key
+    wider = reading.load_text(template.text.replace("0.04", "0.4"), tmp_path / "mine.py")
+    assert fitting(wider).scene == BARE
 
 
 def test_values_stay_where_they_still_mean_something(tmp_path):

@@ -50,6 +50,22 @@ def test_a_title_makes_a_file_name(title, name):
     assert not path.exists()
 
 
+def test_a_title_is_free_as_a_title_and_as_a_file():
+    assert folder.free_title("My spring") == "My spring"
+    assert folder.free_title("My spring", ["my Spring!", "My spring 2"]) == "My spring 3"
+    (folder.own_folder() / "my_spring.py").write_text("", encoding="utf-8")
+    assert folder.free_title("My spring") == "My spring 2"
+    assert folder.new_path("My spring 2").name == "my_spring_2.py"
+    assert folder.free_title("Wall") == "Wall 2"
+
+
+def test_the_folder_that_exists_is_the_nearest_one(tmp_path):
+    assert folder.existing() == tmp_path
+    assert folder.existing() == folder._place().parent.parent
+    folder.own_folder()
+    assert folder.existing() == folder.own_folder()
+
+
 def test_a_new_name_is_nobody_elses():
     names = []
     for _ in range(3):

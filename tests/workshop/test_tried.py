@@ -34,6 +34,20 @@ def test_only_this_text_of_this_file(tmp_path):
     assert not tried.has_passed("a = 1\n", tmp_path / "mine.py")
 
 
+def test_what_failed_is_known_until_it_passes(tmp_path):
+    tried.failed("a = 1\n", FILE)
+    tried.failed("a = 2\n", FILE)
+    assert tried.has_failed("a = 1\r\n", FILE)
+    assert not tried.has_passed("a = 1\n", FILE)
+    assert not tried.has_failed("a = 3\n", FILE)
+    tried.passed("a = 1\n", FILE)
+    assert tried.has_passed("a = 1\n", FILE)
+    assert not tried.has_failed("a = 1\n", FILE)
+    assert tried.has_failed("a = 2\n", FILE)
+    tried.failed("a = 1\n", FILE)
+    assert not tried.has_passed("a = 1\n", FILE)
+
+
 def test_only_with_this_cache(tmp_path, monkeypatch):
     tried.passed("a = 1\n", FILE)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "elsewhere"))

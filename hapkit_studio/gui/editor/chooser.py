@@ -1,6 +1,6 @@
 """The page a new environment begins on: which template, and what it is called."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
@@ -19,6 +19,7 @@ from hapkit_studio.gui.gallery_row import GalleryRow, icon_name
 from hapkit_studio.gui.own_file import declared_words
 from hapkit_studio.gui.parameter_panel import rule
 from hapkit_studio.gui.theme import theme
+from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.templates import Template
 
 _SIDE = 16
@@ -33,7 +34,7 @@ class Chooser(QWidget):
 
     def __init__(self, templates: Sequence[Template], parent: QWidget | None = None):
         super().__init__(parent)
-        self._templates = tuple(templates)
+        self._templates, self._taken = tuple(templates), tuple[str, ...]()
         self.heading = QLabel("New environment")
         self.title = QLineEdit()
         self.title.setAccessibleName("Title of the new environment")
@@ -59,8 +60,9 @@ class Chooser(QWidget):
         self._show_look()
         self.begin()
 
-    def begin(self) -> None:
-        """Begin anew, with the first template."""
+    def begin(self, taken: Iterable[str] = ()) -> None:
+        """Begin anew, with the first template; none of the titles taken is proposed."""
+        self._taken = tuple(taken)
         self.group.button(0).setChecked(True)
         self.title.setModified(False)
         self._propose(0)
@@ -71,7 +73,7 @@ class Chooser(QWidget):
     def _propose(self, index: int) -> None:
         """Name it after the template until a person has named it."""
         if not self.title.isModified():
-            self.title.setText(f"My {self._templates[index].title.lower()}")
+            self.title.setText(folder.free_title(f"My {self._templates[index].title.lower()}", self._taken))
 
     def _make(self) -> None:
         title = self.title.text().strip()

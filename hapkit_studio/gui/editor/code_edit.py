@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import QPointF, QRect, QRectF, Qt, Signal
+from PySide6.QtCore import QMargins, QPointF, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QFont,
     QFontDatabase,
@@ -13,6 +13,7 @@ from PySide6.QtGui import (
     QResizeEvent,
     QTextCursor,
     QTextFormat,
+    QWheelEvent,
 )
 from PySide6.QtWidgets import QPlainTextEdit, QTextEdit, QWidget
 
@@ -24,6 +25,7 @@ from hapkit_studio.gui.theme import theme
 PIXELS = 13
 _GAP = 28
 _LEAST_WORDS = 90
+_ABOVE = 0.25
 
 
 def code_font() -> QFont:
@@ -41,6 +43,7 @@ class CodeEdit(QPlainTextEdit):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self._marks: list[tuple[QTextCursor, str]] = []
+        self._aim: int | None = None
         self.setObjectName("code")
         self.setFrameShape(QPlainTextEdit.Shape.NoFrame)
         self.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
@@ -50,7 +53,7 @@ class CodeEdit(QPlainTextEdit):
         self.gutter = Gutter(self)
         self.blockCountChanged.connect(self._make_room)
         self.updateRequest.connect(self.gutter.follow)
-        self.cursorPositionChanged.connect(self._show_lines)
+        self.cursorPositionChanged.connect(self._note_cursor)
         theme.changed.connect(self._show_lines)
         self._make_room()
         self._show_lines()
@@ -70,6 +73,7 @@ class CodeEdit(QPlainTextEdit):
                 block = self.document().findBlockByNumber(min(line, self.blockCount()) - 1)
                 self._marks.append((QTextCursor(block), words))
         self._show_lines()
+        self.viewport().update()  # the words may change where the coloured lines do not
         self.gutter.update()
         self.marked.emit()
 
@@ -90,7 +94,21 @@ class CodeEdit(QPlainTextEdit):
             len(block.text()) - len(block.text().lstrip()),
         )
         self.setTextCursor(cursor)
-        self.centerCursor()
+        self._aim = block.blockNumber()
+        self._scroll_to(self._aim)
+
+    def _scroll_to(self, number: int) -> None:
+        """Leave more room below a line than above it: what belongs to it follows."""
+        self.verticalScrollBar().setValue(number - int(_ABOVE * self.viewport().height() / self._line))
+
+    @property
+    def _line(self) -> float:
+        """Return a line's height; the last one has a margin below."""
+        return self.blockBoundingRect(self.document().firstBlock()).height()
+
+    def _note_cursor(self) -> None:
+        self._aim = None
+        self._show_lines()
 
     def _show_lines(self) -> None:
         """Colour the ground of the current line and of the marked ones."""
@@ -153,11 +171,23 @@ class CodeEdit(QPlainTextEdit):
     # room for the line numbers
 
     def _make_room(self) -> None:
-        self.setViewportMargins(self.gutter.wanted, 0, 0, 0)
+        """Make room for the numbers, and below for none but whole lines."""
+        old = self.viewportMargins()
+        height = self.viewport().height() + old.bottom() - self.document().documentMargin()
+        new = QMargins(self.gutter.wanted, 0, 0, int(height % self._line) if height > self._line else 0)
+        if new != old:
+            self.setViewportMargins(new)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        self._aim = None  # the person looks elsewhere now
+        super().wheelEvent(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
+        self._make_room()
         inside = self.contentsRect()
         self.gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter.wanted, inside.height()))
-        if self.hasFocus():
+        if self._aim is not None:
+            self._scroll_to(self._aim)
+        elif self.hasFocus():
             self.ensureCursorVisible()  # a banner above takes from the height

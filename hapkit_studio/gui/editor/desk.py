@@ -37,6 +37,9 @@ class Desk(QObject):
         self.page.save_pressed.connect(self.save)
         self.page.close_pressed.connect(self.leaving.close)
         own.asked.connect(self.ask)
+        own.chosen.connect(self._leave_source)
+        own.changed.connect(self._leave_what_is_gone)
+        studio.environment_changed.connect(self._leave_for_the_library)
         own.began.connect(self._show_began)
         own.judged.connect(self._show_verdict)
 
@@ -51,7 +54,7 @@ class Desk(QObject):
         """Offer the templates."""
         self.editor.show_page(self.editor.chooser)
         self.shown.emit(True)
-        self.editor.chooser.begin()
+        self.editor.chooser.begin([file.title for file in self.own.files])
 
     def create(self, template, title: str) -> None:
         """Make a file from a template, open it and put it in force."""
@@ -156,6 +159,19 @@ class Desk(QObject):
             self.shown.emit(False)
         else:
             self.editor.show_page(self.page)
+
+    def _leave_for_the_library(self) -> None:
+        """Close a stranger's source where the library was chosen instead; a trial may end beside it."""
+        if self.own.in_force is None:
+            self._leave_source()
+
+    def _leave_what_is_gone(self) -> None:
+        if not self.editor.source.path.exists():
+            self._leave_source()
+
+    def _leave_source(self) -> None:
+        if self.editor.shows(self.editor.source):
+            self._back()
 
     # how it stands
 

@@ -37,3 +37,7 @@ class Editor(QFrame):
     def show_page(self, page: QWidget) -> None:
         """Bring one of the three to the front."""
         self.stack.setCurrentWidget(page)
+
+    def shows(self, page: QWidget) -> bool:
+        """Say whether one of the three is in front."""
+        return self.stack.currentWidget() is page

@@ -3,14 +3,16 @@
 import re
 
 import numpy as np
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QFileSystemWatcher, QObject, QTimer
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.editor.desk import Desk
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.haptics import rows
+from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.reading import text_of
 
+SETTLED_MS = 200
 _LINE = re.compile(r"\bline (\d+)")
 
 
@@ -21,11 +23,19 @@ class Watch(QObject):
         super().__init__(parent)
         self._studio, self._desk = studio, desk
         self._fault = ""
+        self._soon = QTimer(self, interval=SETTLED_MS, singleShot=True)
+        self._soon.timeout.connect(self.look_at_files)
+        self._files = QFileSystemWatcher(self)
+        self._files.directoryChanged.connect(self._soon.start)
+        self._files.fileChanged.connect(self._soon.start)
+        desk.own.changed.connect(self._watch)
+        self._watch()
 
     def look_at_files(self) -> None:
         """Notice what others did to the files; an open law follows, unless it was changed here too."""
         desk = self._desk
         desk.own.refresh()
+        self._watch()
         if desk.path is None or desk.page.unsaved:
             return
         try:
@@ -35,6 +45,15 @@ class Watch(QObject):
         if text != desk.page.text:
             desk.page.open(desk.path, text)
             desk.strip.say("Changed outside the studio. Read it, then save it to run it.", "warn")
+
+    def _watch(self) -> None:
+        """Listen to the folder and its files; before there is a folder, to the nearest one above it."""
+        wanted = {str(path) for path in (folder.existing(), *(file.path for file in self._desk.own.files))}
+        heard = {*self._files.directories(), *self._files.files()}
+        if heard - wanted:
+            self._files.removePaths(sorted(heard - wanted))
+        if wanted - heard:
+            self._files.addPaths(sorted(wanted - heard))
 
     def look_at_row(self, row: np.ndarray, _clamped: bool) -> None:
         """Mark the line that a fault of this very law stands on, once."""
