@@ -60,8 +60,8 @@ class Choice:
     low = 0.0
 
     def __post_init__(self) -> None:
-        if self.labels and len(self.labels) != len(self.options):
-            raise ParameterError(f"{self.label} has {len(self.options)} options, {len(self.labels)} labels.")
+        if self.labels and [type(word) for word in self.labels] != [str] * len(self.options):
+            raise ParameterError(f"{self.label} takes one label for each of its {len(self.options)} options.")
 
     @property
     def high(self) -> float:

@@ -94,6 +94,7 @@ def test_an_option_reads_as_its_label_and_is_checked_by_its_name():
         rule.check("RK4")
 
 
-def test_every_option_wants_a_label_or_none_has_one():
-    with pytest.raises(ParameterError, match=r"^Rule has 2 options, 1 labels\.$"):
-        Choice("rule", "Rule", ("a", "b"), labels=("A",))
+@pytest.mark.parametrize("labels", [("A",), ("A", "B", "C"), ("A", 2)])
+def test_every_option_wants_a_label_or_none_has_one(labels):
+    with pytest.raises(ParameterError, match=r"^Rule takes one label for each of its 2 options\.$"):
+        Choice("rule", "Rule", ("a", "b"), labels=labels)

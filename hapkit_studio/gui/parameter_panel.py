@@ -16,7 +16,7 @@ from hapkit_studio.gui.warning_lines import WarningLines
 from hapkit_studio.parameters import AnyParameter, Choice
 
 WIDE, NARROW = 300, 272
-_SIDE, _TOP = 16, 12
+_SIDE, _TOP = 16, 10
 
 Row = ParameterRow | ChoiceRow
 

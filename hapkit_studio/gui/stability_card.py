@@ -176,7 +176,6 @@ class StabilityCard(QWidget):
         column.addWidget(self.heading)
         column.addLayout(row)
         column.addWidget(self.words)
-        column.addSpacing(4)
         column.addWidget(self.map)
 
 

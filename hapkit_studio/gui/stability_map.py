@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.gui.margin import Answer
 from hapkit_studio.gui.theme import theme
 
-_HEIGHT = 150
+_HEIGHT = 146
 _LEFT, _TOP, _RIGHT, _BOTTOM = 56, 8, 10, 36
 _DOT_ROOM = 13  # px: as far as the ring round a dot on the frame stands out
 
