@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPixmap, QWheelEvent
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.scenes import declared as scenes
-from hapkit_studio.gui.scenes.actors import arrow_length
+from hapkit_studio.gui.scenes.arrow import arrow_length
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import theme
 

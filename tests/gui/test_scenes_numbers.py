@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.gui.scenes import readout, stage
-from hapkit_studio.gui.scenes.actors import HEAD
+from hapkit_studio.gui.scenes.arrow import HEAD
 from tests.gui.scene_support import LIBRARY, SIZES, has, paint, scene_of, shot, state_of
 
 
@@ -74,14 +74,27 @@ def test_the_walls_depth_is_never_negative(qtbot, monkeypatch):
     assert [text for text in written if text.startswith("d =")] == ["d = 2.50 mm", "d = 3.10 mm"]
 
 
-def test_the_line_to_the_hand_is_not_seen_through_the_number(qtbot):
+@pytest.mark.parametrize("force", [0.0, 2.1])
+def test_the_line_to_the_hand_is_not_seen_through_the_number(qtbot, force):
     view, stage = scene_of(qtbot, "spring")
-    picture = shot(view, 0.045, (), 2.1, 0.02)
+    picture = shot(view, 0.045, (), force, 0.01)
     number = next(box for box in view.text_boxes() if box.bottom() < stage.top)
     row = has(picture, "accent", 60)[int(stage.knob_middle)]
     assert not row[int(number.left()) : int(number.right())].any()
     assert row[: int(number.left())].any()
     assert row[int(number.right()) :].any()
+
+
+def test_the_hands_ring_is_whole_over_the_arrows_shaft_and_never_hides_its_head(qtbot):
+    view, stage = scene_of(qtbot, "damping")
+    row = int(stage.knob_middle)
+    on_shaft = has(shot(view, -0.01, (), -2.2, -0.02), "applied", 2)[row]
+    ring = slice(int(stage.x(-20.0) - 6 * stage.u), int(stage.x(-20.0) + 6 * stage.u))
+    assert on_shaft[: ring.start].any()
+    assert not on_shaft[ring].any()
+    tip = int(stage.x(-45.0) - stage.knob_width / 2 - 7 * stage.u)
+    at_the_edge = has(shot(view, -0.045, (), -2.2, -0.06), "applied", 2)[row]
+    assert at_the_edge[13 : tip - 3].all()
 
 
 CLEAR = [

@@ -1,18 +1,16 @@
-"""What moves in every scene: the handle, the force on it, the hand that leads it."""
+"""What moves in every scene: the handle, and the hand that leads it."""
 
 from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPainterPath, QPen, QPolygonF
+from PySide6.QtGui import QPen, QPolygonF
 
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import number, theme
 
-LEAST_ARROW = 16.0
-_DECIMALS = 2  # of a force in N
-HEAD, HEAD_HALF, SHAFT_HALF = 12.0, 8.0, 2.6
+RING = 7.5  # px at u = 1: the hand's ring's radius
 
 
 @dataclass
@@ -62,66 +60,6 @@ def knob(stage: Stage, mm: float) -> QRectF:
     return QRectF(stage.x(mm) - stage.knob_width / 2, stage.knob_top, stage.knob_width, stage.knob_height)
 
 
-def direction(force: float) -> int:
-    """Return which way a force acts, 0 if it is none as it is written."""
-    return int(np.sign(round(force, _DECIMALS)))
-
-
-def arrow_length(force: float, per_newton: float, u: float) -> float:
-    """Return the arrow's length in px: so many px per N at u = 1, never shorter than its head."""
-    return max(LEAST_ARROW, abs(force) * per_newton) * u
-
-
-def force(stage: Stage, motion: Motion, per_newton: float) -> None:
-    """Draw the force as an arrow from the knob with its number at the tip, a bar across when clamped."""
-    u, y, x = stage.u, stage.knob_middle, stage.x(motion.position)
-    base, half = y + 4.8 * u, stage.knob_width / 2
-    stage.taken.append(knob(stage, motion.position).adjusted(-2, 0, 2, 0))
-    d = direction(motion.force)
-    if motion.stopped or d == 0:
-        places = [(x - half - 13 * u, base, -1), (x + half + 13 * u, base, 1)]
-        stage.say("0.00 N" if motion.stopped else motion.force_text, places, "applied", 13, 700, must=True)
-        return
-    start, tip = _arrow_ends(stage, motion, per_newton)
-    _arrow(stage, start, tip, y, d)
-    if motion.clamped:
-        stage.line(tip + d * 5 * u, y - 11 * u, tip + d * 5 * u, y + 11 * u, stage.pen("applied", 3.2))
-        tip += d * 7 * u
-    stage.taken.append(QRectF(min(start, tip), y - 9 * u, abs(tip - start), 18 * u))
-    places = [
-        (tip + d * 7 * u, base, d),
-        (x - d * (half + 10 * u), base, -d),
-        (x - d * (half + 26 * u), base, -d),
-    ]
-    if motion.hand is not None:
-        places.append((_ring_place(stage, motion.hand) - d * 15 * u, base, -d))
-    stage.say(motion.force_text, places, "applied", 13, 700, must=True, wipe=True)
-
-
-def _arrow_ends(stage: Stage, motion: Motion, per_newton: float) -> tuple[float, float]:
-    """Return the arrow's columns: as long as the force, but inside the picture, over the knob at its edge."""
-    u, d, x = stage.u, direction(motion.force), stage.x(motion.position)
-    start = stage.knob_width / 2 + 7 * u
-    room = (stage.width - x if d > 0 else x) - (16 if motion.clamped else 6) * u
-    tip = min(start + arrow_length(motion.force, per_newton, u), room)
-    return x + d * min(start, tip - LEAST_ARROW * u), x + d * tip
-
-
-def _arrow(stage: Stage, start: float, tip: float, y: float, d: int) -> None:
-    u = stage.u
-    neck = tip - d * HEAD * u
-    outline = [
-        (start, -SHAFT_HALF), (neck, -SHAFT_HALF), (neck, -HEAD_HALF), (tip, 0.0),
-        (neck, HEAD_HALF), (neck, SHAFT_HALF), (start, SHAFT_HALF),
-    ]  # fmt: skip
-    path = QPainterPath()
-    path.addPolygon(QPolygonF([QPointF(a, y + b * u) for a, b in outline]))
-    path.closeSubpath()
-    stage.p.setBrush(theme.color("applied"))
-    stage.p.setPen(QPen(theme.color("scene"), 1.2 * u))
-    stage.p.drawPath(path)
-
-
 def beyond(stage: Stage, motion: Motion) -> bool:
     """Point to a handle that has left the picture and say where it is; return False while it is in sight."""
     x = stage.x(motion.position)
@@ -138,9 +76,15 @@ def beyond(stage: Stage, motion: Motion) -> bool:
     return True
 
 
-def _ring_place(stage: Stage, hand: float) -> float:
+def ring_place(stage: Stage, hand: float) -> float:
     """Return the ring's column: at the hand, but whole inside the picture."""
     return min(max(stage.x(hand), 11 * stage.u), stage.width - 11 * stage.u)
+
+
+def apart(stage: Stage, motion: Motion) -> bool:
+    """Say whether the hand's ring stands beside the knob."""
+    away = abs(ring_place(stage, motion.hand or 0.0) - stage.x(motion.position))
+    return motion.hand is not None and away >= stage.knob_width / 2 + 9 * stage.u
 
 
 def hand_ring(stage: Stage, motion: Motion) -> None:
@@ -148,9 +92,9 @@ def hand_ring(stage: Stage, motion: Motion) -> None:
     if motion.hand is None:
         return
     u, y = stage.u, stage.knob_middle
-    x, ring = stage.x(motion.position), _ring_place(stage, motion.hand)
+    x, ring = stage.x(motion.position), ring_place(stage, motion.hand)
     stage.p.setBrush(Qt.BrushStyle.NoBrush)
-    if abs(ring - x) < stage.knob_width / 2 + 9 * u:
+    if not apart(stage, motion):
         stage.p.setPen(stage.pen("accent", 2.2))
         around = 4.5 * u
         stage.p.drawRoundedRect(
@@ -161,30 +105,29 @@ def hand_ring(stage: Stage, motion: Motion) -> None:
     start, stop = x + d * (stage.knob_width / 2 + 2 * u), ring - d * 9 * u
     if d * (stop - start) > 0 and not motion.loose:
         stage.line(start, y, stop, y, stage.pen("accent", 2.0, (2.5, 3.0)))
+    ring_alone(stage, ring)
+    stage.taken.append(QRectF(ring - 9 * u, y - 9 * u, 18 * u, 18 * u))
+
+
+def ring_alone(stage: Stage, x: float) -> None:
+    """Draw the hand's ring at a column."""
+    u, y = stage.u, stage.knob_middle
     stage.p.setPen(stage.pen("accent", 2.2))
     stage.p.setBrush(theme.color("scene"))
-    stage.p.drawEllipse(QPointF(ring, y), 7.5 * u, 7.5 * u)
+    stage.p.drawEllipse(QPointF(x, y), RING * u, RING * u)
     stage.p.setPen(Qt.PenStyle.NoPen)
     stage.p.setBrush(theme.color("accent"))
-    stage.p.drawEllipse(QPointF(ring, y), 2.2 * u, 2.2 * u)
-    stage.taken.append(QRectF(ring - 9 * u, y - 9 * u, 18 * u, 18 * u))
+    stage.p.drawEllipse(QPointF(x, y), 2.2 * u, 2.2 * u)
 
 
 def hand_label(stage: Stage, motion: Motion) -> None:
     """Name the hand beside its ring, where there is room."""
-    if motion.hand is None:
+    if motion.hand is None or not apart(stage, motion):
         return
-    u, x, ring = stage.u, stage.x(motion.position), _ring_place(stage, motion.hand)
-    if abs(ring - x) < stage.knob_width / 2 + 9 * u:
-        return
+    u, x, ring = stage.u, stage.x(motion.position), ring_place(stage, motion.hand)
     d = 1 if ring > x else -1
     text = "your hand, grip released" if motion.loose else "your hand"
     stage.say(text, [(ring + d * 15 * u, stage.knob_middle + 4.5 * u, d)], "accent", 12, 600)
-
-
-def force_words(newtons: float) -> str:
-    """Write a force for the arrow's tip."""
-    return f"{number(newtons, _DECIMALS, sign=True)} N"
 
 
 def preparing(stage: Stage, fraction: float | None) -> None:

@@ -2,7 +2,8 @@
 
 from PySide6.QtCore import QElapsedTimer
 
-from hapkit_studio.gui.scenes.actors import Motion, direction, force_words
+from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.arrow import direction, force_words
 
 EACH_MS = 100
 

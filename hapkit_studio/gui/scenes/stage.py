@@ -200,8 +200,9 @@ class Stage:
             length = (7 if mm % 10 == 0 else 4) * self.u
             self.line(self.x(mm), self.rail, self.x(mm), self.rail + length, self.pen("rail", 1.2))
         for mm in range(-40, 41, 20):
-            text = number(mm, 0) + (" mm" if mm == 40 else "")
-            self.say(text, [(self.x(mm), self.rail + 22 * self.u, 0)], "ink3", 11.5, 400)
+            unit = " mm" if mm == 40 else ""
+            x = self.x(mm) + 0.5 * self.font(11.5, 400)[1].horizontalAdvance(unit)  # the number at its tick
+            self.say(number(mm, 0) + unit, [(x, self.rail + 22 * self.u, 0)], "ink3", 11.5, 400)
 
     def coil(self, x0: float, x1: float, y: float, height: float, turns: int, token: str = "matline") -> None:
         """Draw a spring between two columns."""

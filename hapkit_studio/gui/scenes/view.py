@@ -10,12 +10,12 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from hapkit_studio.gui.scenes.actors import (
     Motion,
     beyond,
-    force,
     hand_label,
     hand_ring,
     handle,
     preparing,
 )
+from hapkit_studio.gui.scenes.arrow import force
 from hapkit_studio.gui.scenes.declared import Scene, named
 from hapkit_studio.gui.scenes.readout import ReadOut
 from hapkit_studio.gui.scenes.stage import Stage
