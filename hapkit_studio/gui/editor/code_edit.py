@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import QMargins, QPointF, QRect, QRectF, Qt, Signal
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QFont,
     QFontDatabase,
@@ -102,6 +102,12 @@ class CodeEdit(QPlainTextEdit):
         self.verticalScrollBar().setValue(number - int(_ABOVE * self.viewport().height() / self._line))
 
     @property
+    def whole(self) -> float:
+        """Return how far down whole lines go, in px from the viewport's top."""
+        top = self.contentOffset().y()
+        return top + (self.viewport().height() - top) // self._line * self._line
+
+    @property
     def _line(self) -> float:
         """Return a line's height; the last one has a margin below."""
         return self.blockBoundingRect(self.document().firstBlock()).height()
@@ -125,14 +131,14 @@ class CodeEdit(QPlainTextEdit):
         return ground
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the text, then behind each marked line what is wrong with it."""
+        """Paint the text's whole lines, then behind each marked line what is wrong with it."""
         super().paintEvent(event)
-        if self._marks:
-            painter = QPainter(self.viewport())
-            painter.setPen(theme.color("danger"))
-            painter.setFont(theme.font("label"))
-            for cursor, words in self._marks:
-                self._say(painter, cursor, words)
+        painter = QPainter(self.viewport())
+        painter.setPen(theme.color("danger"))
+        painter.setFont(theme.font("label"))
+        for cursor, words in self._marks:
+            self._say(painter, cursor, words)
+        painter.fillRect(QRectF(self.viewport().rect()).adjusted(0, self.whole, 0, 0), theme.color("surface"))
 
     def _say(self, painter: QPainter, cursor: QTextCursor, words: str) -> None:
         block = cursor.block()
@@ -171,12 +177,7 @@ class CodeEdit(QPlainTextEdit):
     # room for the line numbers
 
     def _make_room(self) -> None:
-        """Make room for the numbers, and below for none but whole lines."""
-        old = self.viewportMargins()
-        height = self.viewport().height() + old.bottom() - self.document().documentMargin()
-        new = QMargins(self.gutter.wanted, 0, 0, int(height % self._line) if height > self._line else 0)
-        if new != old:
-            self.setViewportMargins(new)
+        self.setViewportMargins(self.gutter.wanted, 0, 0, 0)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         self._aim = None  # the person looks elsewhere now
@@ -184,7 +185,6 @@ class CodeEdit(QPlainTextEdit):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._make_room()
         inside = self.contentsRect()
         self.gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter.wanted, inside.height()))
         if self._aim is not None:

@@ -44,7 +44,7 @@ class Gutter(QWidget):
         block = self._code.firstVisibleBlock()
         while block.isValid():
             box = self._box(block)
-            if box.top() > event.rect().bottom() or box.bottom() > self._code.viewport().height() + 1:
+            if box.top() > event.rect().bottom() or box.bottom() > self._code.whole + 1:
                 return  # what is cut off has no number
             number = block.blockNumber()
             self._paint_line(painter, box, number + 1, number == current, number + 1 in marks)
