@@ -56,7 +56,7 @@ def _check_words(made: Environment, tree: ast.Module) -> None:
         raise LawError("`title` is what the studio calls it: it may not be empty", _at(tree, "title"))
     if not all(isinstance(p, Parameter | Choice) for p in made.parameters):
         raise LawError("`parameters` holds Parameter(…) and Choice(…) only", _at(tree, "parameters"))
-    for name in ("impedance", "over_position", "over_velocity", "check", "warnings"):
+    for name in ("impedance", "over_position", "over_velocity", "check", "warnings", "unused"):
         function = getattr(made, name)
         if function is not None and not callable(function):
             raise LawError(f"`{name}` is a function", _at(tree, name) or line)

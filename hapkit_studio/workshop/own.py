@@ -45,6 +45,7 @@ def owned(environment: Environment, file: Path, text: str) -> OwnEnvironment:
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
     given |= {"parameters": tuple(environment.parameters), "shortcut": ""}
     given["check"] = _guarded(environment.check, str, lambda values: "")
+    given["unused"] = _guarded(environment.unused, dict, lambda values: {})
     given["warnings"] = _guarded(environment.warnings, _lines, lambda values, conditions: ())
     if environment.impedance:
         given["impedance"] = _guarded(environment.impedance, pair, lambda values: (0.0, 0.0))

@@ -99,6 +99,7 @@ def test_own_functions_that_raise_or_lie_disturb_nobody(tmp_path):
         "    force=force,\n",
         "    force=force,\n    impedance=lambda p: None,\n    check=lambda p: 1 / 0,\n"
         "    warnings=lambda p, c: (1 / 0 for i in range(3)),\n"
+        "    unused=lambda p: {1 / 0: 2},\n"
         "    over_position=lambda p, x: nothing,\n    over_velocity=lambda p, v: 'text',\n"
         "    shortcut='2',\n",
     )
@@ -107,6 +108,7 @@ def test_own_functions_that_raise_or_lie_disturb_nobody(tmp_path):
     assert values["stiffness"] == 100.0
     assert made.impedance(values) == (0.0, 0.0)
     assert made.warnings(values, None) == ()
+    assert made.unused(values) == {}
     for curve in (made.over_position, made.over_velocity):
         assert np.isnan(curve(values, np.zeros(3))).tolist() == [True] * 3
     assert made.shortcut == ""
