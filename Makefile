@@ -8,13 +8,14 @@ JOBS ?= 2
 CHECK_CACHE := build/numba-cache
 CHECK := QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CURDIR)/$(CHECK_CACHE)
 
-.PHONY: help run test lint bench firmware board realtime clean
+.PHONY: help run test lint bench pictures firmware board realtime clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make run       set up and open the studio"
 	@echo "make test      set up and check everything"
 	@echo "make bench     measure, beside a reference each"
+	@echo "make pictures  take the pictures of README and docs anew"
 	@echo "make firmware  build the board's program and the virtual board"
 	@echo "make realtime  say what priority the loop obtains, and how to get more"
 	@echo "make clean     remove everything built"
@@ -39,6 +40,11 @@ bench: $(VENV)/.bench
 	@.ci/system-packages.sh bench
 	@$(MAKE) --no-print-directory board
 	$(BIN)/python -m tests.bench
+
+pictures: $(VENV)/.run
+	@.ci/system-packages.sh run
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m hapkit_studio.gui.portraits assets/pictures
+	$(BIN)/hapkit-studio environments --markdown > assets/docs/environments.md
 
 firmware:
 	@.ci/system-packages.sh firmware

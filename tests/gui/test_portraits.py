@@ -1,0 +1,72 @@
+"""The pictures of README and docs: one command makes them all, one for every environment."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QImage
+
+from hapkit_studio import environments, resources
+from hapkit_studio.gui import portraits
+
+LIBRARY = environments.discover()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return where the command left its pictures of a short look at each environment."""
+    made = tmp_path_factory.mktemp("pictures")
+    command = [sys.executable, "-m", "hapkit_studio.gui.portraits", str(made), "--seconds", "0.3"]
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    return made
+
+
+def test_one_command_takes_every_picture(folder):
+    assert {path.name for path in folder.iterdir()} == {
+        name for key in LIBRARY for name in (f"{key}.png", f"{key}-scene.png")
+    }
+
+
+@pytest.mark.parametrize("suffix", ["", "-scene"])
+def test_every_picture_is_another_one(folder, suffix):
+    pictures = [QImage(str(folder / f"{key}{suffix}.png")) for key in LIBRARY]
+    assert not any(picture.isNull() for picture in pictures)
+    assert len({bytes(picture.constBits()) for picture in pictures}) == len(LIBRARY)
+
+
+@pytest.mark.parametrize("key", LIBRARY)
+def test_the_kept_pictures_are_the_commands_own(folder, key):
+    """As many, and of the same size; what moves in them is another moment."""
+    for name in (f"{key}.png", f"{key}-scene.png"):
+        kept = QImage(str(resources.path("pictures", name)))
+        assert kept.size() == QImage(str(folder / name)).size()
+
+
+def test_the_page_about_the_environments_is_up_to_date():
+    """``make pictures`` writes it; every picture in it is there."""
+    page = resources.path("docs", "environments.md")
+    command = [sys.executable, "-m", "hapkit_studio", "environments", "--markdown"]
+    wanted = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+    assert page.read_text(encoding="utf-8") == wanted
+    for line in wanted.splitlines():
+        if line.startswith("!["):
+            assert (page.parent / line.partition("(")[2].rstrip(")")).exists()
+
+
+def test_a_hand_is_chosen_that_shows_what_the_scene_is():
+    for environment in LIBRARY.values():
+        assert portraits.usual_hand(environment) in environment.hands
+        assert portraits.usual_hand(environment) != portraits.RELEASED
+
+
+def test_bad_options_are_one_line(capsys):
+    for argv in ([], [str(Path("x")), "--size", "big"], [str(Path("x")), "--seconds", "long"]):
+        with pytest.raises(SystemExit) as error:
+            portraits.options(argv)
+        assert error.value.code == 2
+        assert capsys.readouterr().err.count("\n") == 1
