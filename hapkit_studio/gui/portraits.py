@@ -20,13 +20,15 @@ from hapkit_studio.gui.window import MainWindow
 
 FRAME_MS = 16
 RELEASED = "released"
+# six taps, two strokes; what a hand does only once it does again, so that the plots show it
+AGAIN_SECONDS = 4.8
 
 
 def options(argv: Sequence[str] | None = None) -> argparse.Namespace:
     """Return the checked options."""
     parser = LineParser(prog="python -m hapkit_studio.gui.portraits", description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--seconds", type=float, default=12.0, help="how long each is in use before")
+    parser.add_argument("--seconds", type=float, default=11.0, help="how long each is in use before")
     parser.add_argument("--size", type=size, default=(1280, 800), metavar="WxH")
     parser.add_argument("--theme", choices=("light", "dark", "contrast"), default="light")
     parser.add_argument("environments", nargs="*", metavar="ENVIRONMENT", help="all of them if none is named")
@@ -71,7 +73,7 @@ class Portraits(QObject):
         self._begun = self._begun or self._begin()
         now = time.monotonic() - self._begun
         if now < self._seconds:
-            self._window.studio.move_hand(float(self._hand.target(now)))
+            self._window.studio.move_hand(float(self._hand.target(now % AGAIN_SECONDS)))
             return
         self._save(self._keys.pop(0))
         if self._keys:

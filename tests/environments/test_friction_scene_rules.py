@@ -26,7 +26,7 @@ def test_curves_have_stribecks_shape_where_the_model_has():
 
 
 def test_what_holds_is_drawn_at_rest():
-    """Up to the static force either way, at no speed at all; a thousandth of a millimetre per second slides."""
+    """Up to the static force either way at no speed at all; a thousandth of a mm per second slides."""
     v = np.array([-2e-6, -1e-9, 1e-9, 2e-6])
     for model, at_rest in (("tether", 0.6), ("projection", 0.6), ("stribeck", 0.6), ("coulomb", 0.4)):
         got = FRICTION.over_velocity(FRICTION.values({"model": model}), v)
