@@ -118,7 +118,7 @@ def environments(options: argparse.Namespace) -> Result:
     """List the environments with their parameters, units and limits, or print the page about them."""
     listed, lines = [], []
     for e in library.discover().values():
-        lines.append(f"{e.key:<12} {e.summary}")
+        lines.append(f"{e.key:<19} {e.summary}")
         described = []
         for p in e.parameters:
             word = p.options if p.discrete else [p.low, p.high]  # type: ignore[union-attr]
@@ -127,7 +127,7 @@ def environments(options: argparse.Namespace) -> Result:
                 {"key": p.key, "label": p.label, "unit": p.unit, "default": default, "range": word}
             )
             limits = " | ".join(p.options) if p.discrete else f"{p.low:g} to {p.high:g} {p.unit}"  # type: ignore[union-attr]
-            lines.append(f"    {p.key:<14} {p.text(p.default):<12} [{limits}]")
+            lines.append(f"    {p.key:<19} {p.text(p.default):<12} [{limits}]")
         listed.append({"key": e.key, "title": e.title, "summary": e.summary, "parameters": described})
     text = catalogue.markdown().rstrip() if options.markdown else "\n".join(lines)
     return Result(text, {"environments": listed})
