@@ -163,7 +163,8 @@ def test_the_law_it_compiled_is_loaded_without_compiling(tmp_path):
     whole = text("a = 0.0\nfor i in range(50):\n    a += math.sin(a + 0.5 * x)\nreturn -a")
     path = write(tmp_path, whole)
     assert trial.check(path).ok
-    other = write(tmp_path, whole.replace("0.5", "0.25"), "other.py")
+    never_seen = f"0.{time.time_ns()}"  # by no earlier run either
+    other = write(tmp_path, whole.replace("0.5", never_seen), "other.py")
     program = (
         "import sys\nfrom hapkit_studio import workshop\nfrom numba.core import event\n"
         "for file in sys.argv[1:]:\n"
