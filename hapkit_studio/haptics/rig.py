@@ -6,7 +6,7 @@ import numpy as np
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics import block, rows
-from hapkit_studio.laws.native import FAULT_WORDS
+from hapkit_studio.laws import native
 
 # --- real: the tick's own numbers
 GAIN = 0
@@ -51,8 +51,10 @@ ZERO = 11 * STRIDE
 FLIP = 12 * STRIDE
 CONTROL = 13 * STRIDE
 
-NO_FAULT, NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = range(8)
-LAW_DIVISION = 8
+# a law's own codes, and the loop's between them
+NOT_A_NUMBER, LAW_INDEX, LAW_FUEL = native.NOT_A_NUMBER, native.LAW_INDEX, native.LAW_FUEL
+LAW_DIVISION = native.LAW_DIVISION
+NO_FAULT, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = 0, 4, 5, 6, 7
 
 
 class Rig(NamedTuple):
@@ -66,7 +68,7 @@ class Rig(NamedTuple):
     states: np.ndarray  # (2, 16): one row a slot
     laws: np.ndarray  # (2,): addresses
     memory: np.ndarray  # the velocity estimator's
-    fault: np.ndarray  # (FAULT_WORDS,), set by laws
+    fault: np.ndarray  # (native.FAULT_WORDS,), set by laws
     values: np.ndarray  # the block in force
     words: np.ndarray
     draft_values: np.ndarray  # the block being read, perhaps torn
@@ -89,7 +91,7 @@ def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
         states=np.zeros((2, rows.STATES)),
         laws=np.zeros(2, dtype=np.int64),
         memory=np.zeros(estimators.MEMORY),
-        fault=np.zeros(FAULT_WORDS, dtype=np.int64),
+        fault=np.zeros(native.FAULT_WORDS, dtype=np.int64),
         values=values,
         words=words,
         draft_values=draft_values,

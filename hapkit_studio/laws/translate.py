@@ -9,12 +9,13 @@ from hapkit_studio.laws.body import Body
 from hapkit_studio.laws.floats import without_conversions
 from hapkit_studio.laws.helpers import Helpers, function_tree, values_returned
 from hapkit_studio.laws.names import Names
+from hapkit_studio.laws.native import LAW_DIVISION, LAW_FUEL, LAW_INDEX, NOT_A_NUMBER
 from hapkit_studio.laws.subset import fail
 from hapkit_studio.parameters import AnyParameter
 
 FUEL = 20_000
 
-HEADER = '''\
+HEADER = f'''\
 """Generated from a force law; edit the law, not this file."""
 
 import math as _math
@@ -43,7 +44,7 @@ def _index(i, size, line, fault):
     if 0 <= i < size:
         return int(i)
     if fault[0] == 0:
-        fault[0] = 2
+        fault[0] = {LAW_INDEX}
         fault[1] = line
     return 0
 
@@ -53,7 +54,7 @@ def _spent(line, fault):
     if fault[0] == 0:
         fault[1] -= 1
         if fault[1] < 0:
-            fault[0] = 3
+            fault[0] = {LAW_FUEL}
             fault[1] = line
     return fault[0] != 0
 
@@ -61,7 +62,7 @@ def _spent(line, fault):
 @_helper
 def _divisor(a, line, fault):
     if a == 0.0 and fault[0] == 0:
-        fault[0] = 8
+        fault[0] = {LAW_DIVISION}
         fault[1] = line
     return a * 1.0
 
@@ -76,7 +77,7 @@ def _noted(a, line, fault):
 @_helper
 def _force(a, line, fault):
     if fault[0] == 0 and not _math.isfinite(a):
-        fault[0] = 1
+        fault[0] = {NOT_A_NUMBER}
         fault[1] = fault[2] if fault[2] else line
     return a * 1.0
 '''

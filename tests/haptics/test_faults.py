@@ -86,3 +86,11 @@ def test_a_speed_is_written_so_that_it_is_above_its_limit(speed, said):
     bench.tick()
     bench.tick(speed * 1e-3)
     assert faults.describe(rig.OVER_SPEED, rig_of).text == f"Fault: over-speed, {said} m/s (limit 3.0 m/s)."
+
+
+def test_no_two_reasons_share_a_code():
+    codes = [
+        *(rig.NO_FAULT, rig.NOT_A_NUMBER, rig.LAW_INDEX, rig.LAW_FUEL, rig.LAW_DIVISION),
+        *(rig.OVER_SPEED, rig.STALE_SENSOR, rig.DEVICE_GONE, rig.RUNAWAY),
+    ]
+    assert len(set(codes)) == len(codes)
