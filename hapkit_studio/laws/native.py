@@ -98,7 +98,7 @@ def _forget_unused(folder: Path) -> None:
     now = time.time()
     for path in folder.glob("law_*.py"):
         if now - path.stat().st_atime > KEPT_SECONDS:
-            for old in (path, *folder.parent.rglob(f"{path.stem}.*.nb?")):
+            for old in folder.parent.rglob(f"{path.stem}.*"):
                 old.unlink(missing_ok=True)
 
 

@@ -49,6 +49,8 @@ def text_of(path: Path) -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise LawError("this line is not text in UTF-8: save the file as UTF-8", line) from None
+    if "\0" in text:  # Pythons differ in what they call it
+        raise LawError("the file is not text", 1)
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
