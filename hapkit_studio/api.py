@@ -77,9 +77,9 @@ class Run:
 
     def plot(self, path: str | Path) -> None:
         """Write a picture: position, velocity, force over time, and force over position."""
-        from hapkit_studio import figures
+        from hapkit_studio.charts.run import run_figure
 
-        figures.run_figure(self, path)
+        run_figure(self, path)
 
 
 def simulate(

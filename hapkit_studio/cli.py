@@ -8,13 +8,10 @@ import tempfile
 from collections.abc import Sequence
 from io import TextIOWrapper
 
-from hapkit_studio import commands
 from hapkit_studio.arguments import LineParser, window_parser
-from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.errors import StudioError
 
 INTERRUPTED = 130
-ESTIMATOR_HELP = f"{', '.join(ESTIMATORS)}; options as iir:cutoff=20"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -42,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of every command."""
-    from hapkit_studio import __version__, commands_measure
+    from hapkit_studio import __version__, commands
 
     top = LineParser(
         prog="hapkit-studio",
@@ -50,42 +47,13 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=__version__)
     made = top.add_subparsers(required=True, metavar="COMMAND")
-    _scene_options(_command(made, "run", commands.run, "render an environment headless"))
-    listing = _command(
-        made, "environments", commands.environments, "list the environments and their parameters"
-    )
-    listing.add_argument("--markdown", action="store_true", help="as a page with pictures and explanations")
-    _command(made, "devices", commands.devices, "list the devices that can be chosen now")
-    words = "compute what a scene's simulated device must model, and what each term costs"
-    commands_measure.fidelity_options(_command(made, "fidelity", commands_measure.fidelity, words))
-    test = _command(made, "loop-test", commands.loop_test, "run the real-time loop and measure it")
-    test.add_argument("device", nargs="?", default="simulated", help="a device's key or a port")
-    test.add_argument("--rate", type=float, default=1000.0, metavar="HZ")
-    test.add_argument("--seconds", type=float, default=5.0, metavar="S")
+    for command in commands.discover().values():
+        words = command.help
+        taking = made.add_parser(command.name, help=words, description=words[0].upper() + words[1:] + ".")
+        taking.add_argument("--json", action="store_true", help="print one JSON object")
+        taking.set_defaults(command=command.run)
+        command.options(taking)
     return top
-
-
-def _command(made, name: str, function, words: str) -> argparse.ArgumentParser:
-    command = made.add_parser(name, help=words, description=words.capitalize() + ".")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
-    command.set_defaults(command=function)
-    return command
-
-
-def _scene_options(command: argparse.ArgumentParser) -> None:
-    command.add_argument("environment", help="an environment's key, or a Python file: my_env.py")
-    command.add_argument("--trust", action="store_true", help="execute a file that you have read")
-    command.add_argument("-p", "--parameter", action="append", default=[], metavar="KEY=VALUE")
-    command.add_argument(
-        "--hand", metavar="SCRIPT", help="press, tap, stroke, …; without it the handle is free"
-    )
-    command.add_argument("--seconds", type=float, default=2.0, metavar="S")
-    command.add_argument("--rate", type=float, default=1000.0, metavar="HZ")
-    command.add_argument("--delay", type=float, default=0.0, metavar="S")
-    command.add_argument("--estimator", default="difference", metavar="NAME", help=ESTIMATOR_HELP)
-    command.add_argument("--seed", type=int, default=0)
-    command.add_argument("--csv", metavar="PATH", help="write every sample")
-    command.add_argument("--plot", metavar="PATH", help="write a picture")
 
 
 def _window(given: Sequence[str]) -> int:
@@ -108,10 +76,12 @@ def _has_display() -> bool:
 
 def _demo() -> int:
     """Say that there is no display, render a hand pressing into the wall, write the picture."""
+    from hapkit_studio.commands.run import demo
+
     print("No display here, so the window cannot open. Running the demo headless instead.")
     folder = "" if os.access(".", os.W_OK) else tempfile.mkdtemp(prefix="hapkit-studio-")
     try:
-        print(commands.demo(os.path.join(folder, "hapkit-studio-demo.png")).text)
+        print(demo(os.path.join(folder, "hapkit-studio-demo.png")).text)
     except (StudioError, OSError) as error:
         print(f"hapkit-studio: {error}", file=sys.stderr)
         return 2

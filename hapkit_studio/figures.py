@@ -1,11 +1,9 @@
-"""Static pictures of runs, for the command line and notebooks."""
+"""An empty static picture, for every chart of the command line and notebooks."""
 
 from pathlib import Path
 from typing import Any
 
 from hapkit_studio.errors import ParameterError
-
-POSITION, VELOCITY, ASKED, APPLIED = "#0A62AE", "#00735C", "#7B3794", "#C2410C"
 
 
 def new_figure(path: str | Path, size: tuple[float, float]) -> Any:
@@ -17,47 +15,3 @@ def new_figure(path: str | Path, size: tuple[float, float]) -> Any:
     if ending and ending not in known:
         raise ParameterError(f"A picture is one of {', '.join(known)}, not {ending!r}.")
     return figure
-
-
-def run_figure(run: Any, path: str | Path) -> None:
-    """Write a Run's position, velocity and force over time and its force over position.
-
-    The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
-    """
-    figure = new_figure(path, (11, 6))
-    grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
-    upper, middle, lower = (figure.add_subplot(grid[i, 0]) for i in range(3))
-    upper.plot(run.time, 1e3 * run.position, color=POSITION)
-    upper.set_ylabel("position, mm")
-    middle.plot(run.time, 1e3 * run.velocity, color=VELOCITY)
-    middle.set_ylabel("velocity, mm/s")
-    lower.plot(run.time, run.force, color=ASKED, dashes=(5, 3.5), label="asked", zorder=3)
-    lower.plot(run.time, run.applied_force, color=APPLIED, label="applied")
-    lower.set_ylabel("force, N")
-    lower.set_xlabel("time, s")
-    lower.legend(frameon=False, ncols=2)
-    loop = figure.add_subplot(grid[:, 1])
-    loop.plot(1e3 * run.position, run.applied_force, color=APPLIED)
-    loop.set_xlabel("position, mm")
-    loop.set_ylabel("force applied, N")
-    for axes in (upper, middle, lower, loop):
-        axes.grid(color="#E6EAEF")
-        axes.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(_caption(run.settings), fontsize=10)
-    figure.savefig(path, dpi=110)
-
-
-def _caption(settings: dict) -> str:
-    units = settings.get("units", {})
-    parameters = ", ".join(
-        f"{k} {v}" if isinstance(v, str) else f"{k} {v:g} {units.get(k, '')}".rstrip()
-        for k, v in settings.get("parameters", {}).items()
-    )
-    estimator = settings.get("estimator")
-    words = [settings.get("environment", ""), parameters, f"hand: {settings.get('hand')}"]
-    words += [
-        f"{settings.get('rate_Hz', 0):g} Hz",
-        f"delay {1e3 * settings.get('delay_s', 0):g} ms",
-        str(estimator),
-    ]
-    return " · ".join(w for w in words if w)

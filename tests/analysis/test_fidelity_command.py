@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from hapkit_studio import charts
 from hapkit_studio.analysis import needs_writer
+from hapkit_studio.charts import fidelity as charts
 from hapkit_studio.cli import main
 from hapkit_studio.devices.terms import TERMS
 

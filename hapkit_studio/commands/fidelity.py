@@ -1,24 +1,18 @@
-"""Commands that measure scenes: words for a person, an object for a program, a picture."""
+"""The command that judges what a scene's simulated device must model: words, an object, a picture."""
 
 import argparse
-import sys
-import time
 from collections.abc import Sequence
 
-from hapkit_studio import charts
 from hapkit_studio import environments as library
 from hapkit_studio.analysis import fidelity as judge
 from hapkit_studio.analysis import needs_writer
-from hapkit_studio.charts import outcome_word, percent
-from hapkit_studio.commands import Result
+from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
+from hapkit_studio.commands.base import Command, Result, progress_line
+from hapkit_studio.commands.given import environment
 from hapkit_studio.devices.terms import TERMS
-from hapkit_studio.environments.base import Environment
-from hapkit_studio.workshop import asking
-
-_QUIET_SECONDS = 1.0
 
 
-def fidelity_options(command: argparse.ArgumentParser) -> None:
+def options(command: argparse.ArgumentParser) -> None:
     """Declare what ``fidelity`` takes."""
     command.add_argument("environment", nargs="*", metavar="ENV", help="keys or files; none: all")
     command.add_argument("--trust", action="store_true", help="execute files that you have read")
@@ -28,23 +22,18 @@ def fidelity_options(command: argparse.ArgumentParser) -> None:
 
 def fidelity(options: argparse.Namespace) -> Result:
     """Judge which terms each scene needs; draw the table and write the needs where asked."""
-    scenes = [_scene(wanted, options.trust) for wanted in options.environment]
+    scenes = [environment(wanted, options.trust) for wanted in options.environment]
     scenes = scenes or list(library.discover().values())
-    begin = time.monotonic()
     results = []
-    for number, scene in enumerate(scenes):
-        results.append(judge.compute(scene, _progress(scene.key, number, len(scenes), begin)))
+    for number, scene in enumerate(scenes, 1):
+        results.append(judge.compute(scene, progress_line(f"scene {number} of {len(scenes)}, {scene.key}")))
     written = []
     if options.plot:
-        charts.fidelity_figure(results, options.plot)
+        fidelity_figure(results, options.plot)
         written.append(str(options.plot))
     if options.write:
         written += _written(scenes, results)
     return Result(_text(results, written), _as_json(results, written))
-
-
-def _scene(wanted: str, trust: bool) -> Environment:
-    return asking.environment(wanted, trust) if wanted.endswith(".py") else library.named(wanted)
 
 
 def _written(scenes: Sequence, results: Sequence[judge.Fidelity]) -> list[str]:
@@ -52,19 +41,6 @@ def _written(scenes: Sequence, results: Sequence[judge.Fidelity]) -> list[str]:
     return [
         str(needs_writer.file_of(scene)) for scene, result in pairs if needs_writer.write(scene, result.needs)
     ]
-
-
-def _progress(key: str, number: int, scenes: int, begin: float) -> judge.Progress:
-    """Return what writes one line that follows the work, on a terminal and once it takes long."""
-
-    def say(done: int, of: int) -> None:
-        if time.monotonic() - begin < _QUIET_SECONDS or not sys.stderr.isatty():
-            return
-        last = number + 1 == scenes and done == of
-        line = f"scene {number + 1} of {scenes}: {key}, {done} of {of}"
-        print(f"\r{'' if last else line:<60}", end="\r" if last else "", file=sys.stderr, flush=True)
-
-    return say
 
 
 def _as_json(results: Sequence[judge.Fidelity], written: list[str]) -> dict:
@@ -118,3 +94,12 @@ def _summary(result: judge.Fidelity) -> str:
     share = f"{whole.ns_without / whole.ns_with:.2f} of the cost"
     words = f"{result.scene} needs {', '.join(result.needs) or 'none of them'}"
     return f"{words}; the others together change {percent(whole.change)}, {share} without them"
+
+
+COMMAND = Command(
+    "fidelity",
+    "compute what a scene's simulated device must model, and what each term costs",
+    fidelity,
+    options,
+    order=40,
+)

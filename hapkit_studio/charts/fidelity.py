@@ -1,17 +1,18 @@
-"""Pictures of what was measured, for the command line: large enough to read on a projector."""
+"""The table of what each scene's device must model."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapkit_studio.charts.style import ACCENT as NEEDED_INK
+from hapkit_studio.charts.style import ACCENT_SOFT as NEEDED
+from hapkit_studio.charts.style import INK, LINE, QUIET, SURFACE
 from hapkit_studio.devices.terms import TERMS
 from hapkit_studio.figures import new_figure
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.fidelity import Effect, Fidelity
 
-INK, QUIET, LINE = "#15202B", "#5A6774", "#D3DAE2"
-NEEDED, NEEDED_INK, SURFACE = "#DCEAF8", "#0A5AA8", "#FFFFFF"
 _OFF = ("the hand's alone", "0", "0", "0", "16 kHz", "0", "none", "true velocity")
 _SCENE_WIDTH, _COST_WIDTH = 1.3, 0.9
 
