@@ -1,0 +1,145 @@
+"""Many independent cells, computed by any ``concurrent.futures.Executor``: in order, watched, cancellable.
+
+Cells travel in chunks of about a tenth of a second, so that progress moves and a cancel is obeyed at once,
+and only a few chunks are under way, so that a sweep of any length costs its executor nothing.
+"""
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+
+from hapkit_studio.analysis.background import low_priority
+from hapkit_studio.errors import ParameterError, StudioError
+
+__all__ = ["Cancelled", "Progress", "low_priority", "quiet", "sweep", "workers"]
+
+Progress = Callable[[int, int], None]
+Task = Callable[[list], list]
+
+# A chunk takes about this long, and progress is told at least every LOOK.
+CHUNK_SECONDS = 0.1
+LOOK_SECONDS = 0.15
+_GROWTH = 8
+# Chunks under way for each worker, so that none waits for the next; and the workers of who does not say.
+_AHEAD = 2
+_UNKNOWN_WORKERS = 16
+
+
+class Cancelled(StudioError):
+    """The work was cancelled; raised by a progress function, it comes out of what it watches."""
+
+
+def quiet(done: int, of: int) -> None:
+    """Tell nobody."""
+
+
+def workers(executor: Executor | None = None) -> int:
+    """Return how many chunks an executor computes at once; None: this machine's cores."""
+    if executor is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(int(getattr(executor, "_max_workers", _UNKNOWN_WORKERS)), 1)
+
+
+def sweep(
+    task: Task,
+    cells: Sequence,
+    *,
+    executor: Executor | None = None,
+    progress: Progress = quiet,
+    chunk: int | None = None,
+) -> list:
+    """Return task's result of every cell, in the order of the cells.
+
+    task: a module's function from a list of cells to the list of their results, each cell's its own; cells
+    and results are numbers and names, for they may travel to another machine. executor: None for threads
+    on every core below everything else, which pays where the task is compiled. progress is called in the
+    calling thread; what it raises, and what a task raises, comes out once the waiting chunks are cancelled.
+    chunk: how many cells travel together, None for what takes about 0.1 s. Raise ParameterError.
+    """
+    if chunk is not None and chunk < 1:
+        raise ParameterError(f"A chunk holds 1 cell or more, not {chunk}.")
+    if executor is not None:
+        return _Sweep(task, cells, executor, progress, chunk).run()
+    with _own_threads(min(workers(), max(len(cells), 1))) as threads:
+        return _Sweep(task, cells, threads, progress, chunk).run()
+
+
+@contextmanager
+def _own_threads(count: int):
+    """Give low threads; at the end none of them is at work any more."""
+    threads = ThreadPoolExecutor(count, "hapkit-sweep", initializer=low_priority)
+    try:
+        yield threads
+    finally:
+        threads.shutdown(wait=True, cancel_futures=True)
+
+
+def timed(task: Task, cells: list) -> tuple[list, float]:
+    """Return a chunk's results and the seconds they took, where they were computed."""
+    begin = time.perf_counter()
+    results = task(cells)
+    return results, time.perf_counter() - begin
+
+
+class _Sweep:
+    """One sweep under way."""
+
+    def __init__(
+        self, task: Task, cells: Sequence, executor: Executor, progress: Progress, chunk: int | None
+    ):
+        self._task, self._cells, self._executor = task, cells, executor
+        self._progress, self._chunk = progress, chunk
+        self._size = chunk or 1
+        self._results: list = [None] * len(cells)
+        self._at: dict[Future, tuple[int, int]] = {}
+        self._sent = self._done = 0
+
+    def run(self) -> list:
+        """Compute every cell."""
+        self._tell()
+        try:
+            while self._done < len(self._cells):
+                self._send()
+                self._collect()
+        except BaseException:
+            for future in self._at:
+                future.cancel()
+            raise
+        return self._results
+
+    def _tell(self) -> None:
+        self._progress(self._done, len(self._cells))
+
+    def _send(self) -> None:
+        """Submit chunks up to the bound; an executor that computes at once is collected from at once."""
+        crew = workers(self._executor)
+        while self._sent < len(self._cells) and len(self._at) < _AHEAD * crew:
+            left = len(self._cells) - self._sent
+            size = self._chunk or min(self._size, -(-left // (_AHEAD * crew)))
+            first, last = self._sent, min(self._sent + size, len(self._cells))
+            future = self._executor.submit(timed, self._task, list(self._cells[first:last]))
+            self._at[future] = first, last
+            self._sent = last
+            if future.done():
+                return
+
+    def _collect(self) -> None:
+        """Wait for a chunk, not longer than progress may stand still; put every finished one in place."""
+        finished, _ = wait(self._at, LOOK_SECONDS, FIRST_COMPLETED)
+        for future in finished:
+            first, last = self._at.pop(future)
+            results, seconds = future.result()
+            if len(results) != last - first:
+                raise ValueError(f"The task gave {len(results)} results for {last - first} cells.")
+            self._results[first:last] = results
+            self._done += last - first
+            self._size = _next_size(last - first, seconds)
+        self._tell()
+
+
+def _next_size(size: int, seconds: float) -> int:
+    """Return how many cells take CHUNK_SECONDS, where the last chunk's took so long; grows step by step."""
+    share = CHUNK_SECONDS / seconds if seconds > 0.0 else _GROWTH
+    return max(int(size * min(share, _GROWTH)), 1)
