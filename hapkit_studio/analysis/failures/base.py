@@ -1,0 +1,139 @@
+"""What a failure is: where a method stops working, why, how to try it, and how to feel it live."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.sweeps import Progress, quiet
+from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
+
+__all__ = ["Case", "Chart", "Choice", "Evidence", "Failure", "Line", "Live", "Mark", "Parameter"]
+__all__ += ["Progress", "quiet", "within"]
+
+# One number for each option of a failure, a choice's as its index: what Failure.case returns.
+Case = Mapping[str, float]
+THEORY, MEASURED, OTHER = "theory", "measured", "other"
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What one try showed: a trace (n,) over time (n,) in s, the number it was judged by, the verdict.
+
+    The trace may be thinned, its peaks kept, and ends where the motion is lost. measure is in unit
+    measure_unit; words say both in one line, for a person.
+    """
+
+    time: np.ndarray
+    trace: np.ndarray
+    label: str
+    unit: str
+    holds: bool
+    measure: float
+    measure_unit: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Line:
+    """One curve (n,) of a chart: role is "theory" (a line), "measured" (points) or "other" (compared with)."""
+
+    label: str
+    x: np.ndarray
+    y: np.ndarray
+    role: str = MEASURED
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place on the chart's x axis: the boundary, or another limit worth seeing."""
+
+    label: str
+    x: float
+
+
+@dataclass(frozen=True)
+class Chart:
+    """The failure over its knob; the first mark is the boundary, level the y at which it begins to fail.
+
+    x is the knob in its unit unless x_label says otherwise; then there may be no mark.
+    """
+
+    x_label: str
+    y_label: str
+    lines: tuple[Line, ...]
+    marks: tuple[Mark, ...] = ()
+    level: float | None = None
+    level_label: str = ""
+    log_x: bool = False
+    log_y: bool = False
+
+
+@dataclass(frozen=True)
+class Live:
+    """The same in the window: an environment, values within a person's limits, the loop, what to do.
+
+    loop holds some of rate Hz, delay s, estimator, options (pairs), model; grip is a grip's name.
+    """
+
+    environment: str
+    values: Mapping[str, float]
+    loop: Mapping[str, object] = field(default_factory=dict)
+    grip: str = "released"
+    advice: str = ""
+
+
+Limit = Callable[[Case], float]
+Probe = Callable[[float, Case], Evidence]
+Curve = Callable[[Case, Progress], Chart]
+
+
+@dataclass(frozen=True)
+class Failure:
+    """One way in which a method fails; its file in this folder is found by the name ``FAILURE``.
+
+    knob is what is turned, low to high all that may be tried; below limit(case) the method holds, above it
+    fails, for certain from ``margin`` (a share of the limit) on: 0.01 where the boundary is sharp. A case
+    has one number for each of options. probe tries one value of the knob by the code that renders; curve
+    measures many and draws the formula beside them. span: the shares of the limit worth turning to.
+    """
+
+    key: str
+    title: str
+    summary: str
+    formula: str
+    explanation: str
+    knob: Parameter
+    limit: Limit
+    probe: Probe
+    curve: Curve
+    options: tuple[AnyParameter, ...] = ()
+    live: Callable[[float, Case], Live] | None = None
+    margin: float = 0.01
+    span: tuple[float, float] = (0.5, 1.5)
+    order: int = 100
+
+    def case(self, given: Mapping[str, object] | None = None) -> dict[str, float]:
+        """Return every option's number, defaults filled in; raise ParameterError."""
+        numbers = resolve(self.options, given or {}, self.title)
+        return {p.key: n for p, n in zip(self.options, numbers, strict=True)}
+
+    def inside(self, case: Case) -> float:
+        """Return the knob's value just inside the limit, where the method holds."""
+        return self.limit(case) * (1.0 - self.margin)
+
+    def outside(self, case: Case) -> float:
+        """Return the knob's value just outside the limit, where the method fails."""
+        return self.limit(case) * (1.0 + self.margin)
+
+    def try_at(self, value: object, given: Mapping[str, object] | None = None) -> Evidence:
+        """Return what happens at one value of the knob; raise ParameterError for what cannot be tried."""
+        case = self.case(given)
+        return self.probe(self.knob.check(value), case)
+
+
+def within(key: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Return values of an environment, cut to what a person may set there."""
+    declared = {p.key: p for p in environments.named(key).parameters}
+    return {k: min(max(float(v), declared[k].low), declared[k].high) for k, v in values.items()}

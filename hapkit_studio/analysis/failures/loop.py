@@ -1,0 +1,97 @@
+"""The rendered spring on an ideal handle: its motion by the tick that renders, and its matrix from theory."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.failures.base import Case, Evidence
+from hapkit_studio.analysis.failures.numbers import before_lost, growth, text, thinned
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.paddle import transition
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.parameters import Parameter
+
+MASS = Parameter("mass", "Handle's mass", "kg", 0.044, 0.005, 1.0, "Of the handle alone", "m")
+VISCOUS = Parameter("viscous", "Handle's damping", "N·s/m", 0.5, 0.01, 10.0, "Of the handle itself", "b")
+DAMPING = Parameter("damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Of the rendered spring", "B")
+RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "Of the loop", "1/T")
+DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 0.02, "From a sample to its force")
+
+START = 1e-3
+# The handle's reach: a motion that leaves it is lost.
+REACH = 0.05
+SECONDS = 12.0
+TURNS = 80.0
+
+
+def setting(case: Case, estimator: Spec = "difference") -> Setting:
+    """Return the ideal device and loop of a case with mass, viscous, rate and delay."""
+    return Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"], case["delay"], estimator)
+
+
+def released(where: Setting, damping: float, stiffness: float) -> np.ndarray:
+    """Return the rows of a rendered spring whose handle is let go at START, until it is lost."""
+    seconds = max(SECONDS, TURNS * math.sqrt(where.mass / stiffness))
+    scene = headless.Scene(
+        environments.named("spring"),
+        {"stiffness": stiffness, "damping": damping, "center": 0.0},
+        where.device(real=False, position=START),
+        where.loop,
+    )
+    out, _ = headless.render(scene, None, round(seconds * where.rate))
+    return out[: before_lost(out[:, rows.TRUE_POSITION], REACH)]
+
+
+def rate_of(where: Setting, stiffness: float, out: np.ndarray) -> float:
+    """Return the growth in 1/s of the motion in rows: steady along the spring's own oscillation."""
+    speed = out[:, rows.TRUE_VELOCITY]
+    slowest = math.sqrt(stiffness / where.mass)
+    return growth(np.hypot(np.diff(speed) * where.rate, slowest * speed[1:]), where.period)
+
+
+def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
+    """Return how the handle moves once it is let go: whether the spring calms it or shakes it."""
+    out = released(where, damping, stiffness)
+    rate = rate_of(where, stiffness, out)
+    time, x = thinned(np.arange(len(out)) * where.period, 1e3 * out[:, rows.TRUE_POSITION])
+    holds = rate < 0.0
+    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}"
+    return Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
+
+
+def step_matrix(mass: float, viscous: float, stiffness: float, damping: float, period: float, delay: float):
+    """Return the closed loop's map over one period, square; its state: x, v, last x, past commands.
+
+    The spring with the plain difference for its damper; the force of a sample acts ``delay`` s later and is
+    held. From the equations of motion alone: nothing of the tick is in it.
+    """
+    whole = math.floor(delay / period + 1e-9)
+    rest = max(delay - whole * period, 0.0)
+    first, second = _map(mass, viscous, rest), _map(mass, viscous, period - rest)
+    size = whole + 4
+    out = np.zeros((size, size))
+    asked = np.zeros(size)
+    asked[0], asked[2] = -stiffness - damping / period, damping / period
+    commands = [asked, *np.eye(size)[3:]]
+    out[:2, :2] = second[:, :2] @ first[:, :2]
+    out[:2] += np.outer(second[:, 2], commands[whole])
+    out[:2] += np.outer(second[:, :2] @ first[:, 2], commands[whole + 1])
+    out[2, 0] = 1.0
+    for index in range(whole + 1):
+        out[3 + index] = commands[index]
+    return out
+
+
+def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
+    """Return the handle's own map (2, 3) from x, v, force to x, v."""
+    a, b, c, d, g0, _, g1, _ = transition(mass, viscous, 0.0, seconds)
+    return np.array([[a, b, g0], [c, d, g1]])
+
+
+def exact_rate(matrices: Sequence[np.ndarray], seconds: float) -> float:
+    """Return the growth in 1/s of a loop that repeats these maps, one after the other, every ``seconds``."""
+    whole = np.linalg.multi_dot([*matrices[::-1]]) if len(matrices) > 1 else matrices[0]
+    return math.log(np.abs(np.linalg.eigvals(whole)).max()) / seconds
