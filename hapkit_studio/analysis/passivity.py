@@ -1,0 +1,130 @@
+"""The stiffest virtual spring that gives no energy to any hand: passivity of the sampled loop, any delay.
+
+The loop samples x at k T and its command F_k = K x_k + B v^_k acts from k T + td on, td = d T + θ. Only the
+positions at the distinct instants k T and k T + θ matter. Between two of them the handle's own damping takes
+b Δx²/Δt at least, by moving evenly; the controller takes the sum of F_k (y_k+1 - y_k), y_k = x(k T + td). At
+one frequency, x_k = X z^k, x(k T + θ) = P z^k, that is a Hermitian form in (X, P), never negative where
+|b β - c| <= b α with α = 1/θ + 1/(T-θ), β = 1/θ + z*/(T-θ), c = (K + B H)* z^d (z - 1) / 2, H the velocity
+estimator. The hand may be anything, so neither it nor the mass counts. Without a fraction of a period the
+two instants are one, and it is Colgate & Schenkel's condition (J. Robotic Systems 14(1), 1997).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio.dynamics.estimators import Spec, design, parse
+from hapkit_studio.errors import ParameterError
+
+# Angles per sample at which the condition is tried: it is smooth, and turns as often as the delay asks.
+_FEWEST, _A_TURN = 2000, 64
+_SLOWEST = 1e-4
+# A fraction of a period below this is the clock's rounding.
+_SAME = 1e-9
+_NEARLY = 1e-12
+_HALVINGS = 50
+# Times the handle's own damping: more virtual damping than that is passive in no loop that samples at all.
+_MOST = 1e6
+
+
+@dataclass(frozen=True)
+class _Angles:
+    """The loop at angles w per sample, all of shape (m,): z, the estimator H and H / (z - 1)."""
+
+    period: float
+    whole: int
+    rest: float
+    w: np.ndarray
+    z: np.ndarray
+    velocity: np.ndarray
+    slope: np.ndarray
+
+    def sweep(self, turns: int) -> np.ndarray:
+        """Return sin((turns + 1/2) w) / sin(w / 2): how far the spring's energy lags at each angle."""
+        return np.sin((turns + 0.5) * self.w) / np.sin(0.5 * self.w)
+
+
+def passive_stiffness(
+    viscous: float, damping: np.ndarray, rate: float, delay: float, estimator: Spec = "difference"
+) -> np.ndarray:
+    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 where none is.
+
+    viscous is the handle's own damping in N·s/m, rate Hz, delay s. Raise ParameterError for an estimator that
+    is not linear.
+    """
+    angles = _angles(rate, delay, estimator)
+    found = (_largest(angles, viscous, float(virtual)) for virtual in damping)
+    return np.array([largest or 0.0 for largest in found])
+
+
+def passive_damping(viscous: float, rate: float, delay: float, estimator: Spec = "difference") -> float:
+    """Return the largest virtual damping in N·s/m that is passive with some stiffness; arguments as above."""
+    angles = _angles(rate, delay, estimator)
+    low, high = 0.0, viscous
+    while high > 0.0 and _largest(angles, viscous, high) is not None:
+        low, high = high, 2.0 * high
+        if high > _MOST * viscous:
+            return math.inf
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _largest(angles, viscous, middle) is None else (middle, high)
+    return low
+
+
+def _largest(angles: _Angles, viscous: float, damping: float) -> float | None:
+    """Return the largest stiffness that is passive at every angle; None where there is none."""
+    bounds = _late if angles.rest else _prompt
+    low, high = bounds(angles, viscous, damping)
+    most, least = float(np.min(high)), max(float(np.max(low)), 0.0)
+    return max(most, 0.0) if most >= least - _NEARLY * viscous / angles.period else None
+
+
+def _angles(rate: float, delay: float, estimator: Spec) -> _Angles:
+    method = parse(estimator)[0]
+    if method.response is None:
+        raise ParameterError(f"The estimator {method.key} is not linear, it has no passivity line.")
+    period = 1.0 / rate
+    whole = math.floor(delay * rate + _SAME)
+    rest = delay - whole * period
+    w = np.union1d(np.geomspace(_SLOWEST, 1.0, 200), np.linspace(0.0, math.pi, _FEWEST + _A_TURN * whole)[1:])
+    z = np.exp(1j * w)
+    velocity = method.response(design(estimator, rate)[1], period, z)
+    rest = rest if rest > _SAME * period else 0.0
+    return _Angles(period, whole, rest, w, z, velocity, velocity / (z - 1.0))
+
+
+def _prompt(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and the largest passive stiffness at each angle, for a delay of whole periods.
+
+    b + B T Re(W z^-d) >= K T/2 S_d, W = H / (z - 1), S_d = sin((d + 1/2) w) / sin(w/2).
+    """
+    free = viscous + damping * at.period * (at.slope * at.z**-at.whole).real
+    lag = 0.5 * at.period * at.sweep(at.whole)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bound = free / lag
+    never = np.where(free >= -_NEARLY * viscous, -math.inf, math.inf)
+    low = np.where(lag < 0.0, bound, never)
+    return low, np.where(lag > 0.0, bound, math.inf)
+
+
+def _late(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same with a fraction of a period: the roots of K² - 2 r K + q = 0.
+
+    |b β - c|² <= (b α)² with both sides less their value at rest and divided by |z - 1|²/4, in terms that
+    keep their digits as w -> 0.
+    """
+    late = at.period - at.rest
+    mixed = (1.0 / at.rest + at.z / late) * np.conj(at.slope) * at.z**at.whole
+    r = -viscous * (at.sweep(at.whole) / at.rest + at.sweep(at.whole + 1) / late) - damping * at.velocity.real
+    q = (
+        damping**2 * np.abs(at.velocity) ** 2
+        - 4.0 * viscous**2 / (at.rest * late)
+        - 4.0 * viscous * damping * mixed.real
+    )
+    inside = r * r - q
+    root = np.sqrt(np.maximum(inside, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        high = np.where(r < 0.0, -q / (root - r), r + root)
+        low = np.where(r < 0.0, r - root, q / (root + r))
+    return np.where(inside < 0.0, math.inf, low), np.where(inside < 0.0, -math.inf, high)
