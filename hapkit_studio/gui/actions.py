@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui import tabs
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
@@ -63,7 +64,7 @@ def _has_law(window: "MainWindow") -> bool:
 
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     """Return all actions, one per environment among them."""
-    return (*_SESSION, *_VIEW, *_DEVICE, *_environments(environments), *_HELP)
+    return (*_SESSION, *_views(), *_VIEW, *_DEVICE, *_environments(environments), *_HELP)
 
 
 _SESSION = (
@@ -96,6 +97,22 @@ def _span(seconds: float) -> Action:
         f"view.span.{seconds:g}", f"{seconds:g} s", "View/Time window", lambda w: w.set_span(seconds),
         checked=lambda w: w.span == seconds,
     )  # fmt: skip
+
+
+def _views() -> tuple[Action, ...]:
+    """Return one action per view, in the order of the header."""
+    named = [("live", "Live"), *((tab.key, tab.title) for tab in tabs.discover().values())]
+
+    def go(key: str) -> Callable[["MainWindow"], object]:
+        return lambda window: window.views.show(key)
+
+    def here(key: str) -> Callable[["MainWindow"], bool]:
+        return lambda window: window.views.key == key
+
+    return tuple(
+        Action(f"view.tab.{key}", title, "View", go(key), f"Ctrl+{place}", checked=here(key))
+        for place, (key, title) in enumerate(named, 1)
+    )
 
 
 _VIEW = (

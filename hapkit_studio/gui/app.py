@@ -99,7 +99,12 @@ def _prepare_laws(window: MainWindow) -> None:
 
 def _prepare_boards(window: MainWindow) -> None:
     boards = prepare.begin("boards")
-    Preparation(window, [boards] if boards else [], _nothing).run()
+    Preparation(window, [boards] if boards else [], lambda: _prepare_analysis(window)).run()
+
+
+def _prepare_analysis(window: MainWindow) -> None:
+    analysis = prepare.begin("analysis")
+    Preparation(window, [analysis] if analysis else [], _nothing).run()
 
 
 class Preparation(QObject):

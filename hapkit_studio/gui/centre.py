@@ -85,7 +85,8 @@ class Centre(QWidget):
         self.time_card, self.phase_card = card(), _filled(self.phase)
         self.stack = QStackedWidget()
         self._narrow = False
-        self._law: QWidget | None = None
+        self._page: QWidget | None = None
+        self._page_wants: tuple[bool, bool] = (True, False)
         self._room = (0, 0)
         self._arrange()
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
@@ -99,34 +100,36 @@ class Centre(QWidget):
             self._narrow = narrow
             self._move_phase()
         free = height - 3 * GAP
+        wants_scene, wants_phase = self._page_wants
         scene = self.scene.wanted_height if free >= 680 else 180 if free >= 480 else 150
-        if self.law_shown:
-            scene = 180 if free >= 680 else 150
+        if self._page is not None:
+            scene = 180 if free >= 680 and wants_phase else 150
         self.scene_card.setFixedHeight(scene + 2 * _EDGE)
-        self.time_card.setVisible(not self.law_shown)
+        self.scene_card.setVisible(wants_scene)
+        self.time_card.setVisible(self._page is None)
         if not narrow:
-            self.phase_card.setVisible(not self.law_shown or width >= WIDE)
+            self.phase_card.setVisible(self._page is None or (wants_phase and width >= WIDE))
 
     def refit(self) -> None:
         """Lay out anew: another scene may want another height."""
         self.set_room(*self._room)
 
-    @property
-    def law_shown(self) -> bool:
-        """Say whether a law has the plots' place."""
-        return self._law is not None and not self._law.isHidden()
+    def take_page(self, page: QWidget) -> None:
+        """Give a page its place beside the plots', out of sight for now."""
+        page.hide()
+        self._lower.insertWidget(0, page, 1)
 
-    def take_law(self, editor: QWidget) -> None:
-        """Give a law's editor its place, out of sight for now."""
-        self._law = editor
-        editor.hide()
-        self._lower.insertWidget(0, editor, 1)
+    def show_page(self, page: QWidget | None, scene: bool = True, phase: bool = False) -> None:
+        """Show a page that was taken in the plots' place, None for the plots.
 
-    def show_law(self, on: bool) -> None:
-        """Show the law in the plots' place, or the plots again."""
-        if self._law is not None:
-            self._law.setVisible(on)
-            self.refit()
+        scene, phase: whether the scene, and where there is room the force–position plot, stay in sight.
+        """
+        if self._page is not None and self._page is not page:
+            self._page.hide()
+        self._page, self._page_wants = page, (scene, phase)
+        if page is not None:
+            page.show()
+        self.refit()
 
     def refresh(self) -> None:
         """Draw the newest data into the plots that are seen."""

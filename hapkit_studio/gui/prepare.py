@@ -1,7 +1,8 @@
 """Compiles what the loops need into numba's cache. Its own program: a compile in a thread freezes the window.
 
 Knows no Qt, so that it is up and done sooner. Part "loop" is what the first picture waits for; then come the
-"laws" of the other environments, from the lowest up; part "boards", last, is what a board waits for.
+"laws" of the other environments, from the lowest up, "boards", what a board waits for, and "analysis", what
+the measuring views wait for.
 """
 
 import hashlib
@@ -16,10 +17,10 @@ import platformdirs
 # What the loop begins with in any case: no force for the first tick, and the engine's own environment.
 ALWAYS = ("free", "wall")
 FIRST = "wall"
-_SOURCES = ("devices", "dynamics", "environments", "haptics", "laws", "protocol")
-_STAMPED = ("loop", "boards")
+_SOURCES = ("analysis", "devices", "dynamics", "environments", "haptics", "laws", "protocol")
+_STAMPED = ("loop", "boards", "analysis")
 # How much a part gives way to the window and the running loop.
-_NICE = {"laws": 10, "boards": 19}
+_NICE = {"laws": 10, "boards": 19, "analysis": 10}
 _MOST_PROGRAMS = 2
 _QUANTUM = 20.7e-6
 _NO_FILE = -1
@@ -29,7 +30,7 @@ _MODULE = "hapkit_studio.gui.prepare"
 def stamp(part: str) -> Path:
     """Return the file that says: for these sources, this Python and this cache, a part is compiled."""
     package = Path(__file__).resolve().parents[1]
-    found = [f for folder in _SOURCES for f in sorted((package / folder).glob("*.py"))]
+    found = [f for folder in _SOURCES for f in sorted((package / folder).rglob("*.py"))]
     facts = [f"{f}:{f.stat().st_mtime_ns}" for f in found]
     facts += [sys.version, os.environ.get("NUMBA_CACHE_DIR", ""), sys.prefix]
     name = hashlib.sha256("\n".join(facts).encode()).hexdigest()[:16]
@@ -146,11 +147,19 @@ def compile_boards(*_keys: str) -> None:
     serial_loop.run(r, line.new_line(_QUANTUM), out, late, _NO_FILE, serial_loop.new_spec())
 
 
+def compile_analysis(*_keys: str) -> None:
+    """Compile what the measuring views call."""
+    from hapkit_studio.analysis.warm import warm_up
+
+    warm_up()
+
+
 _COMPILE: dict[str, Callable[..., None]] = {
     "loop": compile_loop,
     "paddle": compile_paddle,
     "laws": compile_laws,
     "boards": compile_boards,
+    "analysis": compile_analysis,
 }
 
 

@@ -21,6 +21,7 @@ class Room(QWidget):
         super().__init__()
         self._window = window
         self._drawer_open: bool | None = None
+        self._side: QWidget = window.panel
         left = QHBoxLayout()
         left.setSpacing(0)
         left.addWidget(window.gallery)
@@ -43,24 +44,39 @@ class Room(QWidget):
         self._drawer_open = on
         self.share()
 
+    @property
+    def panel_open(self) -> bool:
+        """Say whether the panel, or what a page put in its place, is seen."""
+        return not self._side.isHidden()
+
+    def show_side(self, side: QWidget | None) -> None:
+        """Put a page's own side in the panel's place, None for the panel."""
+        self._side.hide()
+        self._middle.removeWidget(self._side)
+        self._side = side or self._window.panel
+        self.share()
+
     def share(self) -> None:
         """Decide what gives way at this size."""
         parts = self._window
         width, height = parts.width(), parts.height()
         small = width < _DRAWER_BELOW[0] or height < _DRAWER_BELOW[1]
-        parts.panel.setVisible(not small if self._drawer_open is None else self._drawer_open)
         parts.header.panel.setVisible(small)
         rail = width - gallery.WIDE - parameter_panel.WIDE < _ROOM_FOR_GALLERY
         parts.gallery.set_rail(rail)
         parts.panel.set_room(rail, height)
-        self._place_banners(width < _ROOM_BESIDE_PANEL and parts.panel_open)
-        used = parts.gallery.width() + (parts.panel.width() if parts.panel_open else 0)
+        self._side.setFixedWidth(parts.panel.width())
+        wide = not small if self._drawer_open is None else self._drawer_open
+        self._place_banners(width < _ROOM_BESIDE_PANEL and wide)
+        self._side.setVisible(wide)
+        used = parts.gallery.width() + (self._side.width() if wide else 0)
         bars = parts.menuBar().height() + parts.header.height() + parts.status.height() + parts.banners.room
         parts.centre.set_room(width - used, height - bars)
+        parts.views.set_room(width - used, height - bars)
 
     def _place_banners(self, over_panel: bool) -> None:
         """Put the banners beside the panel, so that a slider being dragged stays put; above it if narrow."""
-        banners, panel = self._window.banners, self._window.panel
+        banners, panel = self._window.banners, self._side
         for widget in (banners, panel):
             self._middle.removeWidget(widget)
         self._middle.addWidget(banners, 0, 0, 1, 2 if over_panel else 1)

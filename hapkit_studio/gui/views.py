@@ -1,32 +1,68 @@
-"""The views in the header: Live, and the law while one is open."""
+"""The views in the header: Live, what is measured, and the law while one is open."""
+
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QTabBar
 
-from hapkit_studio.gui.centre import Centre
-from hapkit_studio.gui.editor.desk import Desk
+from hapkit_studio.gui import tabs
+from hapkit_studio.gui.tabs.base import Page
 
-LIVE, LAW = range(2)
+if TYPE_CHECKING:
+    from hapkit_studio.gui.window import MainWindow
+
+LIVE, LAW = "live", "law"
 
 
 class Views(QObject):
-    """Keeps tabs, centre and desk of one mind."""
+    """Keeps the header's tabs, the centre and the panel's place of one mind.
 
-    def __init__(self, tabs: QTabBar, centre: Centre, desk: Desk):
-        super().__init__(tabs)
-        self._tabs, self._centre, self._desk = tabs, centre, desk
-        tabs.currentChanged.connect(lambda index: centre.show_law(index == LAW))
-        desk.shown.connect(self.show_law)
-        desk.page.unsaved_changed.connect(self._mark)
+    A page is built when it is first shown.
+    """
+
+    def __init__(self, window: "MainWindow"):
+        super().__init__(window)
+        self._window = window
+        self._bar, self._centre, self._desk = window.header.tabs, window.centre, window.desk
+        self._library = tabs.discover()
+        self._pages: dict[str, Page] = {}
+        self._shown: Page | None = None
+        self._room = (0, 0)
+        self._bar.setTabData(0, LIVE)
+        for key, tab in self._library.items():
+            self._bar.setTabData(self._bar.addTab(tab.title), key)
+        self._centre.take_page(self._desk.editor)
+        self._bar.currentChanged.connect(self._follow)
+        self._desk.shown.connect(self.show_law)
+        self._desk.page.unsaved_changed.connect(self._mark)
+
+    @property
+    def key(self) -> str:
+        """Return the key of the view in sight."""
+        return self._bar.tabData(self._bar.currentIndex())
+
+    def page(self, key: str) -> Page:
+        """Return a tab's page, built if it was not yet."""
+        if key not in self._pages:
+            page = self._pages[key] = self._library[key].build(self._window.studio, self._window.live)
+            self._centre.take_page(page)
+        return self._pages[key]
+
+    def show(self, key: str) -> None:
+        """Bring a view into sight."""
+        self._bar.setCurrentIndex(self._index(key))
 
     def show_law(self, on: bool) -> None:
         """Bring the editor into sight, its tab with it, or take both away."""
-        if on and self._tabs.count() == LAW:
-            self._tabs.addTab("Law")
+        index = self._index(LAW)
+        if on and index < 0:
+            index = self._bar.addTab("Law")
+            self._bar.setTabData(index, LAW)
         if on:
-            self._tabs.setCurrentIndex(LAW)
-        elif self._tabs.count() > LAW:
-            self._tabs.removeTab(LAW)
+            self._bar.setCurrentIndex(index)
+        elif index >= 0:
+            if self.key == LAW:
+                self._bar.setCurrentIndex(0)
+            self._bar.removeTab(index)
             self._centre.scene.setFocus()
         self._mark()
 
@@ -40,6 +76,36 @@ class Views(QObject):
         if path is not None:
             self._desk.edit(path)
 
+    def set_room(self, width: int, height: int) -> None:
+        """Tell the page in sight the room of the centre."""
+        self._room = width, height
+        if self._shown is not None:
+            self._shown.set_room(width, height)
+
+    def end(self) -> None:
+        """End what pages still do."""
+        for page in self._pages.values():
+            page.end()
+
+    def _index(self, key: str) -> int:
+        keys = [self._bar.tabData(index) for index in range(self._bar.count())]
+        return keys.index(key) if key in keys else -1
+
+    def _follow(self) -> None:
+        key = self.key
+        page = self.page(key) if key in self._library else None
+        if self._shown is not None:
+            self._shown.set_shown(False)
+        self._shown = page
+        if page is not None:
+            self._centre.show_page(page, scene=self._library[key].scene)
+        else:
+            self._centre.show_page(self._desk.editor if key == LAW else None, phase=True)
+        self._window.room.show_side(page.side if page else None)
+        if page is not None:
+            page.set_shown(True)
+
     def _mark(self) -> None:
-        if self._tabs.count() > LAW:
-            self._tabs.setTabText(LAW, "Law ●" if self._desk.page.unsaved else "Law")
+        index = self._index(LAW)
+        if index >= 0:
+            self._bar.setTabText(index, "Law ●" if self._desk.page.unsaved else "Law")

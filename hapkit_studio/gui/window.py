@@ -73,7 +73,7 @@ class MainWindow(QMainWindow):
         self.notices = Notices(studio, self.live, self.banners, self.stability)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self._arrange()
-        self.views = Views(self.header.tabs, self.centre, self.desk)
+        self.views = Views(self)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         menus.build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self._guard_keys()
@@ -95,7 +95,7 @@ class MainWindow(QMainWindow):
     @property
     def panel_open(self) -> bool:
         """Say whether the parameter panel is seen."""
-        return not self.panel.isHidden()
+        return self.room.panel_open
 
     def set_span(self, seconds: float) -> None:
         """Show the last seconds."""
@@ -173,6 +173,7 @@ class MainWindow(QMainWindow):
         self.settings.setValue("geometry", self.saveGeometry())
         self.live.stop()
         self.desk.end()
+        self.views.end()
         self.stability.close_worker()
         self.studio.close()
         super().closeEvent(event)
@@ -180,7 +181,6 @@ class MainWindow(QMainWindow):
     # putting together
 
     def _arrange(self) -> None:
-        self.centre.take_law(self.desk.editor)
         self.room = Room(self)
         self.setCentralWidget(self.room)
         self.gallery.order()

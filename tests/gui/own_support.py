@@ -48,3 +48,10 @@ def wait_for_verdict(window, qtbot, run):
     with qtbot.waitSignal(window.own.judged, timeout=PATIENCE_MS) as heard:
         run()
     return heard.args[1]
+
+
+def law_tab(window) -> str | None:
+    """Return the text of the law's tab in the header, None if there is none."""
+    tabs = window.header.tabs
+    texts = [tabs.tabText(index) for index in range(tabs.count()) if tabs.tabData(index) == "law"]
+    return texts[0] if texts else None

@@ -6,7 +6,7 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.workshop.trust import digest
 from hapkit_studio.workshop.verdict import failed
-from tests.gui.own_support import put, spring
+from tests.gui.own_support import law_tab, put, spring
 from tests.gui.window_support import PATIENCE_MS
 
 
@@ -51,4 +51,4 @@ def test_a_built_in_environment_closes_a_strangers_source(home, make_window):
         assert source.isVisible()
         leave()
         assert not source.isVisible()
-        assert window.header.tabs.count() == 1
+        assert law_tab(window) is None

@@ -1,0 +1,46 @@
+"""What a tab is: its name, and a page that measures and shows."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.studio import Studio
+
+
+class Page(QWidget):
+    """A tab's page, below the scene; ``column`` holds its parts.
+
+    side, if any, stands in the place of the parameter panel while the page is in sight.
+    """
+
+    side: QWidget | None = None
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(0, 0, 0, 0)
+        self.column.setSpacing(0)
+
+    def set_shown(self, on: bool) -> None:
+        """Come into sight, or leave it: what costs time while nobody looks stops here."""
+
+    def set_room(self, width: int, height: int) -> None:
+        """Lay out for the room there is."""
+
+    def end(self) -> None:
+        """End what still runs; the window is about to close."""
+
+
+@dataclass(frozen=True)
+class Tab:
+    """A view of the header; scene: whether the scene stays in sight above its page as a strip."""
+
+    key: str
+    title: str
+    order: int
+    build: "Callable[[Studio, Live], Page]"
+    scene: bool = True

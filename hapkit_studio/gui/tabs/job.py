@@ -1,0 +1,119 @@
+"""Long work off the window's thread: progress, cancel, and words where it fails."""
+
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.errors import StudioError
+from hapkit_studio.gui import prepare
+
+Progress = Callable[[int, int], None]
+Work = Callable[[Progress], Any]
+
+_SAY_SECONDS = 0.05
+_LOOK_SECONDS = 0.05
+
+
+class _Over(StudioError):
+    """Ends the work whose result nobody wants any more."""
+
+
+class Job(QObject):
+    """Does one piece of work at a time in a thread of its own; a new one replaces the old.
+
+    work(progress) returns the result; progress(done, of) is to be called often, and ends the work once it is
+    cancelled. needs is the part that must be compiled before, "" for none; ``preparing``: a program is still
+    at it.
+    """
+
+    preparing = Signal()
+    progressed = Signal(int, int)
+    finished = Signal(object)
+    failed = Signal(str)
+    running_changed = Signal(bool)
+    _done = Signal(object, object, str)
+
+    def __init__(self, parent: QObject | None = None, needs: str = "analysis"):
+        super().__init__(parent)
+        self._needs = needs
+        self._wanted: object = None
+        self._thread: threading.Thread | None = None
+        self._done.connect(self._deliver)
+
+    @property
+    def running(self) -> bool:
+        """Say whether there is work whose result is wanted."""
+        return self._wanted is not None
+
+    def start(self, work: Work) -> None:
+        """Begin; what was under way is cancelled."""
+        token = self._wanted = object()
+        self._thread = threading.Thread(target=self._work, args=(work, token), name="measuring", daemon=True)
+        self._thread.start()
+        self.running_changed.emit(True)
+
+    def cancel(self) -> None:
+        """Want no result any more; the work ends at its next word of progress."""
+        if self._wanted is not None:
+            self._wanted = None
+            self.running_changed.emit(False)
+
+    def wait(self) -> None:
+        """Wait until the thread has ended, for tests and for closing."""
+        if self._thread is not None:
+            self._thread.join()
+
+    def end(self) -> None:
+        """Cancel and wait."""
+        self.cancel()
+        self.wait()
+
+    def _work(self, work: Work, token: object) -> None:
+        said = 0.0
+
+        def progress(done: int, of: int) -> None:
+            nonlocal said
+            if self._wanted is not token:
+                raise _Over("cancelled")
+            now = time.monotonic()
+            if done >= of or now - said > _SAY_SECONDS:
+                said = now
+                self.progressed.emit(done, of)
+
+        try:
+            self._prepare(token)
+            self._done.emit(token, work(progress), "")
+        except _Over:
+            pass
+        except StudioError as error:
+            self._done.emit(token, None, str(error))
+        except Exception as error:  # a defect: it is said, and the window goes on
+            traceback.print_exc()
+            self._done.emit(token, None, f"This went wrong: {error}")
+
+    def _prepare(self, token: object) -> None:
+        """Wait until what measuring needs is compiled: a compile in a thread would freeze the window."""
+        program = prepare.begin(self._needs) if self._needs else None
+        if program is None:
+            return
+        self.preparing.emit()
+        while program.poll() is None:
+            if self._wanted is not token:
+                program.kill()
+                program.wait()
+                raise _Over("cancelled")
+            time.sleep(_LOOK_SECONDS)
+
+    def _deliver(self, token: object, result: object, text: str) -> None:
+        if token is not self._wanted:
+            return
+        self._wanted = None
+        self.running_changed.emit(False)
+        if text:
+            self.failed.emit(text)
+        else:
+            self.finished.emit(result)
