@@ -1,0 +1,90 @@
+"""What a Z-width is measured by: the wall hits in numbers, and the conditions it depends on."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.zwidth_result import Condition, estimator_words
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import Parameter
+
+DAMPING = Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 1000.0)
+SPEED = Parameter("speed", "Speed", "m/s", 0.1, 0.001, 3.0, "At which the handle hits the wall")
+PUSH = Parameter("push", "Push", "N", 1.0, 0.01, 20.0, "Constant force into the wall")
+MAX_FORCE = Parameter("max_force", "Force limit", "N", 3.0, 0.01, 100.0, "What the motor can do at most")
+USUAL_DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """How a wall is tried: hit at a speed in m/s, pushed by N, at phases of the sample, for seconds.
+
+    It fails where the handle goes beyond travel m, or moves by more than so many counts in the tail s.
+    Stiffness begins at the softest N/m. max_force: the motor's limit in N, inf for none. Raise
+    ParameterError.
+    """
+
+    speed: float = SPEED.default
+    push: float = PUSH.default
+    phases: tuple[float, ...] = (1 / 6, 3 / 6, 5 / 6)
+    seconds: float = 4.0
+    tail: float = 0.5
+    travel: float = 0.2
+    counts: float = 2.0
+    softest: float = 200.0
+    raised: float = 1.3
+    halvings: int = 14
+    max_force: float = math.inf
+
+    def __post_init__(self) -> None:
+        SPEED.check(self.speed)
+        PUSH.check(self.push)
+        if self.max_force == math.inf:
+            return
+        MAX_FORCE.check(self.max_force)
+        if self.push >= self.max_force:
+            raise ParameterError(
+                f"A push of {self.push:g} N needs a force limit above it, not {self.max_force:g} N."
+            )
+
+
+def levels_of(damping: Sequence[float]) -> list[float]:
+    """Return checked virtual dampings in N·s/m, each once, rising; raise ParameterError."""
+    levels = sorted({DAMPING.check(value) for value in damping})
+    if not levels:
+        raise ParameterError("A Z-width takes one damping or more, e.g. 0,1,2,5.")
+    return levels
+
+
+def exact_limits(setting: Setting, damping: Sequence[float]) -> np.ndarray:
+    """Return the linear loop's limit (n,) in N/m, nan where the estimator is not linear."""
+    if not setting.linear:
+        return np.full(len(damping), math.nan)
+    loop = {"rate": setting.rate, "delay": setting.delay, "estimator": setting.estimator}
+    limits = (
+        stiffness_limit(setting.mass, setting.viscous, damping=level, hand=setting.grip, **loop)  # type: ignore[arg-type]
+        for level in damping
+    )
+    return np.array(list(limits))
+
+
+def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
+    """Return everything that the Z-width depends on."""
+    limit = protocol.max_force
+    return (
+        Condition("rate_Hz", setting.rate, f"T {1e3 * setting.period:g} ms"),
+        Condition("delay", setting.delay, f"delay {1e3 * setting.delay:.3g} ms"),
+        Condition("mass", setting.mass, f"m {1e3 * setting.mass:g} g"),
+        Condition("viscous", setting.viscous, f"b {setting.viscous:g} N·s/m"),
+        Condition("coulomb", setting.coulomb, f"f_c {setting.coulomb:g} N"),
+        Condition("quantum", setting.quantum, f"Δ {1e6 * setting.quantum:.3g} µm"),
+        Condition("estimator", estimator_words(setting.estimator), estimator_words(setting.estimator)),
+        Condition("hand", setting.hand, f"hand {setting.hand}"),
+        Condition("speed", protocol.speed, f"v₀ {protocol.speed:g} m/s"),
+        Condition("push", protocol.push, f"push {protocol.push:g} N"),
+        Condition("max_force", limit, f"force limit {limit:g} N" if limit < math.inf else "no force limit"),
+    )
