@@ -1,0 +1,92 @@
+"""Numbers and answers of the charts as people read them."""
+
+import math
+
+from hapkit_studio.analysis.accuracy.points import Point
+from hapkit_studio.analysis.accuracy.sheet import TIE, Scene, Sheet
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+# An error below this is rounding: its power of ten is worth reading, not its digits.
+_SMALL, _LARGE = 1e-4, 1e3
+
+
+def figures(value: float, digits: int = 2) -> str:
+    """Write a number with so many significant digits, never as 1e+03, with a true minus."""
+    if value == 0.0 or not math.isfinite(value):
+        return "0" if value == 0.0 else "–"
+    places = max(digits - 1 - math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}")))), 0)
+    return f"{value:,.{places}f}".replace("-", "−")
+
+
+def power(value: float) -> str:
+    """Write 2·10⁻⁶."""
+    mantissa, exponent = f"{value:.0e}".split("e")
+    return f"{mantissa.replace('-', '−')}·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+
+
+def error_words(error: float, unit: str = "") -> str:
+    """Write an error: a share in %, a speed in mm/s or µm/s, what is tiny as a power of ten."""
+    if not math.isfinite(error):
+        return "none"
+    if error == 0.0:
+        return "0"
+    if unit == "m/s":
+        small = error < 1e-4
+        return f"{figures(1e6 * error)} µm/s" if small else f"{figures(1e3 * error)} mm/s"
+    if error < _SMALL or error >= _LARGE:
+        return power(error)
+    return f"{figures(100.0 * error)} %"
+
+
+def cost_words(nanoseconds: float) -> str:
+    """Write the computing time of a simulated second."""
+    if nanoseconds >= 0.995e6:
+        return f"{figures(1e-6 * nanoseconds)} ms"
+    return f"{figures(1e-3 * nanoseconds)} µs"
+
+
+def step_words(step_s: float) -> str:
+    """Write a step in ms."""
+    return f"{1e3 * step_s:.4g} ms"
+
+
+def rate_words(step_s: float) -> str:
+    """Write the rate that a step belongs to."""
+    rate = 1.0 / step_s
+    return f"{1e-3 * rate:.4g} kHz" if rate >= 999.5 else f"{rate:.4g} Hz"
+
+
+def _name(scene: Scene, point: Point) -> str:
+    return point.label if scene.step_s is not None else f"{rate_words(point.step_s)}, {point.label}"
+
+
+def _where(scene: Scene) -> str:
+    return "" if scene.step_s is None else f" at a {step_words(scene.step_s)} step"
+
+
+def sentence(sheet: Sheet) -> str:
+    """Write the answer of a sheet in one sentence."""
+    scene, answer = sheet.scene, sheet.answer
+    limit = error_words(scene.tolerance, scene.unit)
+    if answer.cheapest is None:
+        return f"Nothing is within {limit}{_where(scene)}."
+    cost = cost_words(answer.cheapest.ns_per_simulated_s)
+    name = _name(scene, answer.cheapest)
+    return f"Cheapest within {limit}{_where(scene)}: {name}, {cost} per simulated second."
+
+
+def verdict(sheet: Sheet) -> str:
+    """Write whether the default is the answer, and if not, what is wrong with it."""
+    scene, answer = sheet.scene, sheet.answer
+    if answer.default is None:
+        return "No default here."
+    name = _name(scene, answer.default)
+    if answer.right:
+        others = ", ".join(_name(scene, p) for p in answer.as_cheap)
+        return "It is the default." + (
+            f" As cheap within {100 * (TIE - 1):.0f} %: {others}." if others else ""
+        )
+    if answer.default.error > scene.tolerance or answer.cheapest is None:
+        return f"The default, {name}, is off by {error_words(answer.default.error, scene.unit)}."
+    ratio = answer.default.ns_per_simulated_s / answer.cheapest.ns_per_simulated_s
+    return f"The default, {name}, costs {figures(ratio)} times as much."
