@@ -33,7 +33,7 @@ def fidelity(options: argparse.Namespace) -> Result:
         written.append(str(options.plot))
     if options.write:
         written += _written(scenes, results)
-    return Result(_text(results, written), _as_json(results, written))
+    return Result(_text(results, written), as_json(results, written))
 
 
 def _written(scenes: Sequence, results: Sequence[judge.Fidelity]) -> list[str]:
@@ -43,7 +43,8 @@ def _written(scenes: Sequence, results: Sequence[judge.Fidelity]) -> list[str]:
     ]
 
 
-def _as_json(results: Sequence[judge.Fidelity], written: list[str]) -> dict:
+def as_json(results: Sequence[judge.Fidelity], written: list[str]) -> dict:
+    """Return one object: a row a cell, what each scene needs, the files written."""
     rows = [
         {
             "scene": e.scene,
