@@ -5,10 +5,22 @@ import math
 import numpy as np
 
 from hapkit_studio.devices import simulated
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, inlined
 from hapkit_studio.haptics import block, plant, rig, rows
 from hapkit_studio.haptics.fences import load_acquire
 from hapkit_studio.haptics.tick import tick
+
+
+@inlined
+def sample(r, body, row, target, after, shown):
+    """Fill one row, whose time is set, and move the device on as the hand's target goes on to `after` m.
+
+    shown is the target in the row, nan where no hand holds.
+    """
+    plant.write_truth(body, shown, row)
+    force = tick(r, plant.measure(body), r.block_values[block.PERIOD], body.dev[simulated.EFFECT], row)
+    simulated.command(body.dev, body.queue, force)
+    simulated.advance(body.dev, body.queue, target, after)
 
 
 @compiled
@@ -28,11 +40,8 @@ def run(r, body, hand, targets, holding, out):
             body, settings, hand[0] if on else 0.0, hand[1] if on else 0.0, hand[2] if on else 0.0
         )
         row = out[k]
-        plant.write_truth(body, targets[k] if on else math.nan, row)
         row[rows.BOARD_TIME] = k * period
-        force = tick(r, plant.measure(body), period, body.dev[simulated.EFFECT], row)
-        simulated.command(body.dev, body.queue, force)
-        simulated.advance(body.dev, body.queue, targets[k], targets[k + 1])
+        sample(r, body, row, targets[k], targets[k + 1], targets[k] if on else math.nan)
     return out.shape[0]
 
 
@@ -45,11 +54,8 @@ def run_prescribed(r, body, positions, velocities, out):
         body.dev[simulated.X] = positions[k]
         body.dev[simulated.V] = velocities[k]
         row = out[k]
-        plant.write_truth(body, positions[k], row)
         row[rows.BOARD_TIME] = k * period
-        force = tick(r, plant.measure(body), period, body.dev[simulated.EFFECT], row)
-        simulated.command(body.dev, body.queue, force)
-        simulated.advance(body.dev, body.queue, positions[k], positions[k])
+        sample(r, body, row, positions[k], positions[k], positions[k])
     return out.shape[0]
 
 

@@ -1,0 +1,110 @@
+"""Stable and unstable springs by rendering them: a class for every cell of the K-B plane, and the boundary.
+
+The rule is that of ``settling``; real=True renders the device's Coulomb friction and sensor steps too.
+"""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor
+from functools import partial
+
+import numpy as np
+
+from hapkit_studio.analysis import settling
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.settling import BUZZES, DECAYS, GROWS, Rendered
+from hapkit_studio.analysis.sweeps import Progress, quiet, sweep
+from hapkit_studio.errors import ParameterError
+
+__all__ = ["BUZZES", "DECAYS", "GROWS", "boundary", "classes", "largest_stable", "rendered"]
+
+_STIFFEST = 1e9
+_PRECISION = 1e-4
+
+
+def rendered(setting: Setting, real: bool = False) -> Rendered:
+    """Return what renders a setting's spring; real: with friction and sensor steps."""
+    return Rendered(setting.device(real), setting.loop, setting.grip, setting.controller)
+
+
+def classes(
+    setting: Setting,
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    *,
+    real: bool = False,
+    executor: Executor | None = None,
+    progress: Progress = quiet,
+) -> np.ndarray:
+    """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
+
+    Raise ParameterError, and what progress raises.
+    """
+    columns, lines = _checked(damping, "virtual damping", "N·s/m"), _checked(stiffness, "stiffness", "N/m")
+    cells = [(k, b) for k in lines.tolist() for b in columns.tolist()]
+    task = partial(_classes, rendered(setting, real))
+    found = sweep(task, cells, executor=executor, progress=progress)
+    return np.array(found, dtype=np.int8).reshape(lines.size, columns.size)
+
+
+def boundary(
+    setting: Setting,
+    damping: np.ndarray,
+    *,
+    real: bool = False,
+    executor: Executor | None = None,
+    progress: Progress = quiet,
+) -> np.ndarray:
+    """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
+
+    Found by bisection; 0 where no spring is stable, inf beyond 1 GN/m. Raise ParameterError, and what
+    progress raises.
+    """
+    columns = _checked(damping, "virtual damping", "N·s/m").tolist()
+    task = partial(_limits, rendered(setting, real))
+    return np.array(sweep(task, columns, executor=executor, progress=progress), dtype=float)
+
+
+def _classes(what: Rendered, cells: list[tuple[float, float]]) -> list[int]:
+    stiffness, damping = np.array(cells).T
+    return settling.judge(what, stiffness, damping).tolist()
+
+
+def _limits(what: Rendered, columns: list[float]) -> list[float]:
+    return [stiffest(what, damping) for damping in columns]
+
+
+def stiffest(what: Rendered, damping: float) -> float:
+    """Return the largest stiffness in N/m that does not grow at a virtual damping in N·s/m."""
+
+    def stable(stiffness: float) -> bool:
+        verdict = settling.judge(what, np.array([stiffness]), np.array([damping]))
+        return bool(verdict[0] != GROWS)
+
+    return largest_stable(stable)
+
+
+def largest_stable(stable: Callable[[float], bool]) -> float:
+    """Return the stiffness in N/m, to 1e-4, up to which ``stable`` holds; 0 if nowhere, inf if everywhere."""
+    low, high = 0.0, 1.0
+    while low == 0.0 and high > settling.SOFTEST:
+        low, high = (high, high) if stable(high) else (0.0, high / 4.0)
+    if low == 0.0:
+        return 0.0
+    while high == low or stable(high):
+        low, high = high, 4.0 * high
+        if high > _STIFFEST:
+            return math.inf
+    while high > low * (1.0 + _PRECISION):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return math.sqrt(low * high)
+
+
+def _checked(numbers: np.ndarray, name: str, unit: str) -> np.ndarray:
+    """Return numbers as one row; raise ParameterError unless all are finite and 0 or more."""
+    row = np.atleast_1d(np.asarray(numbers, dtype=float)).ravel()
+    bad = row[~(np.isfinite(row) & (row >= 0.0))]
+    if bad.size:
+        raise ParameterError(f"The {name} must be 0 or more {unit}, not {bad[0]:g} {unit}.")
+    return row

@@ -1,0 +1,152 @@
+"""The rule by which a rendered spring is stable: let go off its centre, does the handle come to rest?
+
+F = -K (x - c) - B v^ is rendered by the tick on the simulated Hapkit, no force limit, for 12 s or 12,000
+samples or 80 rad of the slowest oscillation, whichever is longest.
+
+A linear loop (no Coulomb friction, no sensor steps, a linear velocity estimate) is let go 1 µm away. It
+DECAYS where the sum of a² + (ω v)² over the last third of the time is less than over the third before,
+ω² = K / m, or where it has died to 1e-30 of its start; otherwise, and beyond 1 m, it GROWS. At 1 % beyond a
+limit it grows by 0.02 to 0.05 1/s.
+
+Any other loop is let go 200.3 sensor steps away, and 3.3 steps away where it came to rest from there
+(Diolaiti et al. 2006). The centre lies half a step off an edge between two steps, where friction holds it
+worst: it stays in motion there if the force of one step is more than twice the friction. It DECAYS where
+friction holds it for good, or where it still reaches 10 % less far in the last third than in the one before;
+it GROWS beyond 0.2 m, or where it reaches 10 % farther and more than five steps; what is left BUZZES, which
+is known once three twelfths of the time reach equally far and no more than five steps.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.estimators import parse
+from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
+from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import headless, probe, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+DECAYS, BUZZES, GROWS = range(3)
+
+SECONDS = 12.0
+FEWEST_SAMPLES = 12_000
+MOST_SAMPLES = 5_000_000
+_TURNS = 80.0
+# The softest spring that pulls home within the time a run may take, in N/m.
+SOFTEST = 1e-3
+
+LINEAR_START, LINEAR_FAR, LINEAR_FAINT = 1e-6, 1.0, 1e-36
+# In sensor steps.
+STARTS = (200.3, 3.3)
+FEW_STEPS = 5.0
+FAR = 0.2
+# A second without any motion: by then every velocity estimate has forgotten what was before.
+_STILL_SECONDS = 1.0
+_DYING, _GROWING = 0.9, 1.1
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """What renders the spring: the device, its loop, the hand on it, the passivity controller."""
+
+    device: SimulatedHapkit
+    loop: LoopSettings
+    grip: Grip | None = None
+    controller: bool = False
+
+    @property
+    def linear(self) -> bool:
+        """Return whether twice the motion is twice the force, so that its size does not matter."""
+        exact = self.device.coulomb_force == 0.0 and self.device.quantum == 0.0 and not self.controller
+        return exact and parse(self.loop.estimator)[0].response is not None
+
+    @property
+    def mass(self) -> float:
+        """Return what moves, handle and hand, in kg."""
+        return self.device.mass + (self.grip.mass if self.grip else 0.0)
+
+    def scene(self) -> headless.Scene:
+        """Return the spring's scene, with numbers that every run replaces."""
+        values = {"stiffness": 0.0, "damping": 0.0, "center": 0.0}
+        return headless.Scene(environments.named("spring"), values, self.device, self.loop)
+
+
+def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Return DECAYS, BUZZES or GROWS for stiffness (n,) N/m and damping (n,) N·s/m; raise ParameterError.
+
+    A spring softer than 1 mN/m is taken as one of 1 mN/m.
+    """
+    stiffness = np.maximum(np.asarray(stiffness, dtype=float), SOFTEST)
+    damping = np.asarray(damping, dtype=float)
+    if what.linear:
+        limits = probe.Limits(LINEAR_FAR, probe.NEVER_STILL, LINEAR_FAINT, probe.NEVER_SMALL)
+        return _by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
+    step = what.device.quantum or USUAL_QUANTUM
+    still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
+    limits = probe.Limits(FAR, still, probe.NEVER_FAINT, FEW_STEPS * step)
+    verdict = np.zeros(stiffness.size, dtype=np.int8)
+    quiet = np.arange(stiffness.size)
+    for start in STARTS:
+        centre = -0.5 * what.device.quantum
+        found = _let_go(what, stiffness[quiet], damping[quiet], start * step, centre, limits)
+        verdict[quiet] = _by_reach(found, FEW_STEPS * step)
+        quiet = quiet[verdict[quiet] == DECAYS]
+    return verdict
+
+
+def _let_go(
+    what: Rendered,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    start: float,
+    centre: float,
+    limits: probe.Limits,
+) -> probe.Found:
+    """Render every cell, the handle let go at `start` m from the spring's centre in m."""
+    r, body = what.scene().prepare()
+    grip = what.grip or Grip(0.0, 0.0, 0.0)
+    turning = np.sqrt((stiffness + grip.stiffness) / what.mass)
+    numbers = np.column_stack([stiffness, damping, np.full(stiffness.size, centre)])
+    cells = probe.Cells(numbers, np.full(stiffness.size, start), _samples(what.loop.rate, turning), turning)
+    found = probe.new_found(stiffness.size)
+    hand = np.array([grip.mass, grip.damping, grip.stiffness])
+    probe.run(r, body, hand, cells, limits, np.zeros(rows.ROW_WIDTH), found)
+    return found
+
+
+def _samples(rate: float, turning: np.ndarray) -> np.ndarray:
+    """Return the samples of each part of a run whose slowest oscillation is turning (n,) rad/s."""
+    whole = np.maximum(np.maximum(SECONDS, _TURNS / turning) * rate, FEWEST_SAMPLES)
+    most = int(whole.max(initial=0.0))
+    if most > MOST_SAMPLES:
+        raise ParameterError(f"Measuring at {rate:g} Hz takes {most} samples; {MOST_SAMPLES} at most.")
+    return np.ceil(whole / probe.PARTS).astype(np.int64)
+
+
+def _by_envelope(found: probe.Found) -> np.ndarray:
+    """Compare the power of the last third with that of the one before."""
+    third = probe.PARTS // 3
+    power = found.parts[:, :, probe.POWER]
+    before, after = power[:, third : 2 * third].sum(axis=1), power[:, 2 * third :].sum(axis=1)
+    settles = (found.ends != probe.LOST) & ((after < before) | (before == 0.0))
+    settles |= found.ends == probe.FAINT
+    return np.where(settles, DECAYS, GROWS).astype(np.int8)
+
+
+def _by_reach(found: probe.Found, few: float) -> np.ndarray:
+    """Compare how far the last third reaches with the third before; few is a reach in m that may stay."""
+    third = probe.PARTS // 3
+    before, after = _reach(found.parts[:, third : 2 * third]), _reach(found.parts[:, 2 * third :])
+    rests = (found.ends == probe.STILL) | ((found.ends == probe.WHOLE) & (after < _DYING * before))
+    grows = (found.ends == probe.WHOLE) & (after > few) & (after > _GROWING * before)
+    grows |= found.ends == probe.LOST
+    return np.where(grows, GROWS, np.where(rests, DECAYS, BUZZES)).astype(np.int8)
+
+
+def _reach(parts: np.ndarray) -> np.ndarray:
+    """Return how far apart the outermost positions of some parts (n, k, 3) are, in m."""
+    return parts[:, :, probe.HIGH].max(axis=1) - parts[:, :, probe.LOW].min(axis=1)

@@ -1,0 +1,136 @@
+"""Many runs of one scene with other numbers, judged as they go: the batch's samples without their rows.
+
+One rig and one plant serve all cells, brought back to their start in compiled code, so a thread computes
+hundreds of cells without Python. Every sample is the batch's, bit for bit.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hapkit_studio.devices import simulated
+from hapkit_studio.dynamics.jit import compiled, inlined, internal
+from hapkit_studio.haptics import batch, block, plant, rig, rows
+
+# A run's time falls into equal parts. Of each: the lowest and highest true position in m, and the sum over
+# its samples of a^2 + (w v)^2 in m2/s4, steady along a spring's own oscillation at w.
+PARTS = 12
+LOW, HIGH, POWER = range(3)
+# How a run ended: whole, beyond what is near, at rest for good, died out, in a small steady buzz.
+WHOLE, LOST, STILL, FAINT, STEADY = range(5)
+# The reach of a steady motion differs from part to part by no more than this share.
+_STEADY_SHARE = 0.01
+
+
+class Cells(NamedTuple):
+    """What differs from run to run; every array has one entry, or row, a cell."""
+
+    numbers: np.ndarray  # (n, p): the law's first p parameters
+    starts: np.ndarray  # (n,) m: where the handle is let go at rest
+    samples: np.ndarray  # (n,) int64: of one part
+    weights: np.ndarray  # (n,) rad/s: w of POWER
+
+
+class Limits(NamedTuple):
+    """What ends a run early."""
+
+    far: float  # m: |x| beyond it, or no number, is lost
+    still: int  # samples: not moving at all for so long is rest for good
+    faint: float  # m: a motion that stays within that in a whole part has died out
+    small: float  # m: a steady motion no larger than that is known well enough
+
+
+NEVER_STILL, NEVER_FAINT, NEVER_SMALL = 1 << 62, 0.0, 0.0
+
+
+class Found(NamedTuple):
+    """What the runs left; every array has one entry a cell."""
+
+    parts: np.ndarray  # (n, PARTS, 3): LOW, HIGH, POWER; zeros where the run had ended
+    ends: np.ndarray  # (n,) int64: WHOLE, LOST, STILL or STEADY
+    samples: np.ndarray  # (n,) int64: rendered ones
+
+
+def new_found(count: int) -> Found:
+    """Return room for so many cells."""
+    words = np.zeros((2, count), dtype=np.int64)
+    return Found(np.zeros((count, PARTS, 3)), words[0], words[1])
+
+
+@internal
+def restart(r, body, numbers, start):
+    """Bring rig and plant back to where ``Scene.prepare`` made them, with other numbers and another start."""
+    for array in (r.real, r.start, r.goal, r.memory, r.values, r.draft_values):
+        array[:] = 0.0
+    for array in (r.word, r.laws, r.fault, r.words, r.draft_words, r.control):
+        array[:] = 0
+    for array in (r.params, r.states):
+        array[:] = 0.0
+    r.real[rig.GAIN] = 1.0
+    for i in range(numbers.shape[0]):
+        r.block_values[block.PARAMS + i] = numbers[i]
+    body.dev[:] = 0.0
+    body.queue[:] = 0.0
+    body.dev[simulated.X] = start
+    body.constants[plant.HAND :] = math.nan
+
+
+@inlined
+def _steady(parts, part, small):
+    """Return whether three parts up to this one reach equally far, and not farther than `small`."""
+    if part < 2:
+        return False
+    reach = parts[part, HIGH] - parts[part, LOW]
+    before = parts[part - 1, HIGH] - parts[part - 1, LOW]
+    first = parts[part - 2, HIGH] - parts[part - 2, LOW]
+    most = _STEADY_SHARE * reach
+    return 0.0 < reach <= small and abs(before - reach) <= most and abs(first - reach) <= most
+
+
+@inlined
+def _end_of(parts, part, limits):
+    """Return how a run ends with a part that it has rendered whole: WHOLE if it goes on."""
+    if max(-parts[part, LOW], parts[part, HIGH]) < limits.faint:
+        return FAINT
+    return STEADY if _steady(parts, part, limits.small) else WHOLE
+
+
+@internal
+def _watch(r, body, row, samples, weight, limits, parts):
+    """Render one run; fill parts (PARTS, 3); return how it ended and after how many samples."""
+    period = r.block_values[block.PERIOD]
+    speed, waited, done, end = 0.0, 0, 0, WHOLE
+    for part in range(PARTS):
+        low, high, power = math.inf, -math.inf, 0.0
+        for _ in range(samples):
+            row[rows.BOARD_TIME] = done * period
+            batch.sample(r, body, row, 0.0, 0.0, 0.0)
+            done += 1
+            x, v = row[rows.TRUE_POSITION], row[rows.TRUE_VELOCITY]
+            low, high = min(low, x), max(high, x)
+            pull, turn = (v - speed) / period, weight * v
+            power += pull * pull + turn * turn
+            waited = waited + 1 if v == 0.0 and speed == 0.0 else 0
+            speed = v
+            if not abs(x) <= limits.far or waited >= limits.still:
+                end = STILL if waited >= limits.still else LOST
+                break
+        parts[part, LOW], parts[part, HIGH], parts[part, POWER] = low, high, power
+        end = _end_of(parts, part, limits) if end == WHOLE else end
+        if end != WHOLE:
+            break
+    return end, done
+
+
+@compiled
+def run(r, body, hand, cells, limits, row, found):
+    """Render every cell and fill found; row (ROW_WIDTH,) is room for one sample.
+
+    hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
+    """
+    for i in range(cells.starts.shape[0]):
+        restart(r, body, cells.numbers[i], cells.starts[i])
+        plant.configure(body, r.block_values, hand[0], hand[1], hand[2])
+        end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
+        found.ends[i], found.samples[i] = end, done
