@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hapkit_studio.analysis.exact import checked_loop, stiffness_limits
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import stiffness_limit
 from hapkit_studio.analysis.zwidth_result import Condition, estimator_words
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Parameter
@@ -17,6 +17,7 @@ SPEED = Parameter("speed", "Speed", "m/s", 0.1, 0.001, 3.0, "At which the handle
 PUSH = Parameter("push", "Push", "N", 1.0, 0.01, 20.0, "Constant force into the wall")
 MAX_FORCE = Parameter("max_force", "Force limit", "N", 3.0, 0.01, 100.0, "What the motor can do at most")
 USUAL_DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+_CURVE = 81
 
 
 @dataclass(frozen=True)
@@ -60,16 +61,19 @@ def levels_of(damping: Sequence[float]) -> list[float]:
     return levels
 
 
-def exact_limits(setting: Setting, damping: Sequence[float]) -> np.ndarray:
+def linear_limits(setting: Setting, damping: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the linear loop's limit (n,) in N/m, nan where the estimator is not linear."""
     if not setting.linear:
         return np.full(len(damping), math.nan)
-    loop = {"rate": setting.rate, "delay": setting.delay, "estimator": setting.estimator}
-    limits = (
-        stiffness_limit(setting.mass, setting.viscous, damping=level, hand=setting.grip, **loop)  # type: ignore[arg-type]
-        for level in damping
-    )
-    return np.array(list(limits))
+    handle = setting.mass, setting.viscous
+    loop = checked_loop(*handle, 0.0, setting.rate, setting.delay, setting.estimator, setting.grip)
+    return stiffness_limits(loop, np.asarray(damping, dtype=float))
+
+
+def linear_curve(setting: Setting, highest: float) -> np.ndarray:
+    """Return the linear limit (2, m): damping up to the highest, and stiffness; finely, for a chart."""
+    damping = np.linspace(0.0, highest or 1.0, _CURVE)
+    return np.array([damping, linear_limits(setting, damping)])
 
 
 def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
@@ -80,9 +84,9 @@ def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
         Condition("delay", setting.delay, f"delay {1e3 * setting.delay:.3g} ms"),
         Condition("mass", setting.mass, f"m {1e3 * setting.mass:g} g"),
         Condition("viscous", setting.viscous, f"b {setting.viscous:g} N·s/m"),
-        Condition("coulomb", setting.coulomb, f"f_c {setting.coulomb:g} N"),
-        Condition("quantum", setting.quantum, f"Δ {1e6 * setting.quantum:.3g} µm"),
-        Condition("estimator", estimator_words(setting.estimator), estimator_words(setting.estimator)),
+        Condition("coulomb", setting.coulomb, f"friction {setting.coulomb:g} N"),
+        Condition("quantum", setting.quantum, f"sensor step {1e6 * setting.quantum:.3g} µm"),
+        Condition("estimator", *estimator_words(setting.estimator)),
         Condition("hand", setting.hand, f"hand {setting.hand}"),
         Condition("speed", protocol.speed, f"v₀ {protocol.speed:g} m/s"),
         Condition("push", protocol.push, f"push {protocol.push:g} N"),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.estimators import Spec, parse
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.zwidth_search import Point
@@ -36,8 +36,8 @@ class ZWidth:
     """The stiffest wall (n,) in N/m that is rendered without buzzing at each damping (n,) in N·s/m.
 
     ends: why nothing stiffer was found, one of ENDED; clamped: whether the motor's limit was reached, so that
-    the stiffness is the motor's rather than the loop's; exact: the linear loop's limit (n,), nan where there
-    is none. where: "simulation" or the device's title.
+    the stiffness is the motor's rather than the loop's. linear: the linear loop's limit (n,), nan where there
+    is none; curve (2, m): the same finely, damping and limit. where: "simulation" or the device's title.
     """
 
     where: str
@@ -45,7 +45,8 @@ class ZWidth:
     stiffness: np.ndarray
     ends: tuple[str, ...]
     clamped: tuple[bool, ...]
-    exact: np.ndarray
+    linear: np.ndarray
+    curve: np.ndarray
     conditions: tuple[Condition, ...]
 
     @classmethod
@@ -54,7 +55,8 @@ class ZWidth:
         where: str,
         damping: Sequence[float],
         points: "Sequence[Point]",
-        exact: np.ndarray,
+        linear: np.ndarray,
+        curve: np.ndarray,
         conditions: tuple[Condition, ...],
     ) -> "ZWidth":
         """Put together what a search found at each damping."""
@@ -64,7 +66,8 @@ class ZWidth:
             np.array([p.stiffness for p in points]),
             tuple(p.ended for p in points),
             tuple(p.clamped for p in points),
-            exact[: len(points)],
+            linear[: len(points)],
+            curve,
             conditions,
         )
 
@@ -83,19 +86,23 @@ class ZWidth:
         return f"At B = {self.damping[index]:g} N·s/m this Hapkit renders {limit}"
 
     @property
+    def place(self) -> str:
+        """Say where it was measured."""
+        return self.where[:1].upper() + self.where[1:]
+
+    @property
     def caption(self) -> str:
         """Say the conditions in one line."""
         return " · ".join(c.words for c in self.conditions)
 
     def as_json(self) -> dict:
         """Return one object of plain numbers; None where there is no number."""
-        points = zip(self.damping, self.stiffness, self.exact, self.ends, self.clamped, strict=True)
+        points = zip(self.damping, self.stiffness, self.linear, self.ends, self.clamped, strict=True)
+        keys = "damping", "stiffness", "linear_limit", "ended", "clamped"
+        numbers = ((float(b), float(k), _number(linear), *rest) for b, k, linear, *rest in points)
         return {
             "where": self.where,
-            "points": [
-                {"damping": float(b), "stiffness": float(k), "exact": _number(e), "ended": why, "clamped": c}
-                for b, k, e, why, c in points
-            ],
+            "points": [dict(zip(keys, row, strict=True)) for row in numbers],
             "conditions": {c.key: _number(c.value) for c in self.conditions},
         }
 
@@ -108,18 +115,21 @@ def newtons_per_metre(value: float) -> str:
     return f"{step * math.floor(value / step):,.0f} N/m"
 
 
-def estimator_words(spec: Spec) -> str:
-    """Write a velocity estimator with its options."""
-    name, options = (spec, {}) if isinstance(spec, str) else spec
-    return name + "".join(f", {key} {value:g}" for key, value in options.items())
+def estimator_words(spec: Spec) -> tuple[str, str]:
+    """Write a velocity estimator with its options: for programs as the command line takes it, for people."""
+    method, options = parse(spec)
+    numbers = [f"{key}={value:g}" for key, value in options.items()]
+    given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
+    words = [f"{p.label.lower()} {options[p.key]:g} {p.unit}".rstrip() for p in method.parameters]
+    return given, ", ".join([method.label, *words])
 
 
 def table(result: ZWidth) -> str:
     """Return a line a damping: what was rendered, the linear limit, why it ended."""
     lines = [f"{'B, N·s/m':>9}{'K, N/m':>11}{'linear limit':>14}   beyond"]
     for index, damping in enumerate(result.damping):
-        exact = result.exact[index]
-        limit = f"{exact:,.0f}" if math.isfinite(exact) else "–"
+        linear = result.linear[index]
+        limit = f"{linear:,.0f}" if math.isfinite(linear) else "–"
         motor = ", at the motor's limit" if result.clamped[index] else ""
         ended = ENDED[result.ends[index]] + motor
         lines.append(f"{damping:>9g}{result.stiffness[index]:>11,.0f}{limit:>14}   {ended}")

@@ -1,0 +1,62 @@
+"""The zwidth command by simulation: words, one object, a picture, one line where it cannot be."""
+
+import json
+
+import pytest
+
+from hapkit_studio.cli import main
+
+
+def run(capsys, *words):
+    code = main(("zwidth", *words))
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_words_name_the_stiffest_wall_and_the_conditions(capsys):
+    code, out, err = run(capsys, "--damping", "0,2", "--mass", "0.05", "--quantum", "15e-6")
+    assert (code, err) == (0, "")
+    assert out.startswith("At B = 2 N·s/m this Hapkit renders up to 8,7")
+    assert "it buzzes" in out
+    assert "v₀ 0.1 m/s · push 1 N · no force limit" in out
+
+
+def test_one_object(capsys):
+    code, out, err = run(capsys, "--damping", "1", "--delay", "1e-3", "--max-force", "3", "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+    (point,) = found["points"]
+    assert set(point) == {"damping", "stiffness", "linear_limit", "ended", "clamped"}
+    assert point["linear_limit"] < point["stiffness"] < 2.0 * point["linear_limit"]
+    conditions = found["conditions"]
+    assert conditions["rate_Hz"] == 1000.0
+    assert conditions["delay"] == 1e-3
+    assert conditions["max_force"] == 3.0
+    assert set(conditions) >= {"mass", "viscous", "coulomb", "quantum", "estimator", "hand", "speed", "push"}
+
+
+def test_a_picture(capsys, tmp_path):
+    path = tmp_path / "z.png"
+    code, out, _ = run(capsys, "--damping", "0,1", "--plot", str(path))
+    assert code == 0
+    assert f"wrote {path}" in out
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert path.stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--damping", "0,x"), "Dampings are numbers in N·s/m as 0,1,2,5, not '0,x'."),
+        (("--damping", "-1"), "Damping goes from 0 to 1000 N·s/m, not -1."),
+        (("--max-force", "0.5"), "A push of 1 N needs a force limit above it, not 0.5 N."),
+        (("--rate", "0"), "The rate must be more than 0 Hz, not 0 Hz."),
+        (("--hand", "iron"), "not 'iron'"),
+        (("--damping", "0", "--plot", "z.wall"), "A picture is one of"),
+    ],
+)
+def test_what_cannot_be_is_one_line(capsys, words, said):
+    code, out, err = run(capsys, *words)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
