@@ -1,5 +1,6 @@
 """The environment a person has chosen, and the values it is played with."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
@@ -63,7 +64,23 @@ class Chosen(QObject):
 
     def set_value(self, key: str, value: float) -> None:
         """Change one parameter; raise ParameterError and keep the last good values if it is bad."""
-        self._set_values({**self.values, key: value})
+        self.set_values({key: value})
+
+    def set_values(self, given: Mapping[str, float]) -> None:
+        """Change several parameters at once; raise ParameterError and keep all as they are if one is bad."""
+        self._set_values({**self.values, **given})
+
+    def values_of(self, key: str) -> dict[str, float]:
+        """Return the values an environment has, or would be played with."""
+        return dict(self._shelf.values[key])
+
+    def lay_out(self, key: str, given: Mapping[str, float]) -> None:
+        """Change several parameters of any environment, in force or not; raise ParameterError."""
+        if key == self.environment.key:
+            self.set_values(given)
+        else:
+            numbers = self.environments[key].values({**self._shelf.values[key], **given})
+            self._shelf.values[key].update(numbers)
 
     def reset_values(self) -> None:
         """Put every parameter of the environment back to its default, all at once."""
