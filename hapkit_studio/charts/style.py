@@ -1,11 +1,13 @@
-"""Colours of static pictures: always the light theme's."""
+"""Colours of static pictures: the palette's, always of the light theme."""
 
-INK, INK2, QUIET = "#15202B", "#43505D", "#5A6774"
-LINE, EDGE, SURFACE = "#D3DAE2", "#76828F", "#FFFFFF"
-GRID = "#E6EAEF"
-ACCENT, ACCENT_SOFT = "#0A5AA8", "#DCEAF8"
-DANGER, DANGER_SOFT = "#B4231B", "#FDE7E4"
-WARN, OK, OK_SOFT = "#855000", "#19683A", "#DFF3E6"
-STABLE, PASSIVE, UNSTABLE = "#DDEFE3", "#B9DFC8", "#FBE3DE"
-POSITION, VELOCITY, ASKED, APPLIED = "#0A62AE", "#00735C", "#7B3794", "#C2410C"
-THEORY, ENERGY, HELD = "#D5DCE3", "#8A6100", "#6B7783"
+from hapkit_studio.palette import table
+
+LIGHT = table("light")
+INK, INK2, QUIET = LIGHT["ink"], LIGHT["ink2"], LIGHT["ink3"]
+LINE, EDGE, SURFACE, GRID = LIGHT["line"], LIGHT["edge"], LIGHT["surface"], LIGHT["grid"]
+ACCENT, ACCENT_SOFT = LIGHT["accent"], LIGHT["accentsoft"]
+DANGER, DANGER_SOFT = LIGHT["danger"], LIGHT["dangersoft"]
+WARN, WARN_SOFT, OK, OK_SOFT = LIGHT["warn"], LIGHT["warnsoft"], LIGHT["ok"], LIGHT["oksoft"]
+STABLE, PASSIVE, UNSTABLE = LIGHT["stable"], LIGHT["passive"], LIGHT["unstable"]
+POSITION, VELOCITY, ASKED, APPLIED = (LIGHT[name] for name in ("position", "velocity", "asked", "applied"))
+THEORY, ENERGY, HELD = LIGHT["theory"], LIGHT["energy"], LIGHT["hold"]

@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QFont, QFontDatabase, QPalette
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio import resources
-from hapkit_studio.gui.tokens import table
+from hapkit_studio.palette import table
 
 MINUS = "\u2212"
 

@@ -13,7 +13,7 @@ from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.cat_coat import COAT, color
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.theme import theme
-from hapkit_studio.gui.tokens import MODES
+from hapkit_studio.palette import MODES
 from tests.gui.cat_support import SIZES, box, cat_view, count, show, state
 
 

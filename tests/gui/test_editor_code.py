@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.editor.highlighter import KINDS
 from hapkit_studio.gui.theme import theme
-from hapkit_studio.gui.tokens import MODES, TOKENS, luminance
+from hapkit_studio.palette import MODES, TOKENS, luminance
 
 
 class Painted(QObject):

@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from hapkit_studio.gui.editor.files import DeleteSheet
 from hapkit_studio.gui.gallery_row import GalleryRow
 from hapkit_studio.gui.theme import theme
-from hapkit_studio.gui.tokens import luminance
+from hapkit_studio.palette import luminance
 from tests.gui.own_support import put, spring
 
 

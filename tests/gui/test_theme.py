@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QPushButton
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.theme import number, theme
-from hapkit_studio.gui.tokens import MODES, TOKENS, luminance, table
+from hapkit_studio.palette import MODES, TOKENS, luminance, table
 
 
 def contrast(first: str, second: str) -> float:

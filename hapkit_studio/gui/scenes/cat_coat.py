@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPen
 
 from hapkit_studio.gui.theme import theme
-from hapkit_studio.gui.tokens import MODES
+from hapkit_studio.palette import MODES
 
 # part: light, dark, high contrast
 COAT: dict[str, tuple[str, str, str]] = {

@@ -11,7 +11,7 @@ from hapkit_studio.gui.painting import words
 from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.theme import theme
-from hapkit_studio.gui.tokens import luminance
+from hapkit_studio.palette import luminance
 
 BALL = 6.5  # px at u = 1, the outline's half width included
 _OUTLINE = 1.2

@@ -1,4 +1,4 @@
-"""Every colour of the studio, declared once: token, then light, dark, high contrast."""
+"""Every colour of window and pictures, declared once: token, then light, dark, high contrast."""
 
 MODES = ("light", "dark", "contrast")
 
@@ -38,6 +38,7 @@ TOKENS: dict[str, tuple[str, str, str]] = {
     "hold":       ("#6B7783", "#97A3AF", "#3C3C3C"),
     "theory":     ("#D5DCE3", "#3A4650", "#D3D9DF"),
     "energy":     ("#8A6100", "#F6BF57", "#5E3600"),
+    "lecture":    ("#B0226B", "#F58CC0", "#7A0F46"),
     # scenes: blue stays put, amber moves
     "scene":      ("#F9FBFC", "#141B22", "#FFFFFF"),
     "scenegrid":  ("#EBEFF3", "#1C252E", "#E3E7EB"),
