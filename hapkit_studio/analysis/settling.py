@@ -11,9 +11,9 @@ limit it grows by 0.02 to 0.05 1/s.
 Any other loop is let go 200.3 sensor steps away, and 3.3 steps away where it came to rest from there
 (Diolaiti et al. 2006). The centre lies half a step off an edge between two steps, where friction holds it
 worst: it stays in motion there if the force of one step is more than twice the friction. It DECAYS where
-friction holds it for good, or where it still reaches 10 % less far in the last third than in the one before;
-it GROWS beyond 0.2 m, or where it reaches 10 % farther and more than five steps; what is left BUZZES, which
-is known once three twelfths of the time reach equally far and no more than five steps.
+friction holds it for good, or where it reaches 10 % less far in the last third than in the one before. Where
+it stays in motion within five steps it BUZZES, which is known once three twelfths of the time reach equally
+far; beyond five steps, and beyond 0.2 m at any time, it GROWS.
 """
 
 import math
@@ -27,7 +27,7 @@ from hapkit_studio.dynamics.estimators import parse
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import headless, probe, rows
+from hapkit_studio.haptics import headless, probe
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
 DECAYS, BUZZES, GROWS = range(3)
@@ -46,7 +46,7 @@ FEW_STEPS = 5.0
 FAR = 0.2
 # A second without any motion: by then every velocity estimate has forgotten what was before.
 _STILL_SECONDS = 1.0
-_DYING, _GROWING = 0.9, 1.1
+_DYING = 0.9
 
 
 @dataclass(frozen=True)
@@ -107,15 +107,12 @@ def _let_go(
     limits: probe.Limits,
 ) -> probe.Found:
     """Render every cell, the handle let go at `start` m from the spring's centre in m."""
-    r, body = what.scene().prepare()
-    grip = what.grip or Grip(0.0, 0.0, 0.0)
-    turning = np.sqrt((stiffness + grip.stiffness) / what.mass)
+    held = what.grip.stiffness if what.grip else 0.0
+    turning = np.sqrt((stiffness + held) / what.mass)
     numbers = np.column_stack([stiffness, damping, np.full(stiffness.size, centre)])
-    cells = probe.Cells(numbers, np.full(stiffness.size, start), _samples(what.loop.rate, turning), turning)
-    found = probe.new_found(stiffness.size)
-    hand = np.array([grip.mass, grip.damping, grip.stiffness])
-    probe.run(r, body, hand, cells, limits, np.zeros(rows.ROW_WIDTH), found)
-    return found
+    starts = np.full(stiffness.size, start)
+    cells = probe.Cells(numbers, starts, _samples(what.loop.rate, turning), turning)
+    return probe.survey(what.scene(), what.grip, cells, limits)
 
 
 def _samples(rate: float, turning: np.ndarray) -> np.ndarray:
@@ -138,12 +135,12 @@ def _by_envelope(found: probe.Found) -> np.ndarray:
 
 
 def _by_reach(found: probe.Found, few: float) -> np.ndarray:
-    """Compare how far the last third reaches with the third before; few is a reach in m that may stay."""
+    """Compare how far the last third reaches with the one before; few is a buzz's longest reach in m."""
     third = probe.PARTS // 3
     before, after = _reach(found.parts[:, third : 2 * third]), _reach(found.parts[:, 2 * third :])
-    rests = (found.ends == probe.STILL) | ((found.ends == probe.WHOLE) & (after < _DYING * before))
-    grows = (found.ends == probe.WHOLE) & (after > few) & (after > _GROWING * before)
-    grows |= found.ends == probe.LOST
+    dying = (found.ends == probe.WHOLE) & (after < _DYING * before)
+    rests = (found.ends == probe.STILL) | dying
+    grows = (found.ends == probe.LOST) | (~rests & (after > few))
     return np.where(grows, GROWS, np.where(rests, DECAYS, BUZZES)).astype(np.int8)
 
 

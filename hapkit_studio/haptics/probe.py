@@ -8,10 +8,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import literal_unroll
 
 from hapkit_studio.devices import simulated
+from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
-from hapkit_studio.haptics import batch, block, plant, rig, rows
+from hapkit_studio.haptics import batch, block, headless, plant, rig, rows
 
 # A run's time falls into equal parts. Of each: the lowest and highest true position in m, and the sum over
 # its samples of a^2 + (w v)^2 in m2/s4, steady along a spring's own oscillation at w.
@@ -52,21 +54,12 @@ class Found(NamedTuple):
     samples: np.ndarray  # (n,) int64: rendered ones
 
 
-def new_found(count: int) -> Found:
-    """Return room for so many cells."""
-    words = np.zeros((2, count), dtype=np.int64)
-    return Found(np.zeros((count, PARTS, 3)), words[0], words[1])
-
-
 @internal
-def restart(r, body, numbers, start):
-    """Bring rig and plant back to where ``Scene.prepare`` made them, with other numbers and another start."""
-    for array in (r.real, r.start, r.goal, r.memory, r.values, r.draft_values):
-        array[:] = 0.0
-    for array in (r.word, r.laws, r.fault, r.words, r.draft_words, r.control):
+def restart(r, body, values, words, numbers, start):
+    """Bring rig and plant back to where ``Scene.prepare`` makes them: block, other numbers, other start."""
+    for array in literal_unroll(r):
         array[:] = 0
-    for array in (r.params, r.states):
-        array[:] = 0.0
+    block.publish(r.block_values, r.block_words, values, words)
     r.real[rig.GAIN] = 1.0
     for i in range(numbers.shape[0]):
         r.block_values[block.PARAMS + i] = numbers[i]
@@ -124,13 +117,29 @@ def _watch(r, body, row, samples, weight, limits, parts):
 
 
 @compiled
-def run(r, body, hand, cells, limits, row, found):
-    """Render every cell and fill found; row (ROW_WIDTH,) is room for one sample.
+def run(r, body, values, words, hand, cells, limits, row, found):
+    """Render every cell and fill found.
 
-    hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
+    values and words are a copy of the rig's block, row (ROW_WIDTH,) is room for one sample; hand: mass,
+    damping, stiffness of one that rests at 0 m, zeros for none.
     """
     for i in range(cells.starts.shape[0]):
-        restart(r, body, cells.numbers[i], cells.starts[i])
+        restart(r, body, values, words, cells.numbers[i], cells.starts[i])
         plant.configure(body, r.block_values, hand[0], hand[1], hand[2])
         end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
         found.ends[i], found.samples[i] = end, done
+
+
+def survey(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limits) -> Found:
+    """Return what the runs of a scene with the cells' numbers left; a hand rests at 0 m, None: no hand."""
+    r, body = scene.prepare()
+    hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
+    found = _new_found(len(cells.starts))
+    values, words = r.block_values.copy(), r.block_words.copy()
+    run(r, body, values, words, hand, cells, limits, np.zeros(rows.ROW_WIDTH), found)
+    return found
+
+
+def _new_found(count: int) -> Found:
+    ends, samples = np.zeros((2, count), dtype=np.int64)
+    return Found(np.zeros((count, PARTS, 3)), ends, samples)
