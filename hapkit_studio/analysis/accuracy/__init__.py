@@ -1,6 +1,67 @@
-"""Speed charted against accuracy: what each method's error costs, and which one a scene should use."""
+"""Speed charted against accuracy: what each method's error costs, and which one a scene should use.
 
+One file a chart, found by the name ``PLAN``.
+"""
+
+import importlib
+import pkgutil
+import time
+from collections.abc import Iterable, Mapping
+from functools import cache
+from types import MappingProxyType
+
+from hapkit_studio.analysis.accuracy.plan import Plan
 from hapkit_studio.analysis.accuracy.points import Point
 from hapkit_studio.analysis.accuracy.sheet import Accuracy, Answer, Chart, Default, Method, Scene, Sheet
+from hapkit_studio.analysis.sweeps import Progress, quiet
+from hapkit_studio.errors import ParameterError
 
-__all__ = ["Accuracy", "Answer", "Chart", "Default", "Method", "Point", "Scene", "Sheet"]
+__all__ = ["Accuracy", "Answer", "Chart", "Default", "Method", "Plan", "Point", "Scene", "Sheet"]
+__all__ += ["compute", "named", "plans"]
+
+
+@cache
+def plans() -> Mapping[str, Plan]:
+    """Return every chart's plan by its key, in their order."""
+    modules = [importlib.import_module(info.name) for info in pkgutil.iter_modules(__path__, __name__ + ".")]
+    found = [m.PLAN for m in modules if isinstance(getattr(m, "PLAN", None), Plan)]
+    return MappingProxyType({plan.key: plan for plan in sorted(found, key=lambda plan: plan.order)})
+
+
+def named(key: str) -> Plan:
+    """Return the plan of a chart; raise ParameterError listing those there are."""
+    library = plans()
+    if not isinstance(key, str) or key not in library:
+        raise ParameterError(f"There is no accuracy chart {key!r}; there are: {', '.join(library)}.")
+    return library[key]
+
+
+def compute(charts: Iterable[str] = (), scene: str | None = None, *, progress: Progress = quiet) -> Accuracy:
+    """Return the charts of these keys, none for all, with all their scenes or one alone.
+
+    progress is told after every scene how many of how many are done. Costs are timed in the calling thread,
+    one after the other: beside other work they would be that work's. Raise ParameterError.
+    """
+    wanted = _wanted([named(key) for key in charts] or list(plans().values()), scene)
+    begin = time.perf_counter()
+    of, done, made = sum(len(scenes) for _, scenes in wanted), 0, []
+    progress(done, of)
+    for plan, scenes in wanted:
+        sheets = []
+        for one in scenes:
+            sheets.append(plan.sheet(one))
+            done += 1
+            progress(done, of)
+        made.append(Chart(plan.key, plan.title, tuple(sheets)))
+    return Accuracy(tuple(made), time.perf_counter() - begin)
+
+
+def _wanted(chosen: list[Plan], scene: str | None) -> list[tuple[Plan, list[Scene]]]:
+    if scene is None:
+        return [(plan, list(plan.scenes)) for plan in chosen]
+    found = [(plan, [s for s in plan.scenes if s.key == scene]) for plan in chosen]
+    found = [(plan, scenes) for plan, scenes in found if scenes]
+    if not found:
+        known = ", ".join(s.key for plan in chosen for s in plan.scenes)
+        raise ParameterError(f"There is no scene {scene!r} in these charts; there are: {known}.")
+    return found

@@ -36,7 +36,8 @@ class Scene:
     """What is computed: error says of what and over what, unit is "" for a share, reason is the tolerance's.
 
     conditions are name and value with unit, for people. step_s is the step at which methods compete, the
-    loop's own; None where the step is what is chosen.
+    loop's own; None where the step is what is chosen. goal says in a word what the tolerance is, where a number
+    would not.
     """
 
     key: str
@@ -48,6 +49,7 @@ class Scene:
     unit: str = ""
     conditions: tuple[tuple[str, str], ...] = ()
     step_s: float | None = 1e-3
+    goal: str = ""
 
     def competes(self, point: Point) -> bool:
         """Return whether a point may be the answer."""

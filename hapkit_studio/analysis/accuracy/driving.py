@@ -1,0 +1,53 @@
+"""A moving mass driven by any integrator through a scene, as the laws drive it: step after step, compiled."""
+
+import math
+from dataclasses import astuple, dataclass
+
+import numpy as np
+
+from hapkit_studio.dynamics.integrators import step
+from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.moving_mass import FAR, acceleration
+
+
+@dataclass(frozen=True)
+class Body:
+    """What ``moving_mass`` is told of an object besides the force on it and the handle, in its order; SI."""
+
+    mass: float
+    damping: float = 0.0
+    stiffness: float = 0.0
+    contact: float = 0.0
+    reach: float = FAR
+    wall: float = 0.0
+    static: float = 0.0
+    kinetic: float = 0.0
+
+    def numbers(self) -> np.ndarray:
+        """Return these numbers as one row."""
+        return np.array(astuple(self))
+
+
+@compiled
+def drive(method, times, h, body, force, touch, x, v):
+    """Fill x, v (n,) from their first values, `times` over; force and touch (n,) are held for a step.
+
+    body are the numbers of Body. What rests stays up to the static friction and slides against the kinetic.
+    """
+    m, b, k, contact = body[0], body[1], body[2], body[3]
+    reach, wall, static, kinetic = body[4], body[5], body[6], body[7]
+    for _ in range(times):
+        before = acceleration(x[0], v[0], m, b, k, force[0], touch[0], 1.0, 0.0, contact, 0.0, reach, wall)
+        for n in range(x.size - 1):
+            f = force[n]
+            held = v[n] == 0.0 and abs(f - k * x[n]) <= static
+            friction = static if held else kinetic
+            x[n + 1], v[n + 1], before = step(
+                method, x[n], v[n], before, h, friction,
+                m, b, k, f, touch[n], 1.0, 0.0, contact, 0.0, reach, wall,
+            )  # fmt: skip
+
+
+def samples(seconds: float, h: float) -> np.ndarray:
+    """Return the times (n,) from 0 to seconds, both ends included."""
+    return h * np.arange(math.floor(seconds / h + 0.5) + 1)

@@ -1,0 +1,122 @@
+"""Velocity estimators: how far each is from the true velocity, rendered by the loop's own tick.
+
+The cost is the whole tick's, with the damping scene's law and the simulated handle: what a loop pays.
+"""
+
+import math
+from functools import cache
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.accuracy import timing
+from hapkit_studio.analysis.accuracy.plan import Plan, Run
+from hapkit_studio.analysis.accuracy.sheet import Default, Method, Scene
+from hapkit_studio.analysis.accuracy.signals import QUANTUM, RATE, SECONDS, SIGNALS, T
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
+from hapkit_studio.haptics import batch, headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+JUDGED_FROM = round(0.3 * RATE)
+_WHOLE_TURNS = slice(500, 2500)
+SHORT = {"difference": "Difference", "iir": "IIR", "butterworth": "Butterworth", "foaw": "FOAW"}
+SHORT |= {"kalman": "Kalman"}
+VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
+    ("difference", {}),
+    *(("iir", {"cutoff": cutoff}) for cutoff in (20.0, 35.5, 60.0, 120.0)),
+    *(("butterworth", {"cutoff": cutoff}) for cutoff in (20.0, 60.0, 120.0)),
+    *(("foaw", {"window": 16.0, "noise": noise}) for noise in (1.0, 0.5)),
+    *(("kalman", {"q": q}) for q in (1e-3, 1e-2, 1e-1)),
+)
+# A force that shakes by less than 20 mN counts as rest; the damping scene makes that of so many m/s.
+UNFELT = 0.020
+_DAMPING = environments.named("damping").values()["damping"]
+_REASON = f"{1e3 * UNFELT:g} mN, less than people feel shaking, at the damping scene's {_DAMPING:g} N·s/m"
+
+
+def label(key: str, options: dict[str, float]) -> str:
+    """Return an estimator with its options, short."""
+    if key in ("iir", "butterworth"):
+        return f"{SHORT[key]} {options['cutoff']:g} Hz"
+    if key == "foaw":
+        return f"FOAW {options['noise']:g} count" + ("" if options["noise"] <= 1.0 else "s")
+    return f"Kalman q = {options['q']:g}" if key == "kalman" else SHORT[key]
+
+
+def prepared(spec: tuple[str, dict[str, float]], signal: str) -> tuple[timing.Work, np.ndarray]:
+    """Return what renders a signal once, and the telemetry rows that it fills."""
+    position, velocity = SIGNALS[signal]()
+    device = SimulatedHapkit(damping=0.0, coulomb_force=0.0, quantum=QUANTUM, max_force=math.inf)
+    law = environments.named("damping")
+    rig, body = headless.Scene(law, law.values(), device, LoopSettings(RATE, 0.0, spec)).prepare()
+    out = batch.new_rows(T.size)
+    out.fill(0.0)  # so that the time is the loop's, not the memory's
+    return (lambda: batch.run_prescribed(rig, body, position, velocity, out)), out
+
+
+def estimated(spec: tuple[str, dict[str, float]], signal: str) -> np.ndarray:
+    """Return the velocity (n,) in m/s that the loop saw."""
+    work, out = prepared(spec, signal)
+    work()
+    return out[:, rows.VELOCITY]
+
+
+@cache
+def _lag(variant: int) -> float:
+    """Return by how many s the estimate is late at 8 Hz: the phase of its fundamental, over whole turns."""
+    wave = np.exp(-16j * np.pi * T[_WHOLE_TURNS])
+    found = estimated(VARIANTS[variant], "shake")[_WHOLE_TURNS]
+    ratio = np.sum(found * wave) / np.sum(SIGNALS["shake"]()[1][_WHOLE_TURNS] * wave)
+    return float(-np.angle(ratio) / (16.0 * np.pi))
+
+
+def _run(variant: int, signal: str) -> Run:
+    key, options = spec = VARIANTS[variant]
+    off = (estimated(spec, signal) - SIGNALS[signal]()[1])[JUDGED_FROM:]
+    extra = (("max_error_m_per_s", float(np.abs(off).max())), ("lag_s", _lag(variant)))
+    return Run(
+        key,
+        label(key, options),
+        1.0 / RATE,
+        float(np.sqrt(np.mean(off * off))),
+        lambda: prepared(spec, signal)[0],
+        SECONDS,
+        tuple(options.items()),
+        extra,
+    )
+
+
+def runs(scene: Scene) -> list[Run]:
+    """Return every estimator with every option on one signal."""
+    return [_run(variant, scene.key) for variant in range(len(VARIANTS))]
+
+
+def _scene(key: str, title: str) -> Scene:
+    default = Default(USUAL, 1.0 / RATE, tuple(parse(USUAL)[1].items()))
+    conditions = (
+        ("Sensor", f"{1e6 * QUANTUM:g} µm"),
+        ("Rate", "1 kHz"),
+        ("Judged", "from 0.3 s to 3 s"),
+        ("Reference", "the true velocity"),
+    )
+    return Scene(
+        key, title, "RMS error of the velocity", UNFELT / _DAMPING, _REASON, default, "m/s", conditions
+    )
+
+
+PLAN = Plan(
+    "velocity",
+    "Velocity",
+    tuple(Method(key, SHORT[key]) for key in ESTIMATORS),
+    (
+        _scene("tremor", "Tremor of 0.6 counts at 8 Hz"),
+        _scene("slow", "Steady 5 mm/s"),
+        _scene("steady", "Steady 100 mm/s"),
+        _scene("swing", "20 mm at 1 Hz"),
+        _scene("shake", "2 mm at 8 Hz"),
+        _scene("reversal", "200 mm/s turned round in 20 ms"),
+    ),
+    runs,
+    order=20,
+)
