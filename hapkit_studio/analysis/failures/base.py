@@ -37,7 +37,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Line:
-    """One curve (n,) of a chart: role is "theory" (a line), "measured" (points) or "other" (compared with)."""
+    """One curve (n,) of a chart: role is "theory", "measured" (points) or "other" (to compare)."""
 
     label: str
     x: np.ndarray

@@ -1,7 +1,6 @@
 """The rendered spring on an ideal handle: its motion by the tick that renders, and its matrix from theory."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -91,7 +90,6 @@ def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
     return np.array([[a, b, g0], [c, d, g1]])
 
 
-def exact_rate(matrices: Sequence[np.ndarray], seconds: float) -> float:
-    """Return the growth in 1/s of a loop that repeats these maps, one after the other, every ``seconds``."""
-    whole = np.linalg.multi_dot([*matrices[::-1]]) if len(matrices) > 1 else matrices[0]
+def exact_rate(whole: np.ndarray, seconds: float) -> float:
+    """Return the growth in 1/s of a loop that repeats this map every ``seconds``."""
     return math.log(np.abs(np.linalg.eigvals(whole)).max()) / seconds

@@ -23,6 +23,12 @@ def before_lost(x: np.ndarray, most: float) -> int:
     return int(np.argmax(lost)) if lost.any() else len(x)
 
 
+def alive(size: np.ndarray, least: float) -> int:
+    """Return how many samples of size (n,) there are up to the last that is ``least`` or more."""
+    big = np.flatnonzero(size >= least)
+    return int(big[-1]) + 1 if len(big) else 0
+
+
 def thinned(time: np.ndarray, x: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
     """Return (time, x) of at most about ``points``: of each piece the lowest and the highest, in order."""
     if len(x) <= points:

@@ -38,7 +38,7 @@ def exact(stiffness: float, case: Case) -> float:
     matrix = loop.step_matrix(
         case["mass"], case["viscous"], stiffness, case["damping"], period, case["delay"]
     )
-    return loop.exact_rate([matrix], period)
+    return loop.exact_rate(matrix, period)
 
 
 def curve(case: Case, progress: Progress) -> Chart:
@@ -69,10 +69,11 @@ FAILURE = Failure(
     title="A spring too stiff for its loop",
     summary="Above a stiffness the held force gives more energy than the handle's damping takes",
     formula="K < (b + B)/(T/2 + td), a little more or less: exact from the roots of the sampled loop",
-    explanation="The loop looks once a period T and holds its force until it looks again, so the spring acts "
-    "half a period late, and a delay td later still. Late, it pushes longer on the way out than it resisted "
-    "on the way in, and at every swing gives energy in proportion to K (T/2 + td). The damping b of the "
-    "handle and B of the spring take energy in proportion to b + B. Where giving wins, the swing grows.",
+    explanation="The loop looks once a period T and holds its force until it looks again, so the spring "
+    "acts half a period late, and a delay td later still. Late, it pushes longer on the way out than "
+    "it resisted on the way in, and at every swing gives energy in proportion to K (T/2 + td). The "
+    "damping b of the handle and B of the spring take energy in proportion to b + B. Where giving "
+    "wins, the swing grows.",
     knob=Parameter("stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "K"),
     limit=limit,
     probe=probe,

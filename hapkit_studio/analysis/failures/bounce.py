@@ -1,0 +1,136 @@
+"""The energy of a bounce: where the formula holds, and where it leaves the exact motion."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hapkit_studio.analysis.failures import wall_bounce
+from hapkit_studio.analysis.failures.base import (
+    MEASURED,
+    OTHER,
+    THEORY,
+    Case,
+    Chart,
+    Choice,
+    Evidence,
+    Failure,
+    Line,
+    Live,
+    Mark,
+    Parameter,
+    Progress,
+    within,
+)
+from hapkit_studio.analysis.failures.loop import MASS, RATE
+from hapkit_studio.analysis.failures.numbers import signed, text, thinned
+from hapkit_studio.haptics import rows
+
+WITHIN = 0.01
+PHASES = 32
+# ω T (1 + 2 td/T) up to which the formula is within 1 %.
+LATENESS = 0.4
+_LATENESS = np.linspace(0.05, 0.8, 16)
+
+
+def stiffness_of(lateness: float, case: Case) -> float:
+    """Return the stiffness in N/m whose ω T (1 + 2 td/T) that is."""
+    turn = lateness / (1.0 + 2.0 * case["late"])
+    return case["mass"] * (turn * case["rate"]) ** 2
+
+
+def limit(case: Case) -> float:
+    """Return ω T (1 + 2 td/T) = 0.4, up to which the formula is within about 1 %."""
+    return LATENESS
+
+
+def damper(lateness: float, case: Case, balance: float) -> tuple[float, float, float]:
+    """Return stiffness N/m, delay s and the damping N·s/m that is so many times K (T/2 + td)."""
+    k, delay = stiffness_of(lateness, case), case["late"] / case["rate"]
+    return k, delay, balance * k * (0.5 / case["rate"] + delay)
+
+
+def rendered(lateness: float, case: Case, balance: float = 0.0) -> float:
+    """Return energy out over energy in by the tick, the mean over the sampling phases."""
+    k, delay, damping = damper(lateness, case, balance)
+    given = (case["mass"], k, case["rate"], delay)
+    gains = [wall_bounce.rendered_gain(*given, p, damping) for p in wall_bounce.phases(PHASES)]
+    return float(np.mean(gains))
+
+
+def exact(lateness: float, case: Case, balance: float) -> float:
+    """Return the same by exact motion between events, the damper acting in contact alone."""
+    k, delay, damping = damper(lateness, case, balance)
+    given = (case["mass"], damping, k, case["rate"], delay)
+    return float(np.mean([wall_bounce.exact_gain(*given, p) for p in wall_bounce.phases(PHASES)]))
+
+
+def off(lateness: float, case: Case, gain: float, balance: float = 0.0) -> float:
+    """Return by how much the formula differs from a gain, as a share of the gain."""
+    k, delay, damping = damper(lateness, case, balance)
+    return wall_bounce.formula(case["mass"], damping, k, case["rate"], delay) / gain - 1.0
+
+
+# What is compared: its label, where the gain comes from, b as a share of K (T/2 + td), its role.
+_LINES: tuple[tuple[str, Callable[[float, Case, float], float], float, str], ...] = (
+    ("b = 0, rendered", rendered, 0.0, MEASURED),
+    ("b in contact alone, half the balance", exact, 0.5, OTHER),
+    ("b everywhere, half the balance", rendered, 0.5, OTHER),
+    ("b everywhere, the balance", rendered, 1.0, OTHER),
+)
+
+
+def probe(lateness: float, case: Case) -> Evidence:
+    """Throw the handle at the wall, at every sampling phase, and compare the energy with the formula."""
+    k, rate, delay = stiffness_of(lateness, case), case["rate"], case["late"] / case["rate"]
+    gain = rendered(lateness, case)
+    error = off(lateness, case, gain)
+    out = wall_bounce.rendered(case["mass"], k, rate, delay, 0.5)
+    time, x = thinned(np.arange(len(out)) / rate, 1e3 * (out[:, rows.TRUE_POSITION] - wall_bounce.WALL))
+    words = f"energy × {text(gain, '', 4)} in a bounce; the formula is off by {signed(100.0 * error, '%', 2)}"
+    return Evidence(time, x, "depth in the wall", "mm", abs(error) <= WITHIN, 100.0 * error, "%", words)
+
+
+def curve(case: Case, progress: Progress) -> Chart:
+    """Return by how much the formula is off over ω T (1 + 2 td/T), without and with damping."""
+    found: list[list[float]] = [[] for _ in _LINES]
+    for done, lateness in enumerate(map(float, _LATENESS), 1):
+        for y, (_, gain, balance, _) in zip(found, _LINES, strict=True):
+            y.append(100.0 * off(lateness, case, gain(lateness, case, balance), balance))
+        progress(done, len(_LATENESS))
+    measured = [
+        Line(label, _LATENESS, np.array(y), role)
+        for (label, _, _, role), y in zip(_LINES, found, strict=True)
+    ]
+    lines = (Line("the formula", _LATENESS, np.zeros(len(_LATENESS)), THEORY), *measured)
+    marks = (Mark("0.4", LATENESS),)
+    return Chart("ω T (1 + 2 td/T)", "formula off by, %", lines, marks, 100.0 * WITHIN, "1 %")
+
+
+def live(lateness: float, case: Case) -> Live:
+    """Return the wall in the window."""
+    values = within("wall", {"stiffness": stiffness_of(lateness, case), "damping": 0.0})
+    loop = {"rate": case["rate"], "delay": case["late"] / case["rate"]}
+    return Live("wall", values, loop, advice="Throw the handle at the wall: it comes back faster.")
+
+
+FAILURE = Failure(
+    key="bounce",
+    title="The energy of a bounce",
+    summary="A sampled wall gives energy at every bounce; beyond a stiffness its formula is off",
+    formula="E out/E in = exp(π (K (T/2 + td) − b)/(m ω)), within 1 % for b = 0 and ω T (1 + 2 td/T) ≤ 0.4",
+    explanation="A wall is a spring met late and left late, by half a period and the delay, so a bounce "
+    "comes back faster than it went in. The formula takes the bounce as half a swing that grows all "
+    "along. For a soft wall that is within 1 %; a stiff one is met and left within a few samples, "
+    "and is no half swing. A damper in contact alone changes little of that. The handle's own damper "
+    "acts outside as well, for the samples before the wall is seen and after it is left, and takes "
+    "more than the formula knows.",
+    knob=Parameter("lateness", "ω T (1 + 2 td/T)", "", 0.4, 0.01, 2.0, "How far a swing turns while late"),
+    limit=limit,
+    probe=probe,
+    curve=curve,
+    options=(Choice("late", "Delay", ("none", "one_period"), "none"), MASS, RATE),
+    live=live,
+    margin=0.2,
+    span=(0.2, 2.0),
+    order=15,
+)

@@ -1,0 +1,138 @@
+"""Friction by the sign of a counted velocity: beyond a force it chatters over several counts."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.failures.base import (
+    OTHER,
+    Case,
+    Chart,
+    Choice,
+    Evidence,
+    Failure,
+    Line,
+    Live,
+    Mark,
+    Parameter,
+    Progress,
+    within,
+)
+from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
+from hapkit_studio.analysis.failures.numbers import text, thinned
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.environments.friction import COULOMB, PROJECTION
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+# The ratio F_c T²/(m Δ) up to which the force only flickers within a count, by the delay in periods.
+RATIOS = (1.5, 0.7)
+# More than this, in counts, is felt as chatter.
+FLICKER = 1.5
+# Places in counts and speeds in m/s that the handle starts with: the worst one counts.
+STARTS = ((0.0, 0.1234), (0.15, 0.05), (0.35, 0.2), (0.65, -0.08))
+SECONDS, LAST = 3.0, 0.5
+_SHARES = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0, 1.15, 1.33, 1.5, 1.75, 2.0])
+
+
+def count_force(case: Case) -> float:
+    """Return m Δ/T² in N: the force that moves the handle by a count within a period."""
+    return case["mass"] * case["quantum"] * case["rate"] ** 2
+
+
+def limit(case: Case) -> float:
+    """Return the friction in N above which it chatters over several counts; found by simulation."""
+    return RATIOS[int(case["late"])] * count_force(case)
+
+
+def slides(friction: float, case: Case, model: int = COULOMB) -> list[np.ndarray]:
+    """Return the place (n,) in counts of a handle that slides to rest, one for each of STARTS."""
+    values = dict(environments.named("friction").values())
+    values |= {"model": float(model), "kinetic_force": friction, "static_force": friction, "viscous": 0.0}
+    if model == PROJECTION:
+        # the stiffest tether that a handle of this damping can be held by
+        values["tether_stiffness"] = case["viscous"] * case["rate"] / (1.0 + 2.0 * case["late"])
+    loop = LoopSettings(case["rate"], case["late"] / case["rate"])
+    found = []
+    for place, speed in STARTS:
+        start = (place * case["quantum"], speed)
+        device = SimulatedHapkit(case["mass"], case["viscous"], 0.0, case["quantum"], math.inf, *start)
+        scene = headless.Scene(environments.named("friction"), values, device, loop)
+        out, _ = headless.render(scene, None, round(SECONDS * case["rate"]))
+        found.append(out[:, rows.TRUE_POSITION] / case["quantum"])
+    return found
+
+
+def peak_to_peak(friction: float, case: Case, model: int = COULOMB) -> tuple[float, np.ndarray]:
+    """Return the largest p-p of the last half second in counts, and the tail (n,) that has it."""
+    last = round(LAST * case["rate"])
+    tails = [x[-last:] for x in slides(friction, case, model)]
+    worst = max(tails, key=np.ptp)
+    return float(np.ptp(worst)), worst
+
+
+def probe(friction: float, case: Case) -> Evidence:
+    """Let the handle slide to rest against friction by the sign of its velocity."""
+    size, tail = peak_to_peak(friction, case)
+    holds = size <= FLICKER
+    time, x = thinned(np.arange(len(tail)) / case["rate"], tail - tail.mean())
+    words = f"{'flickers' if holds else 'chatters'} by {text(size, 'counts p-p', 2)}"
+    return Evidence(time, x, "position, once it has stopped", "counts", holds, size, "counts", words)
+
+
+def curve(case: Case, progress: Progress) -> Chart:
+    """Return the chatter over the friction, beside that of the implicit projection."""
+    levels = limit(case) * _SHARES
+    plain, held = [], []
+    for done, level in enumerate(levels, 1):
+        plain.append(peak_to_peak(level, case)[0])
+        held.append(peak_to_peak(level, case, PROJECTION)[0])
+        progress(done, len(levels))
+    lines = (
+        Line("by the sign of the velocity", levels, np.array(plain)),
+        Line("implicit projection", levels, np.array(held), OTHER),
+    )
+    marks = (Mark(f"{RATIOS[int(case['late'])]:g} m Δ/T²", limit(case)), Mark("m Δ/T²", count_force(case)))
+    return Chart("friction, N", "chatter, counts p-p", lines, marks, FLICKER, "more than a flicker")
+
+
+def live(friction: float, case: Case) -> Live:
+    """Return the friction scene in the window, by the sign of the velocity."""
+    values = within("friction", {"kinetic_force": friction, "static_force": friction, "viscous": 0.0})
+    loop = {
+        "rate": case["rate"],
+        "delay": case["late"] / case["rate"],
+        "estimator": "difference",
+        "options": (),
+    }
+    advice = "Let go: it buzzes at rest. Then choose the model Projection."
+    return Live("friction", {**values, "model": float(COULOMB)}, loop, advice=advice)
+
+
+FAILURE = Failure(
+    key="chatter",
+    title="Friction by the sign of the velocity",
+    summary="A force that flips with a counted velocity throws the handle over several counts, forever",
+    formula="F T²/(m Δ) > 1.5 without delay, 0.7 with one period of it (found by simulation)",
+    explanation="Near rest a sensor of steps Δ shows either no velocity or one count in a period, and "
+    "the sign of that is noise. The friction force flips with it. In a period T it moves a handle of "
+    "mass m by F T²/(2 m) and leaves it with F T/m of speed; once that carries it over more than a "
+    "count or so before the next look, each flip causes the next. A model that knows a place to "
+    "hold, such as the implicit projection, rests.",
+    knob=Parameter("friction", "Friction", "N", 1.0, 0.0, 50.0, "Kinetic and static", "F"),
+    limit=limit,
+    probe=probe,
+    curve=curve,
+    options=(
+        Choice("late", "Delay", ("none", "one_period"), "none"),
+        MASS,
+        VISCOUS,
+        Parameter("quantum", "Sensor step", "m", 20.7e-6, 1e-6, 1e-3, "One count", "Δ"),
+        RATE,
+    ),
+    live=live,
+    margin=0.4,
+    span=(0.1, 2.0),
+    order=9,
+)

@@ -1,0 +1,147 @@
+"""The course's mass on a spring: held in contact at 1 ms by the lecture's rule, it grows, not rests."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.failures.base import (
+    OTHER,
+    THEORY,
+    Case,
+    Chart,
+    Choice,
+    Evidence,
+    Failure,
+    Line,
+    Live,
+    Mark,
+    Parameter,
+    Progress,
+)
+from hapkit_studio.analysis.failures.numbers import before_lost, growth, text, thinned
+from hapkit_studio.analysis.failures.step_roots import growth_per_radian
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.dynamics.step_limits import longest_step
+from hapkit_studio.environments.pushed import LABELS
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+MASS, DAMPING, SPRING, CONTACT = 2.0, 1.0, 300.0, 1000.0
+REST = 0.01
+BOTH = SPRING + CONTACT
+OMEGA = math.sqrt(BOTH / MASS)
+RATIO = DAMPING / (2.0 * MASS * OMEGA)
+METHODS = ("explicit_euler", "lecture", "semi_implicit", "verlet", "rk4")
+# The handle goes slowly to PRESSED, then by NUDGE at once, and is held still: the mass swings in contact.
+PRESSED, NUDGE, RISE = 0.02, 2e-4, 2.0
+SECONDS = 8.0
+_STEPS = np.geomspace(0.1e-3, 10e-3, 25)
+
+
+def _method(case: Case) -> str:
+    return METHODS[int(case["method"])]
+
+
+def limit(case: Case) -> float:
+    """Return the longest step in s at which the mass in contact does not grow."""
+    return longest_step(_method(case), MASS, DAMPING, BOTH)
+
+
+def values(method: str) -> dict[str, float]:
+    """Return the course's numbers as the environment takes them."""
+    given = {"mass": MASS, "damping": DAMPING, "stiffness": SPRING, "contact_stiffness": CONTACT}
+    given |= {"contact_damping": 0.0, "rest_position": REST}
+    return {**given, "integrator": float(INTEGRATORS.index(method))}
+
+
+def _held(time: float) -> float:
+    if time >= RISE:
+        return PRESSED + NUDGE
+    return REST + (PRESSED - REST) * (0.5 - 0.5 * math.cos(math.pi * time / RISE))
+
+
+def swing(method: str, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return time and place (n,) of the mass about its rest in contact, by the tick, while it is touched."""
+    scene = headless.Scene(
+        environments.named("mass_spring_damper"),
+        values(method),
+        SimulatedHapkit(coulomb_force=0.0, quantum=0.0, max_force=math.inf),
+        LoopSettings(1.0 / step),
+    )
+    count = round((RISE + SECONDS) / step)
+    out, _ = headless.render(scene, Prescribed(_held), count)
+    begin = math.ceil(RISE / step) + 2
+    place = out[begin:, rows.STATE]
+    at_rest = (SPRING * REST + CONTACT * (PRESSED + NUDGE)) / BOTH
+    n = before_lost(place - at_rest, PRESSED + NUDGE - at_rest)
+    return step * np.arange(n), (place - at_rest)[:n]
+
+
+def rate_of(x: np.ndarray, step: float) -> float:
+    """Return the growth in 1/s of a swing x (n,) about 0."""
+    speed = np.gradient(x, step) if len(x) > 2 else np.zeros(len(x))
+    return growth(np.hypot(x, speed / OMEGA), step)
+
+
+def probe(step: float, case: Case) -> Evidence:
+    """Press the handle against the mass, nudge it and hold it still."""
+    time, x = swing(_method(case), step)
+    rate = rate_of(x, step)
+    holds = rate < 0.0
+    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}; in truth it decays by 0.25 1/s"
+    time, x = thinned(time, 1e3 * x)
+    return Evidence(time, x, "mass from its rest", "mm", holds, rate, "1/s", words)
+
+
+def curve(case: Case, progress: Progress) -> Chart:
+    """Return the growth over the step: rendered, from the method's formula, and the truth."""
+    method, measured = _method(case), []
+    for done, step in enumerate(_STEPS, 1):
+        measured.append(rate_of(swing(method, step)[1], step))
+        progress(done, len(_STEPS))
+    theory = [OMEGA * growth_per_radian(method, RATIO, OMEGA * step) for step in _STEPS]
+    steps = 1e3 * _STEPS
+    lines = (
+        Line("largest root", steps, np.array(theory), THEORY),
+        Line("rendered", steps, np.array(measured)),
+        Line("the truth", steps, np.full(len(steps), -DAMPING / (2.0 * MASS)), OTHER),
+    )
+    marks = (Mark("limit", 1e3 * limit(case)), Mark("230 Hz", 1e3 / 230.0))
+    return Chart("step, ms", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays", log_x=True)
+
+
+def live(step: float, case: Case) -> Live:
+    """Return the course's scene in the window at this step."""
+    loop = {"rate": 1.0 / step}
+    return Live("mass_spring_damper", values(_method(case)), loop, "firm", "Press the mass and hold still.")
+
+
+FAILURE = Failure(
+    key="course",
+    title="The course's mass–spring–damper at 1 ms",
+    summary="With the lecture's rule the mass in contact grows by 0.075 1/s, though its damper brakes it",
+    formula="explicit Euler and the lecture's rule: dt < b/k = 1/1300 s, 0.77 ms",
+    explanation="2 kg, 1 N·s/m, 300 N/m, and a contact of 1000 N/m under a hand that keeps still: the "
+    "swing should die out by 0.25 1/s. The lecture's rule takes the mean of the last two "
+    "accelerations; it is centred half a step too early, so the whole scheme lags by a step, and "
+    "that acts like a damper of −k dt = −1.3 N·s/m. At 1 ms it takes away more than the damper of 1 "
+    "N·s/m gives. Semi-implicit Euler costs no more and holds up to 78 ms.",
+    knob=Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Of the loop and of the integrator", "dt"),
+    limit=limit,
+    probe=probe,
+    curve=curve,
+    options=(
+        Choice(
+            "method",
+            "Integrator",
+            METHODS,
+            "lecture",
+            labels=tuple(LABELS[INTEGRATORS.index(m)] for m in METHODS),
+        ),
+    ),
+    live=live,
+    order=3,
+)

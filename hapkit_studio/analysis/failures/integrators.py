@@ -1,0 +1,141 @@
+"""A step too long for its integrator: each method's limit of ω dt at six damping ratios."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.analysis.failures.base import (
+    OTHER,
+    THEORY,
+    Case,
+    Chart,
+    Choice,
+    Evidence,
+    Failure,
+    Line,
+    Live,
+    Mark,
+    Parameter,
+    Progress,
+    within,
+)
+from hapkit_studio.analysis.failures.numbers import alive, before_lost, growth, text, thinned
+from hapkit_studio.analysis.failures.step_roots import growth_per_radian
+from hapkit_studio.dynamics.integrators import INTEGRATORS, integrate
+from hapkit_studio.dynamics.step_limits import longest_step
+from hapkit_studio.environments.pushed import LABELS
+
+METHODS = ("explicit_euler", "lecture", "semi_implicit", "verlet", "rk4")
+RATIOS = (0.01, 0.05, 0.2, 0.5, 1.0, 2.0)
+# 1 kg that swings at 10 rad/s, let go at 10 mm
+OMEGA, START = 10.0, 0.01
+STEPS = 200_000
+# A swing this much smaller or larger than at first has died out, or is lost.
+DEAD, LOST = 1e-9, 1e9
+_SHARES = np.concatenate(
+    [np.linspace(0.5, 0.95, 10), [0.98, 0.99, 1.0, 1.01, 1.02], np.linspace(1.05, 1.5, 10)]
+)
+
+
+def _method(case: Case) -> str:
+    return METHODS[int(case["method"])]
+
+
+def _ratio(case: Case) -> float:
+    return RATIOS[int(case["ratio"])]
+
+
+def _truth(case: Case) -> float:
+    return OMEGA * growth_per_radian("exact", _ratio(case), 1.0)
+
+
+def limit(case: Case) -> float:
+    """Return the largest ω dt that does not grow."""
+    return longest_step(_method(case), 1.0, 2.0 * _ratio(case), 1.0)
+
+
+def swing(step: float, case: Case, count: int = STEPS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return time, position and size (its swing with its speed), each (n,), until it is lost or has died."""
+    given = {
+        "mass": 1.0,
+        "damping": 2.0 * _ratio(case) * OMEGA,
+        "stiffness": OMEGA**2,
+        "x0": START,
+        "v0": 0.0,
+    }
+    dt = step / OMEGA
+    with np.errstate(over="ignore", invalid="ignore"):
+        time, x, v = integrate(_method(case), dt=dt, seconds=count * dt, **given)
+        size = np.hypot(x, v / OMEGA)
+    n = before_lost(size, LOST * START)
+    n = alive(size[:n], DEAD * START)
+    return time[:n], x[:n], size[:n]
+
+
+def probe(step: float, case: Case) -> Evidence:
+    """Let the mass go and follow it over many steps."""
+    time, x, size = swing(step, case)
+    rate = growth(size, step / OMEGA)
+    holds = rate < 0.0
+    shown = alive(size[: before_lost(size, 30.0 * START)], 1e-3 * START)
+    time, x = thinned(time[:shown], 1e3 * x[:shown])
+    true = text(-_truth(case), "1/s")
+    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}; in truth it decays by {true}"
+    return Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
+
+
+def curve(case: Case, progress: Progress) -> Chart:
+    """Return the growth over ω dt: measured, from the method's formula, and the truth."""
+    bound, ratio, measured = limit(case), _ratio(case), []
+    steps = bound * _SHARES
+    for done, step in enumerate(steps, 1):
+        measured.append(growth(swing(step, case)[2], step / OMEGA))
+        progress(done, len(steps))
+    theory = [OMEGA * growth_per_radian(_method(case), ratio, h) for h in steps]
+    lines = (
+        Line("largest root", steps, np.array(theory), THEORY),
+        Line("measured", steps, np.array(measured)),
+        Line("the truth", steps, np.full(len(steps), _truth(case)), OTHER),
+    )
+    marks = (Mark("limit", bound),)
+    return Chart("ω·dt", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+
+
+def live(step: float, case: Case) -> Live:
+    """Return the mass in the window with this integrator; its damping and spring as ω dt and ratio ask."""
+    mass, dt = 0.5, 1e-3
+    stiffness = mass * (step / dt) ** 2
+    damping = 2.0 * _ratio(case) * math.sqrt(stiffness * mass)
+    values = {"mass": mass, "stiffness": stiffness, "damping": damping}
+    method = float(INTEGRATORS.index(_method(case)))
+    given = {**within("mass_spring_damper", values), "integrator": method}
+    return Live("mass_spring_damper", given, {"rate": 1.0 / dt}, "medium", "Push the mass, then leave it.")
+
+
+FAILURE = Failure(
+    key="integrators",
+    title="A step too long for its integrator",
+    summary="Above a step a computed mass on a spring gains energy at every swing",
+    formula="ω dt < 2 ζ explicit Euler, 2(√(1 + ζ²) − ζ) semi-implicit, 2 Verlet, 2.83 RK4 at ζ = 0",
+    explanation="Each step replaces the motion by a short straight piece, so it errs a little each time, "
+    "and the errors of one method point outwards, of another inwards. What decides is the step as a "
+    "share of the swing, ω dt, and the damping ratio ζ. Explicit Euler and the lecture's rule push "
+    "outwards at every step, and only damping hides it; the others hold up to about two radians a "
+    "step.",
+    knob=Parameter("step", "Step, ω·dt", "", 1.0, 1e-3, 10.0, "How far the swing turns in one step"),
+    limit=limit,
+    probe=probe,
+    curve=curve,
+    options=(
+        Choice(
+            "method",
+            "Integrator",
+            METHODS,
+            "semi_implicit",
+            labels=tuple(LABELS[INTEGRATORS.index(m)] for m in METHODS),
+        ),
+        Choice("ratio", "Damping ratio", tuple(f"{r:g}" for r in RATIOS), "0.2"),
+    ),
+    live=live,
+    order=2,
+)

@@ -1,0 +1,181 @@
+"""A loop that is late now and then: what the nominal rate promises, and what its longest period keeps."""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.failures import loop
+from hapkit_studio.analysis.failures.base import (
+    OTHER,
+    THEORY,
+    Case,
+    Chart,
+    Evidence,
+    Failure,
+    Line,
+    Live,
+    Mark,
+    Parameter,
+    Progress,
+    within,
+)
+from hapkit_studio.analysis.failures.numbers import before_lost, text, thinned
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.haptics import batch, block, headless, rows
+
+_SHARES = np.linspace(0.5, 1.5, 21)
+_HALVINGS = 50
+_SCAN = 200
+
+
+def pattern(case: Case) -> tuple[float, ...]:
+    """Return the periods in s that repeat: usual ones, then a long one."""
+    period = 1.0 / case["rate"]
+    return (period,) * int(round(case["usual"])) + (case["long"] * period,)
+
+
+def exact(stiffness: float, case: Case, periods: tuple[float, ...]) -> float:
+    """Return the growth in 1/s of the loop that repeats these periods, from its map over all of them."""
+    whole = np.eye(4)
+    for period, times in _runs(periods):
+        one = loop.step_matrix(case["mass"], case["viscous"], stiffness, 0.0, period, 0.0)
+        whole = np.linalg.matrix_power(one, times) @ whole
+    return loop.exact_rate(whole, sum(periods))
+
+
+def _runs(periods: tuple[float, ...]) -> list[tuple[float, int]]:
+    """Return each length of period and how often it comes, the usual ones first."""
+    return [(t, periods.count(t)) for t in dict.fromkeys(periods)]
+
+
+def worst(case: Case) -> float:
+    """Return the limit in N/m of a loop all of whose periods are as long as the longest."""
+    return stiffness_limit(case["mass"], case["viscous"], rate=1.0 / max(pattern(case)))
+
+
+def nominal(case: Case) -> float:
+    """Return the limit in N/m at the nominal rate."""
+    return stiffness_limit(case["mass"], case["viscous"], rate=case["rate"])
+
+
+def limit(case: Case) -> float:
+    """Return the least stiffness in N/m at which the loop with this pattern of periods grows; exact."""
+    return _limit(tuple(case.items()))
+
+
+@lru_cache(maxsize=64)
+def _limit(numbers: tuple) -> float:
+    case = dict(numbers)
+    periods = pattern(case)
+    scan = np.linspace(worst(case), 1.001 * nominal(case), _SCAN)
+    grows = [exact(k, case, periods) > 0.0 for k in scan]
+    if grows[0]:
+        return float(scan[0])
+    first = int(np.argmax(grows))
+    low, high = (scan[first - 1], scan[first]) if any(grows) else (scan[-1], scan[-1])
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if exact(middle, case, periods) > 0.0 else (middle, high)
+    return float(low)
+
+
+def swing(stiffness: float, case: Case, periods: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and rows, one each time the periods have passed, of a handle let go: by the tick."""
+    where = Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"])
+    device = where.device(real=False, position=loop.START)
+    values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
+    r, body = headless.Scene(environments.named("spring"), values, device, where.loop).prepare()
+    longest = max(len(periods), 1)
+    room, still = batch.new_rows(longest), np.zeros(longest + 1)
+    letting_go, no_hand = np.zeros(longest, dtype=np.int64), np.zeros(3)
+    runs = _runs(periods)
+    count = math.ceil(loop.SECONDS / sum(periods))
+    seen = np.empty((count, 2))
+    for index in range(count):
+        for number, (period, times) in enumerate(runs):
+            r.block_values[block.PERIOD] = period
+            batch.run(r, body, no_hand, still, letting_go, room[:times])
+            if number == 0:
+                seen[index] = room[0, [rows.TRUE_POSITION, rows.TRUE_VELOCITY]]
+        if not abs(seen[index, 0]) < loop.REACH:
+            seen = seen[: index + 1]
+            break
+    return sum(periods) * np.arange(len(seen)), seen
+
+
+def rate_of(stiffness: float, case: Case, seen: np.ndarray, seconds: float) -> float:
+    """Return the growth in 1/s of rows (n, 2) of place and speed, ``seconds`` apart."""
+    size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
+    half = len(size) // 2
+    # Seen once a pattern, the swing stands where it likes: its largest of each half is compared.
+    return float(np.log(size[half:].max() / size[:half].max()) / (half * seconds)) if half else math.inf
+
+
+def probe(stiffness: float, case: Case) -> Evidence:
+    """Let the handle go 1 mm from the centre of a spring whose loop is late now and then."""
+    periods = pattern(case)
+    time, seen = swing(stiffness, case, periods)
+    rate = rate_of(stiffness, case, seen, sum(periods))
+    holds = rate < 0.0
+    n = before_lost(seen[:, 0], loop.REACH)
+    time, x = thinned(time[:n], 1e3 * seen[:n, 0])
+    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}"
+    return Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
+
+
+def curve(case: Case, progress: Progress) -> Chart:
+    """Return the growth over the stiffness: rendered with the pattern, exact, and at the nominal rate."""
+    bound, periods, measured = limit(case), pattern(case), []
+    stiffness = np.union1d(bound * _SHARES, np.linspace(0.5 * worst(case), bound, 8))
+    for done, k in enumerate(stiffness, 1):
+        measured.append(rate_of(k, case, swing(k, case, periods)[1], sum(periods)))
+        progress(done, len(stiffness))
+    even, slow = (1.0 / case["rate"],), (max(periods),)
+    lines = (
+        Line("largest root", stiffness, np.array([exact(k, case, periods) for k in stiffness]), THEORY),
+        Line("rendered", stiffness, np.array(measured)),
+        Line("never late", stiffness, np.array([exact(k, case, even) for k in stiffness]), OTHER),
+        Line("always late", stiffness, np.array([exact(k, case, slow) for k in stiffness]), OTHER),
+    )
+    marks = (
+        Mark("exact limit", bound),
+        Mark("by the longest period", worst(case)),
+        Mark("by the nominal rate", nominal(case)),
+    )
+    return Chart("stiffness, N/m", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+
+
+def live(stiffness: float, case: Case) -> Live:
+    """Return the spring in the window in a loop that is always as slow as this one is at times."""
+    values = within("spring", {"stiffness": stiffness, "damping": 0.0, "center": 0.0})
+    loop_ = {"rate": 1.0 / max(pattern(case)), "delay": 0.0, "estimator": "difference", "options": ()}
+    return Live("spring", values, loop_, advice="Here every period is the long one. Pull the handle aside.")
+
+
+FAILURE = Failure(
+    key="jitter",
+    title="A loop that is late now and then",
+    summary="The nominal rate promises a stiffness that the late samples break",
+    formula="safe: K < 2 b/T of the longest period; exact: the roots of the map over the whole pattern",
+    explanation="A held force gives energy ½ K v² T² in each period, so one period five times as long "
+    "gives as much as twenty-five. The handle's damping takes b v² T, only five times as much. Where "
+    "the long periods fall on the fast part of the swing they decide. Whatever the pattern, and "
+    "whoever holds the handle, only the limit by the longest period is safe: K < 2 b/T max. A given "
+    "pattern that repeats has its own exact limit between that and the nominal one.",
+    knob=Parameter("stiffness", "Stiffness", "N/m", 500.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
+    limit=limit,
+    probe=probe,
+    curve=curve,
+    options=(
+        Parameter("usual", "Usual periods", "", 24.0, 1.0, 500.0, "Between two long ones"),
+        Parameter("long", "Long period", "periods", 5.0, 1.0, 20.0, "How many usual periods it takes"),
+        loop.MASS,
+        loop.VISCOUS,
+        loop.RATE,
+    ),
+    live=live,
+    order=6,
+)

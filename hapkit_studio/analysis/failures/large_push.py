@@ -1,0 +1,128 @@
+"""Stable for a small push, lost after a large one: dry friction holds a spring beyond its limit so far."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.analysis.failures import counted_spring
+from hapkit_studio.analysis.failures.base import (
+    THEORY,
+    Case,
+    Chart,
+    Evidence,
+    Failure,
+    Line,
+    Live,
+    Mark,
+    Parameter,
+    Progress,
+    within,
+)
+from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
+from hapkit_studio.analysis.failures.numbers import text, thinned
+
+_SHARES = np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0])
+_HALVINGS = 16
+
+
+def amplitude(case: Case, stiffness: float) -> float:
+    """Return 4 F_c/(π ω (K T/2 − b)) in m: friction's work over a swing against what sampling gives."""
+    spare = 0.5 * stiffness / case["rate"] - case["viscous"]
+    if spare <= 0.0:
+        return math.inf
+    return 4.0 * case["coulomb"] / (math.pi * math.sqrt(stiffness / case["mass"]) * spare)
+
+
+def limit(case: Case) -> float:
+    """Return the push in m up to which the case's spring settles."""
+    return amplitude(case, case["stiffness"])
+
+
+def swing(push: float, case: Case, stiffness: float) -> np.ndarray:
+    """Return the handle's place (n,) in m, let go after a push; the sensor is ideal."""
+    device = (case["mass"], case["viscous"], case["coulomb"], 0.0, case["rate"])
+    return counted_spring.released(*device, stiffness, push)
+
+
+def settles(push: float, case: Case, stiffness: float) -> bool:
+    """Return whether it comes to rest."""
+    x = swing(push, case, stiffness)
+    return counted_spring.judged(x, push, case["rate"])[0] == counted_spring.RESTS
+
+
+def measured(case: Case, stiffness: float) -> float:
+    """Return the push in m between settling and growing, by bisection about the formula."""
+    middle = amplitude(case, stiffness)
+    low, high = 0.5 * middle, 2.0 * middle
+    for _ in range(_HALVINGS):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if settles(middle, case, stiffness) else (low, middle)
+    return math.sqrt(low * high)
+
+
+def probe(push: float, case: Case) -> Evidence:
+    """Pull the handle aside by so much and let it go."""
+    x = swing(push, case, case["stiffness"])
+    word, _ = counted_spring.judged(x, push, case["rate"])
+    holds = word == counted_spring.RESTS
+    moving = np.flatnonzero(np.abs(np.diff(x)) > 0.0)
+    seconds = (int(moving[-1]) + 1 if len(moving) else len(x)) / case["rate"]
+    words = (
+        f"settles within {text(seconds, 's', 2)}" if holds else f"grows, lost after {text(seconds, 's', 2)}"
+    )
+    shown = min(round(1.2 * seconds * case["rate"]), len(x))
+    time, trace = thinned(np.arange(shown) / case["rate"], 1e3 * x[:shown])
+    return Evidence(time, trace, "position", "mm", holds, 1e3 * float(np.abs(x).max()), "mm", words)
+
+
+def curve(case: Case, progress: Progress) -> Chart:
+    """Return the largest push that settles over the stiffness: rendered, and by the balance of energy."""
+    edge = 2.0 * case["viscous"] * case["rate"]
+    stiffness, found = edge * _SHARES, []
+    for done, k in enumerate(stiffness, 1):
+        found.append(1e3 * measured(case, float(k)))
+        progress(done, len(stiffness))
+    fine = np.geomspace(stiffness[0], stiffness[-1], 60)
+    lines = (
+        Line("balance of energy", fine, np.array([1e3 * amplitude(case, float(k)) for k in fine]), THEORY),
+        Line("rendered", stiffness, np.array(found)),
+    )
+    marks = (Mark("this spring", case["stiffness"]), Mark("2 b/T", edge))
+    level = 1e3 * limit(case)
+    words = "its largest push"
+    return Chart("stiffness, N/m", "largest push that settles, mm", lines, marks, level, words, log_y=True)
+
+
+def live(push: float, case: Case) -> Live:
+    """Return the spring in the window; the handle has 0.1 N of dry friction there."""
+    values = within("spring", {"stiffness": case["stiffness"], "damping": 0.0, "center": 0.0})
+    loop = {"rate": case["rate"], "delay": 0.0, "estimator": "difference", "options": ()}
+    advice = f"Pull the handle {1e3 * push:.2g} mm aside and let it go."
+    return Live("spring", values, loop, advice=advice)
+
+
+FAILURE = Failure(
+    key="large_push",
+    title="Calm after a small push, lost after a large one",
+    summary="Dry friction holds a spring beyond its limit, but only up to an amplitude",
+    formula="A < 4 F_c/(π ω (K T/2 − b)), ω = √(K/m) (Diolaiti's locally stable region)",
+    explanation="Beyond K = 2 b/T sampling gives more energy in a swing than viscous damping takes; the "
+    "surplus π ω A² (K T/2 − b) grows with the square of the amplitude A. Dry friction takes 4 F_c "
+    "A, in proportion to A only. So small swings lose and settle, large ones win and grow. A wall "
+    "that seems quite stable under a light touch can be thrown into a buzz by one hard knock.",
+    knob=Parameter("push", "Push", "m", 2e-3, 1e-6, 1.0, "How far the handle is pulled aside", "A"),
+    limit=limit,
+    probe=probe,
+    curve=curve,
+    options=(
+        Parameter("stiffness", "Stiffness", "N/m", 1500.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
+        MASS,
+        VISCOUS,
+        Parameter("coulomb", "Dry friction", "N", 0.1, 1e-3, 2.0, "Coulomb friction of the handle", "F_c"),
+        RATE,
+    ),
+    live=live,
+    margin=0.04,
+    span=(0.2, 2.0),
+    order=8,
+)

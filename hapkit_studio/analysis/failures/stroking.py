@@ -1,0 +1,56 @@
+"""A grating stroked at a steady speed: what the tick renders of its ridges, sample by sample."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.environments.texture import GRATING
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.parameters import Parameter
+
+AMPLITUDE = 0.25
+WAVELENGTH = Parameter("wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "From ridge to ridge", "λ")
+
+
+def grating(wavelength: float, amplitude: float = AMPLITUDE) -> dict[str, float]:
+    """Return the values of a grating."""
+    values = environments.named("texture").values()
+    return {**values, "kind": float(GRATING), "wavelength": wavelength, "amplitude": amplitude}
+
+
+def stroke(
+    wavelength: float, speed: float, rate: float, quantum: float, samples: int, start: float = 0.0
+) -> np.ndarray:
+    """Return the rows (samples, …) of a handle moved at ``speed`` m/s from ``start`` m on."""
+    device = SimulatedHapkit(quantum=quantum, max_force=math.inf)
+    scene = headless.Scene(environments.named("texture"), grating(wavelength), device, LoopSettings(rate))
+    return headless.render(scene, Prescribed(lambda t: start + speed * t), samples)[0]
+
+
+def least_in_a_ridge(out: np.ndarray, wavelength: float, different: bool = False) -> int:
+    """Return the least number of samples in a whole ridge; different: of different readings."""
+    place = out[:, rows.TRUE_POSITION]
+    if different:
+        place = np.unique(out[:, rows.POSITION])
+    # a rounding error at a ridge's edge is no other ridge
+    ridge = np.floor(place / wavelength + 1e-9).astype(int)
+    counts = np.bincount(ridge - ridge.min())[1:-1]
+    return int(counts.min()) if len(counts) else len(place)
+
+
+def least_peak(out: np.ndarray, wavelength: float) -> float:
+    """Return the least share of the amplitude that the strongest sample of a whole ridge has."""
+    ridge = np.floor(out[:, rows.TRUE_POSITION] / wavelength + 1e-9).astype(int)
+    peaks = np.full(ridge.max() - ridge.min() + 1, -np.inf)
+    np.maximum.at(peaks, ridge - ridge.min(), out[:, rows.ASKED])
+    return float(peaks[1:-1].min() / AMPLITUDE) if len(peaks) > 2 else float(peaks.max() / AMPLITUDE)
+
+
+def felt(force: np.ndarray, rate: float) -> float:
+    """Return the frequency in Hz of a sampled sine (n,): F_k+1 + F_k-1 = 2 cos(2 π f/rate) F_k."""
+    cosine = force[1:-1] @ (force[2:] + force[:-2]) / (2.0 * force[1:-1] @ force[1:-1])
+    return rate * math.acos(min(max(float(cosine), -1.0), 1.0)) / math.tau

@@ -1,0 +1,92 @@
+"""Ridges with too few samples: ten for each, or the strongest part of some ridges is never rendered."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.analysis.failures import stroking
+from hapkit_studio.analysis.failures.base import (
+    THEORY,
+    Case,
+    Chart,
+    Evidence,
+    Failure,
+    Line,
+    Live,
+    Mark,
+    Parameter,
+    Progress,
+)
+from hapkit_studio.analysis.failures.loop import RATE
+from hapkit_studio.analysis.failures.numbers import text
+from hapkit_studio.haptics import rows
+
+WANTED = 10
+SAMPLES = 4000
+_SHARES = np.geomspace(0.2, 4.0, 24)
+
+
+def limit(case: Case) -> float:
+    """Return λ/(10 T) in m/s."""
+    return case["wavelength"] * case["rate"] / WANTED
+
+
+def stroke(speed: float, case: Case) -> np.ndarray:
+    """Return the rows of a stroke over hundreds of ridges."""
+    return stroking.stroke(case["wavelength"], speed, case["rate"], 0.0, SAMPLES)
+
+
+def probe(speed: float, case: Case) -> Evidence:
+    """Stroke the grating at one speed; the ridge with the fewest samples decides."""
+    out = stroke(speed, case)
+    least, peak = (
+        stroking.least_in_a_ridge(out, case["wavelength"]),
+        stroking.least_peak(out, case["wavelength"]),
+    )
+    words = f"{least} samples at the least in a ridge, {text(100.0 * peak, '%')} of its force"
+    n = min(4 * WANTED + 1, len(out))
+    force = out[:n, rows.ASKED]
+    return Evidence(
+        np.arange(n) / case["rate"], force, "force", "N", least >= WANTED, float(least), "samples", words
+    )
+
+
+def curve(case: Case, progress: Progress) -> Chart:
+    """Return over the speed how much of a ridge's force the worst ridge gets: rendered, and by theory."""
+    speeds, peaks = limit(case) * _SHARES, []
+    for done, speed in enumerate(speeds, 1):
+        peaks.append(100.0 * stroking.least_peak(stroke(float(speed), case), case["wavelength"]))
+        progress(done, len(speeds))
+    theory = 100.0 * np.cos(np.pi * speeds / (case["wavelength"] * case["rate"]))
+    lines = (Line("cos(π v T/λ)", speeds, theory, THEORY), Line("rendered", speeds, np.array(peaks)))
+    level = 100.0 * math.cos(math.pi / WANTED)
+    marks = (Mark("λ/(10T)", limit(case)),)
+    return Chart(
+        "speed, m/s", "force in the worst ridge, % of A", lines, marks, level, "ten samples", log_x=True
+    )
+
+
+def live(speed: float, case: Case) -> Live:
+    """Return the grating in the window."""
+    advice = f"Stroke at {text(speed, 'm/s', 2)}, then slower."
+    return Live("texture", stroking.grating(case["wavelength"]), {"rate": case["rate"]}, "medium", advice)
+
+
+FAILURE = Failure(
+    key="texture_samples",
+    title="Ridges with too few samples",
+    summary="With fewer than ten samples for each, ridges come out weak, uneven and late",
+    formula="v ≤ λ/(10T)",
+    explanation="The loop renders a ridge only where it happens to look. With n samples for each the "
+    "strongest may lie 1/(2n) of a wavelength beside the top, so the worst ridge gets cos(π/n) of "
+    "its force: 95 % of it with ten samples, 81 % with five. Which ridge is weak changes from one to "
+    "the next, and that is felt as a slow beat that is not in the texture.",
+    knob=Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v"),
+    limit=limit,
+    probe=probe,
+    curve=curve,
+    options=(stroking.WAVELENGTH, RATE),
+    live=live,
+    span=(0.2, 3.0),
+    order=12,
+)

@@ -1,0 +1,108 @@
+"""Ridges too steep for the loop: near its stable places a grating is a spring, and may be too stiff."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.failures import loop, stroking
+from hapkit_studio.analysis.failures.base import (
+    THEORY,
+    Case,
+    Chart,
+    Evidence,
+    Failure,
+    Line,
+    Live,
+    Mark,
+    Parameter,
+    Progress,
+    within,
+)
+from hapkit_studio.analysis.failures.numbers import before_lost, text, thinned
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.haptics import headless, rows
+
+# The handle starts this share of a wavelength from its stable place; beyond REACH the valley is curved.
+START, REACH = 1e-5, 1e-3
+_SHARES = np.linspace(0.5, 1.5, 21)
+
+
+def stiffness(amplitude: float, case: Case) -> float:
+    """Return 2π A/λ in N/m, the steepest slope."""
+    return math.tau * amplitude / case["wavelength"]
+
+
+def limit(case: Case) -> float:
+    """Return the amplitude in N whose steepest slope is the stiffest stable spring; exact."""
+    most = stiffness_limit(case["mass"], case["viscous"], rate=case["rate"])
+    return most * case["wavelength"] / math.tau
+
+
+def swing(amplitude: float, case: Case) -> tuple[Setting, np.ndarray]:
+    """Return the device and the rows of a handle let go beside the middle of a valley."""
+    where = Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"])
+    wavelength = case["wavelength"]
+    device = where.device(real=False, position=(0.5 + START) * wavelength)
+    scene = headless.Scene(
+        environments.named("texture"), stroking.grating(wavelength, amplitude), device, where.loop
+    )
+    out, _ = headless.render(scene, None, round(loop.SECONDS * case["rate"]))
+    n = before_lost(out[:, rows.TRUE_POSITION] - 0.5 * wavelength, REACH * wavelength)
+    return where, out[:n]
+
+
+def probe(amplitude: float, case: Case) -> Evidence:
+    """Let the handle go beside the middle of a valley."""
+    where, out = swing(amplitude, case)
+    rate = loop.rate_of(where, stiffness(amplitude, case), out)
+    place = 1e6 * (out[:, rows.TRUE_POSITION] - 0.5 * case["wavelength"])
+    time, x = thinned(np.arange(len(out)) * where.period, place)
+    words = f"{'decays' if rate < 0.0 else 'grows'} by {text(abs(rate), '1/s')}"
+    return Evidence(time, x, "position in the valley", "µm", rate < 0.0, rate, "1/s", words)
+
+
+def curve(case: Case, progress: Progress) -> Chart:
+    """Return the growth over the amplitude: rendered, and of the spring that the valley is."""
+    amplitudes, found, exact = limit(case) * _SHARES, [], []
+    for done, amplitude in enumerate(amplitudes, 1):
+        where, out = swing(float(amplitude), case)
+        k = stiffness(float(amplitude), case)
+        found.append(loop.rate_of(where, k, out))
+        one = loop.step_matrix(case["mass"], case["viscous"], k, 0.0, where.period, 0.0)
+        exact.append(loop.exact_rate(one, where.period))
+        progress(done, len(amplitudes))
+    lines = (
+        Line("largest root", amplitudes, np.array(exact), THEORY),
+        Line("rendered", amplitudes, np.array(found)),
+    )
+    rule = case["viscous"] * case["wavelength"] * case["rate"] / math.pi
+    marks = (Mark("exact limit", limit(case)), Mark("b λ/(π T)", rule))
+    return Chart("amplitude, N", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+
+
+def live(amplitude: float, case: Case) -> Live:
+    """Return the grating in the window."""
+    values = within("texture", stroking.grating(case["wavelength"], amplitude))
+    loop_ = {"rate": case["rate"], "delay": 0.0}
+    return Live("texture", values, loop_, advice="Knock the handle between two ridges and let it go.")
+
+
+FAILURE = Failure(
+    key="texture_steepness",
+    title="Ridges too steep for the loop",
+    summary="Between two ridges a grating is a spring; above an amplitude it is too stiff and buzzes",
+    formula="A < b λ/(π T), from 2π A/λ < 2 b/T",
+    explanation="A grating of amplitude A and wavelength λ changes its force by up to 2π A/λ in a metre; "
+    "where a valley draws the handle in, that is the stiffness of a spring. So it obeys the spring's "
+    "limit 2 b/T. The finer the ridges, the less they may push: 0.8 N at 5 mm, 0.16 N at 1 mm, for "
+    "0.5 N·s/m at 1 kHz. Beyond, the texture buzzes under a finger that does not even move.",
+    knob=Parameter("amplitude", "Amplitude", "N", 0.8, 1e-4, 50.0, "The most a ridge pushes", "A"),
+    limit=limit,
+    probe=probe,
+    curve=curve,
+    options=(stroking.WAVELENGTH, loop.MASS, loop.VISCOUS, loop.RATE),
+    live=live,
+    order=10,
+)
