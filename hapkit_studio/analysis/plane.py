@@ -113,6 +113,14 @@ def hands(setting: Setting, damping: float) -> dict[str, float]:
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
 
 
+def _axes(setting: Setting, stiffness: float, damping: float, bound: float) -> tuple[float, float]:
+    """Return round axes by the exact boundary, or by the simple rule where there is none."""
+    if setting.linear:
+        return scales.axes(lambda across: exact_boundary(setting, across), stiffness, damping, bound)
+    rule = float(simple_rule(setting, np.array([damping]))[0])
+    return scales.axes(lambda across: simple_rule(setting, across), stiffness, damping, rule)
+
+
 def plane(
     setting: Setting,
     stiffness: float,
@@ -123,23 +131,21 @@ def plane(
     columns: int = COLUMNS,
 ) -> Plane:
     """Return the lines of a setting around a rendered impedance; axes as given, or round ones that fit."""
-    wide = width or scales.nice_width(damping, least=12.0)
-    across = np.linspace(0.0, wide, columns)
-    if setting.linear:
-        exact, edge = exact_boundary(setting, across), passive_edge(setting)
-    else:
-        exact, edge = np.full(columns, math.nan), (np.empty(0), np.empty(0))
     around = hands(setting, damping)
-    highest = float(np.max(exact, initial=0.0, where=np.isfinite(exact)))
     bound = around[setting.hand]
+    wide, high = (width, top) if width and top else _axes(setting, stiffness, damping, bound)
+    across = np.linspace(0.0, width or wide, columns)
+    exact = exact_boundary(setting, across) if setting.linear else np.full(columns, math.nan)
+    edge = passive_edge(setting) if setting.linear else (np.empty(0), np.empty(0))
     return Plane(
         setting,
         Margin(stiffness, damping, bound, setting.hand),
-        top or scales.height(stiffness, bound, highest),
+        top or high,
         across,
         exact,
         simple_rule(setting, across),
-        *edge,
+        edge[0],
+        edge[1],
         coulomb_line(setting),
         around,
     )

@@ -2,10 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from hapkit_studio.analysis.margin import Margin, hand_words, sentence, short, verdict
-from hapkit_studio.analysis.scales import height, nice_top, nice_width
+from hapkit_studio.analysis.scales import axes, height, nice_top, nice_width
 
 
 @pytest.mark.parametrize(
@@ -40,11 +41,24 @@ def test_tops_are_round(value, top):
     assert nice_top(value) == pytest.approx(top)
 
 
-def test_the_axes_leave_room_around_dot_and_limit():
-    for damping in (0.0, 2.0, 8.3, 13.9, 40.0, 470.0):
-        assert damping <= 0.71 * nice_width(damping)
-    assert nice_width(0.0, least=12.0) == 12.0
+def test_the_height_leaves_room_above_dot_and_limit():
     for stiffness, limit, highest in ((620.0, 867.0, 1492.0), (4000.0, 867.0, 1492.0), (0.0, 0.0, 0.0)):
-        assert height(stiffness, limit, highest) >= 1.1 * stiffness
+        assert height(stiffness, limit, highest) >= 1.1 * max(stiffness, limit)
     assert height(620.0, 867.0, 1492.0) == 2000.0
+    assert height(620.0, 867.0, 9000.0) == 1500.0
     assert math.isfinite(height(10.0, math.inf, math.inf))
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3, 2.0, 8.3, 13.9, 40.0, 470.0])
+def test_the_dot_stands_clear_of_the_right_edge(damping):
+    assert damping <= 0.71 * nice_width(damping)
+    assert nice_width(damping, least=12.0) >= 12.0
+
+
+def test_the_axes_show_where_the_boundary_leaves_or_turns():
+    """A straight boundary leaves through the top; one with its highest point at 9 is shown up to there."""
+    wide, top = axes(lambda b: 1000.0 + 2000.0 * b, 900.0, 0.0, 1000.0)
+    assert (wide, top) == (1.0, 1500.0)
+    wide, top = axes(lambda b: 1500.0 - 15.0 * (b - 9.0) ** 2, 620.0, 2.0, 765.0)
+    assert (wide, top) == (12.0, 2000.0)
+    assert axes(np.zeros_like, 0.0, 0.0, 0.0) == (1.0, 1.0)

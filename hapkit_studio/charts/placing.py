@@ -1,0 +1,44 @@
+"""Where a name fits into a chart's region, clear of its borders and of what else is written there."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+Box = tuple[float, float, float, float]
+
+_TRIES = 41
+_LEVELS = 7
+
+
+def room(
+    low: np.ndarray, high: np.ndarray, size: tuple[float, float], taken: Sequence[Box] = ()
+) -> Box | None:
+    """Return the roomiest box (left, bottom, right, top) of a size between two curves; None without room.
+
+    Everything is a share of the frame: low and high are (n,) heights at n even places across, size is
+    (width, height), taken are boxes to stay clear of.
+    """
+    places = np.linspace(0.0, 1.0, len(low))
+    best, most = None, 0.0
+    for left in np.linspace(0.0, 1.0 - size[0], _TRIES):
+        over = (places >= left - 0.02) & (places <= left + size[0] + 0.02)
+        floor, ceiling = float(low[over].max()), float(high[over].min())
+        gap = ceiling - floor - size[1]
+        if gap <= most:
+            continue
+        for share in _from_the_middle():
+            bottom = floor + share * gap
+            box = (float(left), bottom, float(left) + size[0], bottom + size[1])
+            if not any(_meet(box, other) for other in taken):
+                best, most = box, gap
+                break
+    return best
+
+
+def _from_the_middle() -> list[float]:
+    shares = np.linspace(0.1, 0.9, _LEVELS)
+    return sorted(shares.tolist(), key=lambda share: abs(share - 0.5))
+
+
+def _meet(one: Box, other: Box) -> bool:
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]

@@ -1,0 +1,192 @@
+"""The command that says how stiff a loop may be: exact, passive, by rule and measured; margin and map."""
+
+import argparse
+import time
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio.analysis import plane_numbers, plane_words
+from hapkit_studio.analysis.margin import hand_words, sentence
+from hapkit_studio.analysis.plane import Plane, measure_cells, measure_points, plane
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.commands.base import Command, Result, progress_line
+from hapkit_studio.commands.given import ESTIMATOR_HELP, estimator_spec
+from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.errors import ParameterError
+
+COLUMNS = 13
+SIDE = 100
+_USUAL = Setting()
+_NUMBERS = (
+    ("mass", "KG", "the handle's mass"),
+    ("viscous", "N·S/M", "the handle's own damping"),
+    ("coulomb", "N", "its Coulomb friction"),
+    ("quantum", "M", "the sensor's steps"),
+    ("rate", "HZ", "of the loop"),
+    ("delay", "S", "from a sample to its force"),
+)
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Declare what ``stability`` takes."""
+    for name, unit, words in _NUMBERS:
+        usual = getattr(_USUAL, name)
+        command.add_argument(f"--{name}", type=float, default=usual, metavar=unit, help=f"{words}; {usual:g}")
+    command.add_argument("--estimator", default=_USUAL.estimator, metavar="NAME", help=ESTIMATOR_HELP)
+    command.add_argument("--hand", default=_USUAL.hand, metavar="GRIP", help=", ".join(GRIPS))
+    command.add_argument(
+        "-K", "--stiffness", type=float, default=300.0, metavar="N/M", help="what is rendered"
+    )
+    command.add_argument("-B", "--damping", type=float, default=0.0, metavar="N·S/M", help="what is rendered")
+    command.add_argument("--to", type=float, metavar="N·S/M", help="the largest damping shown")
+    command.add_argument("--measure", action="store_true", help="find the boundary by rendering, too")
+    command.add_argument("--map", action="store_true", help=f"render {SIDE} × {SIDE} cells of the plane")
+    command.add_argument("--real", action="store_true", help="measure with friction and sensor steps")
+    command.add_argument("--controller", action="store_true", help="measure with the passivity controller")
+    command.add_argument("--scheduler", metavar="ADDRESS", help="measure on a cluster: tcp://…")
+    command.add_argument("--plot", metavar="PATH", help="draw the map")
+
+
+def run(options: argparse.Namespace) -> Result:
+    """Judge a loop; measure where asked."""
+    setting = _setting(options)
+    _check(options)
+    found = plane(setting, options.stiffness, options.damping, width=options.to)
+    begin = time.monotonic()
+    with _executor(options.scheduler) as executor:
+        found = _measured(options, found, executor)
+    seconds = time.monotonic() - begin if found.points or found.cells else None
+    written = []
+    if options.plot:
+        from hapkit_studio.charts.stability import stability_figure
+
+        stability_figure(found, options.plot)
+        written.append(str(options.plot))
+    as_json = {**plane_numbers.as_json(found), "measuring_seconds": seconds, "written": written}
+    return Result(_text(found, seconds) + "".join(f"\nwrote {path}" for path in written), as_json)
+
+
+def _setting(options: argparse.Namespace) -> Setting:
+    numbers = {name: getattr(options, name) for name, _, _ in _NUMBERS}
+    spec = estimator_spec(options.estimator)
+    return Setting(**numbers, estimator=spec, hand=options.hand, controller=options.controller)
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raise ParameterError for a point or a width that no plane has."""
+    for name, value, unit in (
+        ("rendered stiffness", options.stiffness, "N/m"),
+        ("rendered damping", options.damping, "N·s/m"),
+        ("largest damping shown", options.to, "N·s/m"),
+    ):
+        if value is not None and not (0.0 <= value < 1e9):
+            raise ParameterError(f"The {name} goes from 0 to 1e9 {unit}, not {value:g} {unit}.")
+    if options.to is not None and options.to <= options.damping:
+        raise ParameterError(
+            f"The largest damping shown must be more than the rendered {options.damping:g} N·s/m, "
+            f"not {options.to:g} N·s/m."
+        )
+    if options.controller and not (options.measure or options.map):
+        raise ParameterError("The passivity controller has no exact limit: add --measure or --map.")
+
+
+def _executor(scheduler: str | None) -> AbstractContextManager[Any]:
+    if scheduler is None:
+        return nullcontext()
+    from hapkit_studio.analysis.cluster import cluster
+
+    return cluster(scheduler)
+
+
+def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane:
+    """Return the plane with what was asked to be measured."""
+    setting = found.setting
+    if options.measure:
+        damping = np.linspace(0.0, found.width, COLUMNS)
+        points = measure_points(
+            setting, damping, real=options.real, executor=executor, progress=progress_line("columns")
+        )
+        found = replace(found, points=points)
+    if options.map:
+        across, up = (middles(end, SIDE) for end in (found.width, found.top))
+        cells = measure_cells(
+            setting, across, up, real=options.real, executor=executor, progress=progress_line("cells")
+        )
+        found = replace(found, cells=cells)
+    return found
+
+
+def middles(end: float, count: int) -> np.ndarray:
+    """Return the middles (count,) of as many even pieces from 0 to an end."""
+    return (np.arange(count) + 0.5) * (end / count)
+
+
+def _text(found: Plane, seconds: float | None) -> str:
+    margin, setting = found.margin, found.setting
+    lines = [
+        f"{margin.stiffness:g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
+        ", ".join(f"{name.lower()} {value}" for name, value in plane_words.conditions(setting)),
+        "",
+        *_table(found),
+        "",
+        *([f"Passive up to {found.edge_damping[-1]:.3g} N·s/m."] if found.edge.size else []),
+        _friction(found),
+        _hands(found),
+    ]
+    if seconds is not None:
+        what = ", with friction and sensor steps" if _real(found) else ""
+        lines.append(f"measured in {seconds:.1f} s{what}")
+    if found.cells is not None:
+        lines.append(_cells(found))
+    return "\n".join(lines)
+
+
+def _real(found: Plane) -> bool:
+    return any(part.real for part in (found.points, found.cells) if part is not None)
+
+
+def _table(found: Plane) -> list[str]:
+    """Return damping against every limit, a line each."""
+    step = max((len(found.damping) - 1) // (COLUMNS - 1), 1)
+    heads = ["damping", "exact", "simple rule", "passive"] + (["measured"] if found.points else [])
+    units = ["N·s/m"] + ["N/m"] * (len(heads) - 1)
+    lines = ["".join(f"{word:>13}" for word in words) for words in (heads, units)]
+    passive = plane_numbers.passive(found)
+    for row, index in enumerate(range(0, len(found.damping), step)):
+        cells = [f"{found.damping[index]:.2f}"]
+        cells += [_newtons(found.exact[index]), _newtons(found.simple[index]), _newtons(passive[index])]
+        if found.points is not None:
+            cells.append(_newtons(found.points.stiffness[row]))
+        lines.append("".join(f"{cell:>13}" for cell in cells))
+    return lines
+
+
+def _newtons(value: float) -> str:
+    return "–" if np.isnan(value) else "unlimited" if np.isinf(value) else f"{value:.1f}"
+
+
+def _friction(found: Plane) -> str:
+    if np.isinf(found.coulomb):
+        return "An ideal sensor: no steps for friction to hide."
+    return f"Friction hides the sensor's steps up to {found.coulomb:.0f} N/m."
+
+
+def _hands(found: Plane) -> str:
+    limits = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in found.hands.items())
+    return f"Limit in N/m at {found.margin.damping:g} N·s/m: {limits}."
+
+
+def _cells(found: Plane) -> str:
+    cells = found.cells
+    assert cells is not None
+    counts = np.bincount(cells.classes.ravel().astype(int), minlength=len(plane_numbers.CLASS_NAMES))
+    words = ", ".join(f"{n} {verb}" for n, verb in zip(counts, ("decay", "buzz", "grow"), strict=True))
+    return f"{cells.classes.size} cells: {words}"
+
+
+COMMAND = Command(
+    "stability", "how stiff a loop may be: exact, passive, by rule and measured", run, options, 50
+)
