@@ -105,8 +105,9 @@ def _lines(axes: Any, plane: Plane) -> None:
         axes.axhline(plane.coulomb, color=WARN, linewidth=2, linestyle=(0, (6, 3)))
     if plane.points is not None:
         color = APPLIED if plane.points.controller else ACCENT
+        seen = plane.points.stiffness <= plane.top
         axes.plot(
-            plane.points.damping, plane.points.stiffness, "o", markersize=8, color=color,
+            plane.points.damping[seen], plane.points.stiffness[seen], "o", markersize=8, color=color,
             markerfacecolor=SURFACE, markeredgewidth=2, zorder=5, clip_on=False,
         )  # fmt: skip
 

@@ -1,5 +1,6 @@
 """What stands beside the map: the verdict, what the lines mean, and the conditions they hold for."""
 
+from math import isnan
 from typing import Any
 
 from hapkit_studio.analysis import plane_words
@@ -45,11 +46,11 @@ def _verdict(axes: Any, plane: Plane) -> float:
     margin = plane.margin
     said, hand = short(margin), hand_words(margin.hand)
     head, cut, _ = said.partition(" the limit")
-    color = OK if margin.stable else DANGER
+    color = INK if isnan(margin.limit) else OK if margin.stable else DANGER
     axes.text(0.0, 0.97, head, size=26, weight="bold", color=color, va="top")
     rest = f"the limit; {hand}." if cut else f"{hand}."
     axes.text(0.0, 0.90, rest, size=14, color=INK2, va="top")
-    axes.text(0.0, 0.855, way_out(margin), size=14, color=DANGER, va="top")
+    axes.text(0.0, 0.855, way_out(margin).replace(": ", ":\n"), size=14, color=color, va="top")
     return 0.80 if margin.stable else 0.76
 
 
