@@ -25,6 +25,8 @@ _GROWTH = 8
 # Chunks under way for each worker, so that none waits for the next; and the workers of who does not say.
 _AHEAD = 2
 _UNKNOWN_WORKERS = 16
+# How often a chunk is sent again after its executor has given it up with one of its ``lost`` exceptions.
+_MOST_LOSSES = 3
 
 
 class Cancelled(StudioError):
@@ -94,6 +96,7 @@ class _Sweep:
         self._size = chunk or 1
         self._results: list = [None] * len(cells)
         self._at: dict[Future, tuple[int, int]] = {}
+        self._losses: dict[int, int] = {}
         self._sent = self._done = 0
 
     def run(self) -> list:
@@ -118,18 +121,23 @@ class _Sweep:
         while self._sent < len(self._cells) and len(self._at) < _AHEAD * crew:
             left = len(self._cells) - self._sent
             size = self._chunk or min(self._size, -(-left // (_AHEAD * crew)))
-            first, last = self._sent, min(self._sent + size, len(self._cells))
-            future = self._executor.submit(timed, self._task, list(self._cells[first:last]))
-            self._at[future] = first, last
-            self._sent = last
-            if future.done():
+            first, self._sent = self._sent, min(self._sent + size, len(self._cells))
+            if self._submit(first, self._sent).done():
                 return
+
+    def _submit(self, first: int, last: int) -> Future:
+        future = self._executor.submit(timed, self._task, list(self._cells[first:last]))
+        self._at[future] = first, last
+        return future
 
     def _collect(self) -> None:
         """Wait for a chunk, not longer than progress may stand still; put every finished one in place."""
         finished, _ = wait(self._at, LOOK_SECONDS, FIRST_COMPLETED)
         for future in finished:
             first, last = self._at.pop(future)
+            if self._is_lost(future, first):
+                self._submit(first, last)
+                continue
             results, seconds = future.result()
             if len(results) != last - first:
                 raise ValueError(f"The task gave {len(results)} results for {last - first} cells.")
@@ -137,6 +145,14 @@ class _Sweep:
             self._done += last - first
             self._size = _next_size(last - first, seconds)
         self._tell()
+
+    def _is_lost(self, future: Future, first: int) -> bool:
+        """Return whether a chunk was lost with its workers, and may be sent again."""
+        lost = getattr(self._executor, "lost", ())
+        if future.cancelled() or not isinstance(future.exception(), lost):
+            return False
+        self._losses[first] = self._losses.get(first, 0) + 1
+        return self._losses[first] <= _MOST_LOSSES
 
 
 def _next_size(size: int, seconds: float) -> int:
