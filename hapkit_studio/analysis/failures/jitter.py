@@ -34,7 +34,7 @@ _SCAN = 200
 def pattern(case: Case) -> tuple[float, ...]:
     """Return the periods in s that repeat: usual ones, then a long one."""
     period = 1.0 / case["rate"]
-    return (period,) * int(round(case["usual"])) + (case["long"] * period,)
+    return (period,) * round(case["usual"]) + (case["long"] * period,)
 
 
 def exact(stiffness: float, case: Case, periods: tuple[float, ...]) -> float:

@@ -8,12 +8,16 @@ POINTS = 2400
 
 def text(value: float, unit: str = "", digits: int = 3) -> str:
     """Write a value with its unit, its minus a true one."""
-    return f"{value:.{digits}g} {unit}".rstrip().replace("-", "−")
+    return f"{_true(f'{value:.{digits}g}')} {unit}".rstrip()
 
 
 def signed(value: float, unit: str = "", digits: int = 3) -> str:
     """Write a value with its unit and its sign."""
-    return f"{value:+.{digits}g} {unit}".rstrip().replace("-", "−")
+    return f"{_true(f'{value:+.{digits}g}')} {unit}".rstrip()
+
+
+def _true(number: str) -> str:
+    return number.replace("-", "−")
 
 
 def before_lost(x: np.ndarray, most: float) -> int:

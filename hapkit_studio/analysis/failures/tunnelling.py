@@ -74,7 +74,8 @@ def probe(speed: float, case: Case) -> Evidence:
     worst = min(runs, key=inside)
     least = inside(worst)
     energy = text(100.0 * missed(runs) / case["width"], "%", 2)
-    words = f"{least} samples at the least, {text(100.0 * least_peak(runs), '%')} of the force; energy off by {energy}"
+    peak = text(100.0 * least_peak(runs), "%")
+    words = f"{least} samples at the least, {peak} of the force; energy off by {energy}"
     force = 100.0 * worst[:, rows.ASKED] / PEAK
     time = np.arange(len(worst)) / case["rate"]
     return Evidence(time, force, "force", "% of the peak", least >= WANTED, float(least), "samples", words)

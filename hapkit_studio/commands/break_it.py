@@ -1,0 +1,128 @@
+"""The command that shows where methods fail: tried just inside each limit and just outside."""
+
+import argparse
+import textwrap
+from pathlib import Path
+
+from hapkit_studio.analysis.failures import failures, named
+from hapkit_studio.analysis.failures.base import Failure
+from hapkit_studio.analysis.failures.shown import Shown, Try, show
+from hapkit_studio.commands.base import Command, Result, progress_line
+from hapkit_studio.commands.given import key_values
+from hapkit_studio.errors import ParameterError
+
+_WIDTH = 100
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Declare what ``break-it`` takes."""
+    command.add_argument(
+        "failure", nargs="?", metavar="KEY", help="one of the failures; none: a table of all"
+    )
+    command.add_argument(
+        "-p", dest="given", action="append", default=[], metavar="KEY=VALUE", help="an option of the failure"
+    )
+    command.add_argument("--at", type=float, metavar="VALUE", help="try the knob at this value as well, SI")
+    command.add_argument("--plot", metavar="PATH", help="draw it; without KEY one picture for each")
+
+
+def run(options: argparse.Namespace) -> Result:
+    """Try one failure or all on both sides of their limits; draw them where asked."""
+    if options.failure is None and (options.given or options.at is not None):
+        raise ParameterError("Options and --at belong to one failure: name it, e.g. break-it sampled_spring.")
+    chosen = [named(options.failure)] if options.failure else list(failures().values())
+    given = key_values(options.given, "An option", "rate=1000")
+    results, written = [], []
+    for failure in chosen:
+        say = progress_line(f"{failure.key}")
+        results.append(show(failure, given, chart=bool(options.plot), progress=say))
+        if options.plot:
+            path = options.plot if options.failure else _path_for(options.plot, failure)
+            _draw(results[-1], path)
+            written.append(path)
+    tried = [Try(options.at, chosen[0].try_at(options.at, given))] if options.at is not None else []
+    text = _details(results[0], tried) if options.failure else _table(results)
+    as_json = {
+        "failures": [_as_json(r) for r in results],
+        "tried": [_try(t) for t in tried],
+        "written": written,
+    }
+    return Result(text + "".join(f"\nwrote {path}" for path in written), as_json)
+
+
+def _path_for(path: str, failure: Failure) -> str:
+    base = Path(path)
+    return str(base.with_name(f"{base.stem}-{failure.key}{base.suffix}"))
+
+
+def _draw(shown: Shown, path: str) -> None:
+    from hapkit_studio.charts.failures import failure_figure
+
+    failure_figure(shown, path)
+
+
+def _try(one: Try) -> dict:
+    found = one.evidence
+    measure = found.measure if abs(found.measure) < float("inf") else None
+    return {
+        "value": one.value,
+        "holds": found.holds,
+        "measure": measure,
+        "measure_unit": found.measure_unit,
+        "words": found.words,
+    }
+
+
+def _as_json(shown: Shown) -> dict:
+    failure = shown.failure
+    pairs = [(p, shown.case[p.key]) for p in failure.options]
+    return {
+        "key": failure.key,
+        "title": failure.title,
+        "formula": failure.formula,
+        "knob": failure.knob.key,
+        "knob_unit": failure.knob.unit,
+        "options": {p.key: p.text(n) if p.discrete else n for p, n in pairs},
+        "limit": shown.limit,
+        "margin": failure.margin,
+        "inside": _try(shown.inside),
+        "outside": _try(shown.outside),
+        "as_theory_says": shown.as_theory_says,
+    }
+
+
+def _verdict(one: Try) -> str:
+    return f"{'holds' if one.evidence.holds else 'fails'}: {one.evidence.words}"
+
+
+def _limit(shown: Shown) -> str:
+    knob = shown.failure.knob
+    return f"{knob.label.lower()} {shown.limit:.4g} {knob.unit}".strip()
+
+
+def _table(results: list[Shown]) -> str:
+    """Return a failure a block: its limit by theory, what it does inside and outside."""
+    lines = []
+    for shown in results:
+        margin = f"{100.0 * shown.failure.margin:g} %"
+        lines += [
+            f"{shown.failure.key:<18}{shown.failure.title}",
+            f"{'':<18}limit: {_limit(shown)}   [{shown.failure.formula}]",
+            f"{'':<18}{margin:>4} inside  {_verdict(shown.inside)}",
+            f"{'':<18}{margin:>4} outside {_verdict(shown.outside)}",
+        ]
+    right = sum(shown.as_theory_says for shown in results)
+    return "\n".join([*lines, "", f"{right} of {len(results)} hold inside their limit and fail outside."])
+
+
+def _details(shown: Shown, tried: list[Try]) -> str:
+    failure = shown.failure
+    lines = [failure.title, "", *textwrap.wrap(failure.explanation, _WIDTH), "", failure.formula]
+    pairs = [f"{p.key}={p.text(shown.case[p.key])}" for p in failure.options]
+    lines += [f"with {', '.join(pairs)}", f"limit: {_limit(shown)}"]
+    for one in (shown.inside, shown.outside, *tried):
+        lines.append(f"{one.value:.6g} {failure.knob.unit} {_verdict(one)}")
+    return "\n".join(lines)
+
+
+COMMAND = Command("break-it", "where methods fail: inside and outside each limit", run, options, order=57)
