@@ -121,6 +121,13 @@ class Controls:
             raise ParameterError(f"{self.device.title} sets the rate: {own_rate:g} Hz, not {rate:g} Hz.")
         self._changed(loop=self.loop.changed(rate, delay, estimator))
 
+    def limit_force(self, newtons: float) -> None:
+        """Clamp the force to so many N, the device's own limit at most; raise ParameterError, DeviceError."""
+        most = self.device.max_force
+        if not 0.0 < newtons <= most:
+            raise ParameterError(f"The force limit goes from 0 to {most:g} N, not {newtons:g} N.")
+        self._changed(max_force=newtons)
+
     def set_grip(self, name: str) -> None:
         """Choose how firmly the hand holds: released, light, medium, firm; raise ParameterError."""
         grip_named(name)
