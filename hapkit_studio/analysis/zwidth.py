@@ -4,7 +4,7 @@ The handle hits the wall at a speed and is pushed into it by a constant force, a
 The wall fails if the handle leaves, or still moves by more than two counts at the end (Colgate & Brown, ICRA
 1994; automated hits after Chawda). Spring and damper act both ways inside, and nothing outside. Stiffness is
 raised by a factor up to the first failure, then bisected: stiffer walls that would hold again do not count.
-Near the limit walls that hold and walls that fail alternate within a few per cent: so much the result scatters.
+Near the limit walls that hold and walls that fail alternate within a few per cent: that is its scatter.
 """
 
 from collections.abc import Callable, Sequence

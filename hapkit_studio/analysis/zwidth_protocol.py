@@ -76,17 +76,25 @@ def linear_curve(setting: Setting, highest: float) -> np.ndarray:
     return np.array([damping, linear_limits(setting, damping)])
 
 
-def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
-    """Return everything that the Z-width depends on."""
-    limit = protocol.max_force
+def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition, ...]:
+    """Return everything about device and loop that a Z-width depends on; friction: whether it is known."""
+    rubs = f"friction {setting.coulomb:g} N" if friction else "friction not known"
     return (
         Condition("rate_Hz", setting.rate, f"T {1e3 * setting.period:g} ms"),
         Condition("delay", setting.delay, f"delay {1e3 * setting.delay:.3g} ms"),
         Condition("mass", setting.mass, f"m {1e3 * setting.mass:g} g"),
         Condition("viscous", setting.viscous, f"b {setting.viscous:g} N·s/m"),
-        Condition("coulomb", setting.coulomb, f"friction {setting.coulomb:g} N"),
+        Condition("coulomb", setting.coulomb if friction else math.nan, rubs),
         Condition("quantum", setting.quantum, f"sensor step {1e6 * setting.quantum:.3g} µm"),
         Condition("estimator", *estimator_words(setting.estimator)),
+    )
+
+
+def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
+    """Return everything that a simulated Z-width depends on."""
+    limit = protocol.max_force
+    return (
+        *loop_conditions(setting),
         Condition("hand", setting.hand, f"hand {setting.hand}"),
         Condition("speed", protocol.speed, f"v₀ {protocol.speed:g} m/s"),
         Condition("push", protocol.push, f"push {protocol.push:g} N"),

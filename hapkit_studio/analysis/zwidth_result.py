@@ -13,9 +13,10 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.zwidth_search import Point
 
 # Why the search at one damping ended.
-BUZZES, LEAVES, FAST, HIGHEST = "buzzes", "leaves", "fast", "highest"
+BUZZES, GROWS, LEAVES, FAST, HIGHEST = "buzzes", "grows", "leaves", "fast", "highest"
 ENDED = {
     BUZZES: "it buzzes",
+    GROWS: "its buzz grows",
     LEAVES: "it throws the handle away",
     FAST: "it moves the handle too fast",
     HIGHEST: "no stiffer wall was tried",

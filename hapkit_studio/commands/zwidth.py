@@ -2,62 +2,119 @@
 
 import argparse
 import math
+import sys
 
-from hapkit_studio.analysis import zwidth
+from hapkit_studio import devices
+from hapkit_studio.analysis import zwidth, zwidth_device
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.zwidth_bench import FORCE, Care
 from hapkit_studio.analysis.zwidth_protocol import MAX_FORCE, PUSH, SPEED, USUAL_DAMPING, Protocol
 from hapkit_studio.analysis.zwidth_result import ZWidth, text
+from hapkit_studio.charts.zwidth import zwidth_figure
 from hapkit_studio.commands.base import Command, Result, progress_line
 from hapkit_studio.commands.given import ESTIMATOR_HELP, estimator_spec
+from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.figures import new_figure
+from hapkit_studio.haptics.engine import Engine
 
-_USUAL = Setting()
+# What a setting and the command call the same; a board has its own.
+_HANDLE = ("mass", "viscous", "coulomb", "quantum")
+_SHORT = {"virtual": "virtual-board"}
 
 
 def options(command: argparse.ArgumentParser) -> None:
     """Declare what ``zwidth`` takes."""
+    usual = Setting()
+    numbers = (
+        ("mass", "KG", f"of the handle; {usual.mass:g}"),
+        ("viscous", "N·S/M", f"the handle's own damping; {usual.viscous:g}"),
+        ("coulomb", "N", f"the handle's friction; {usual.coulomb:g}"),
+        ("quantum", "M", f"step of the sensor; {usual.quantum:g}"),
+        ("rate", "HZ", f"of the loop; {usual.rate:g}"),
+        ("delay", "S", f"from sample to force; {usual.delay:g}"),
+        ("speed", "M/S", f"at which the wall is hit; {SPEED.default:g}"),
+        ("push", "N", f"into the wall; {PUSH.default:g}"),
+        ("max-force", "N", f"the motor's limit; none, on a device {FORCE.default:g}"),
+    )
+    command.add_argument("--device", metavar="DEVICE", help="simulated, virtual, a port; without: simulation")
     command.add_argument("--damping", metavar="B,B,…", help="virtual dampings in N·s/m, e.g. 0,1,2,5")
-    command.add_argument("--mass", type=float, default=_USUAL.mass, metavar="KG", help="of the handle")
-    command.add_argument("--viscous", type=float, default=_USUAL.viscous, metavar="N·S/M", help="its own")
-    command.add_argument("--coulomb", type=float, default=_USUAL.coulomb, metavar="N", help="its friction")
-    command.add_argument("--quantum", type=float, default=_USUAL.quantum, metavar="M", help="of the sensor")
-    command.add_argument("--rate", type=float, default=_USUAL.rate, metavar="HZ")
-    command.add_argument("--delay", type=float, default=_USUAL.delay, metavar="S", help="sample to force")
-    command.add_argument("--estimator", default="difference", metavar="NAME", help=ESTIMATOR_HELP)
-    command.add_argument("--hand", default=_USUAL.hand, metavar="GRIP", help=", ".join(GRIPS))
-    command.add_argument("--speed", type=float, default=SPEED.default, metavar="M/S", help=SPEED.help)
-    command.add_argument("--push", type=float, default=PUSH.default, metavar="N", help=PUSH.help)
-    command.add_argument("--max-force", type=float, metavar="N", help="the motor's limit")
+    for name, unit, words in numbers:
+        command.add_argument(f"--{name}", type=float, metavar=unit, help=words)
+    command.add_argument("--estimator", metavar="NAME", help=ESTIMATOR_HELP)
+    command.add_argument("--hand", metavar="GRIP", help=", ".join(GRIPS))
     command.add_argument("--plot", metavar="PATH", help="write a picture")
 
 
 def run(options: argparse.Namespace) -> Result:
     """Measure the Z-width; draw it where asked."""
-    result = _simulated(options)
+    if options.plot:
+        new_figure(options.plot, (1.0, 1.0))  # before a minute of pressing, not after
+    result = _on_device(options) if options.device else _simulated(options)
     written = []
     if options.plot:
-        from hapkit_studio.charts.zwidth import zwidth_figure
-
         zwidth_figure(result, options.plot)
         written.append(str(options.plot))
     words = [text(result), *(f"wrote {path}" for path in written)]
     return Result("\n".join(words), {**result.as_json(), "written": written})
 
 
+def _given(options: argparse.Namespace, names: tuple[str, ...]) -> dict:
+    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+
+
+def _estimator(options: argparse.Namespace) -> dict:
+    return {} if options.estimator is None else {"estimator": estimator_spec(options.estimator)}
+
+
 def _simulated(options: argparse.Namespace) -> ZWidth:
-    fields = ("mass", "viscous", "coulomb", "quantum", "rate", "delay", "hand")
-    given = {field: getattr(options, field) for field in fields}
-    setting = Setting(**given, estimator=estimator_spec(options.estimator))
+    given = _given(options, (*_HANDLE, "rate", "delay", "hand"))
     force = math.inf if options.max_force is None else MAX_FORCE.check(options.max_force)
-    protocol = Protocol(SPEED.check(options.speed), PUSH.check(options.push), max_force=force)
-    return zwidth.compute(setting, dampings(options.damping), protocol, progress=progress_line("damping"))
+    protocol = Protocol(**_given(options, ("speed", "push")), max_force=force)
+    levels = dampings(options.damping, USUAL_DAMPING)
+    setting = Setting(**given, **_estimator(options))
+    return zwidth.compute(setting, levels, protocol, progress=progress_line("damping"))
 
 
-def dampings(given: str | None) -> tuple[float, ...]:
+def _on_device(options: argparse.Namespace) -> ZWidth:
+    """Measure on a device of its own; Ctrl+C, too, leaves it with a zero command."""
+    hit = {"hit": options.speed} if options.speed is not None else {}
+    care = Care(**_given(options, ("max_force", "push")), **hit)
+    levels = dampings(options.damping, zwidth_device.USUAL_DAMPING)
+    device = _device(options)
+    engine = Engine(device, "wall")
+    if options.hand is not None:
+        engine.set_grip(options.hand)
+    engine.start()
+    try:
+        engine.set_loop(**_given(options, ("rate", "delay")), **_estimator(options))
+        engine.set_model("everything")
+        watch = progress_line("trial")
+        return zwidth_device.measure(engine, levels, care, progress=watch, say=_say)
+    finally:
+        engine.close()
+
+
+def _device(options: argparse.Namespace) -> object:
+    device = devices.named(_SHORT.get(options.device, options.device))
+    given = _given(options, _HANDLE)
+    if not isinstance(device, SimulatedHapkit):
+        if given:
+            raise ParameterError(f"{device.title} has its own {next(iter(given))}; leave the option out.")  # type: ignore[attr-defined]
+        return device
+    own = {"viscous": "damping", "coulomb": "coulomb_force"}
+    return SimulatedHapkit(**{own.get(name, name): value for name, value in given.items()})
+
+
+def _say(words: str) -> None:
+    print(words, file=sys.stderr, flush=True)
+
+
+def dampings(given: str | None, usual: tuple[float, ...]) -> tuple[float, ...]:
     """Return the dampings in N·s/m of ``0,1,2``; raise ParameterError."""
     if given is None:
-        return USUAL_DAMPING
+        return usual
     try:
         return tuple(float(word) for word in given.split(","))
     except ValueError:

@@ -1,0 +1,171 @@
+"""A running device on which walls are tried: watched row by row, limited in force, and put back as it was."""
+
+import contextlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.zwidth_protocol import PUSH, SPEED
+from hapkit_studio.analysis.zwidth_result import FAST, LEAVES
+from hapkit_studio.errors import DeviceError, ParameterError, StudioError
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.parameters import Parameter
+
+WALL = environments.named("wall")
+FORCE = Parameter("max_force", "Force limit", "N", 2.0, 0.1, 3.0, "No trial asks more of the motor")
+_STIFFNESS = WALL.parameters[0]
+# A wall that no Hapkit makes buzz.
+CALM = 100.0
+_LOOK_SECONDS = 0.002
+_SILENCE_SECONDS = 3.0
+_USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
+
+
+@dataclass(frozen=True)
+class Care:
+    """How gently a device is tried: force N, speed m/s and travel m from the surface that end a trial.
+
+    A wall fails that keeps moving by more than so many counts. Stiffness N/m goes from the softest up by a
+    factor, to the highest at most, and is found to a share of itself. Raise ParameterError.
+    """
+
+    max_force: float = FORCE.default
+    push: float = PUSH.default
+    hit: float = SPEED.default
+    max_speed: float = 1.0
+    max_travel: float = 0.025
+    counts: float = 3.0
+    softest: float = 200.0
+    highest: float = _STIFFNESS.high
+    raised: float = 1.3
+    precision: float = 0.05
+
+    def __post_init__(self) -> None:
+        FORCE.check(self.max_force)
+        PUSH.check(self.push)
+        SPEED.check(self.hit)
+        if self.push > 0.6 * self.max_force:
+            raise ParameterError(
+                f"A push of {self.push:g} N needs a force limit of {self.push / 0.6:.3g} N or more, "
+                f"not {self.max_force:g} N."
+            )
+
+
+class Interrupted(StudioError):
+    """The measurement ended before it was done: why, in words."""
+
+
+class Unsafe(Exception):
+    """A trial went beyond what is safe; carries why, one of ENDED."""
+
+    def __init__(self, why: str):
+        super().__init__(why)
+        self.why = why
+
+
+class Bench:
+    """A context: the wall in force and the force limited inside, all settings as before after it.
+
+    say: told what a person should do; look: called some hundred times a second, and may raise to end it all.
+    """
+
+    def __init__(self, engine: Engine, care: Care, say: Callable[[str], None], look: Callable[[], None]):
+        self.engine, self.care, self.say, self._look = engine, care, say, look
+        self._before = engine.environment, engine.values, engine.grip
+        values = engine.values if engine.environment is WALL else WALL.values()
+        self.surface = values["position"] if values["side"] == 0.0 else WALL.values()["position"]
+        self._mine: dict[str, float] = {}
+
+    def __enter__(self) -> "Bench":
+        self.engine.limit_force(self.care.max_force)
+        self._reader = self.engine.reader()
+        try:
+            self.calm()
+            self._wait_for_force()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_error) -> None:
+        """Let the hand go and put the old settings back, but for those that somebody else has changed."""
+        self.engine.move_hand(None)
+        environment, values, grip = self._before
+        self.engine.set_grip(grip)
+        if self._untouched:
+            self.engine.set_environment(environment, values)
+        with contextlib.suppress(DeviceError):  # a device that is gone has no limit; opening sets it anew
+            self.engine.limit_force(self.engine.device.max_force)
+
+    @property
+    def quantum(self) -> float:
+        """Return what one count of the sensor is in m."""
+        modelled = self.engine.modelled
+        return float(self.engine.device.quantum if modelled is None else modelled.quantum)
+
+    def wall(self, stiffness: float, damping: float) -> None:
+        """Bring a wall into force, over 30 ms."""
+        values = {"stiffness": stiffness, "damping": damping, "position": self.surface}
+        self._mine = WALL.values({**values, "damping_mode": "both"})
+        self.engine.set_environment(WALL, self._mine)
+
+    def calm(self) -> None:
+        """Bring a wall into force that is sure to be steady."""
+        self.wall(CALM, 0.0)
+
+    def collect(self, seconds: float) -> np.ndarray:
+        """Return the rows of the next seconds by the device's clock.
+
+        Raise Unsafe, Interrupted, a fault's StudioError, and what ``look`` raises; each within some ms.
+        """
+        found, first = [self._reader.read()[:0]], None
+        heard = time.monotonic()
+        while True:
+            self._check()
+            new = self._reader.read()
+            if len(new):
+                heard = time.monotonic()
+                first = new[0, rows.BOARD_TIME] if first is None else first
+                found.append(new)
+                self._judge(new)
+                if new[-1, rows.BOARD_TIME] - first >= seconds - 1e-9:
+                    return np.concatenate(found)
+            elif time.monotonic() - heard > _SILENCE_SECONDS:
+                raise Interrupted(f"{self.engine.device.title} sends nothing. The measurement ended.")
+            time.sleep(_LOOK_SECONDS)
+
+    @property
+    def _untouched(self) -> bool:
+        return self.engine.environment is WALL and self.engine.values == self._mine
+
+    def _check(self) -> None:
+        self._look()
+        if self.engine.stopped:
+            raise Interrupted("Stopped. Force is zero. Release the E-stop, then measure again.")
+        fault = self.engine.fault
+        if fault is not None:
+            raise Interrupted(f"{fault.text} The measurement ended.")
+        if not self._untouched:
+            raise Interrupted("The settings were changed. The measurement ended.")
+
+    def _judge(self, new: np.ndarray) -> None:
+        if np.abs(new[:, rows.VELOCITY]).max() > self.care.max_speed:
+            raise Unsafe(FAST)
+        if np.abs(new[:, rows.POSITION] - self.surface).max() > self.care.max_travel:
+            raise Unsafe(LEAVES)
+
+    def _wait_for_force(self) -> None:
+        """Wait until the loop renders: after connecting it holds the force at zero for a while."""
+        end = time.monotonic() + _SILENCE_SECONDS
+        while useless(self.collect(0.02)):
+            if time.monotonic() > end:
+                raise Interrupted("The device renders no force. The measurement ended.")
+
+
+def useless(found: np.ndarray) -> bool:
+    """Return whether rows hold samples whose force was held back."""
+    return bool((found[:, rows.FLAGS].astype(np.int64) & _USELESS).any())
