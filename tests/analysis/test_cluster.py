@@ -1,0 +1,106 @@
+"""Sweeps on a real Dask cluster of this machine: the same numbers, also when a worker dies in the middle."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis import measured
+from hapkit_studio.analysis.cluster import ClusterError, cluster
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.sweeps import sweep
+from tests.analysis import sweep_tasks
+
+ROOT = Path(__file__).resolve().parents[2]
+CELLS = [0.25 * i for i in range(6000)]
+
+
+class Dask:
+    """A scheduler and two workers, each a program of its own."""
+
+    def __init__(self, folder: Path):
+        self._environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        self._folder = folder
+        self.scheduler = self._start("scheduler", "--no-dashboard", "--host", "127.0.0.1", "--port", "0")
+        self.address = self._address()
+        self.workers = [self._worker(name) for name in ("one", "two")]
+
+    def _start(self, what: str, *options: str) -> subprocess.Popen:
+        command = [sys.executable, "-m", "dask", what, *options]
+        return subprocess.Popen(
+            command, env=self._environment, cwd=self._folder, stderr=subprocess.PIPE, text=True
+        )
+
+    def _address(self) -> str:
+        """Return the address that the scheduler says it listens at."""
+        assert self.scheduler.stderr is not None
+        for line in self.scheduler.stderr:
+            if "Scheduler at:" in line:
+                return line.split("Scheduler at:")[1].strip()
+        raise AssertionError("the scheduler ended without an address")
+
+    def _worker(self, name: str) -> subprocess.Popen:
+        options = ("--nworkers", "1", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--name", name)
+        return self._start("worker", self.address, *options)
+
+    def close(self) -> None:
+        for program in (*self.workers, self.scheduler):
+            program.kill()
+            program.communicate()
+
+
+@pytest.fixture
+def dask(tmp_path):
+    pytest.importorskip("distributed")
+    made = Dask(tmp_path)
+    yield made
+    made.close()
+
+
+def test_same_numbers_and_nothing_is_lost_with_a_worker(dask):
+    setting, damping = Setting(delay=0.4e-3), np.linspace(0.0, 20.0, 7)
+    wanted = measured.boundary(setting, damping)  # before the workers, so that they find it compiled
+    with cluster(dask.address, timeout=30.0) as executor:
+        executor._client.wait_for_workers(2, timeout=60)
+        assert (measured.boundary(setting, damping, executor=executor) == wanted).all()
+        placed = sweep(sweep_tasks.roots_and_place, CELLS, executor=executor, chunk=100)
+        assert {place for _, place in placed} == {worker.pid for worker in dask.workers}
+
+        said = []
+
+        def kill_in_the_middle(done, of):
+            said.append(done)
+            if done > len(CELLS) // 3 and dask.workers[0].poll() is None:
+                dask.workers[0].send_signal(signal.SIGKILL)
+                dask.workers[0].wait(30.0)
+
+        found = sweep(sweep_tasks.busy_roots, CELLS, executor=executor, progress=kill_in_the_middle, chunk=50)
+        assert dask.workers[0].poll() == -signal.SIGKILL
+        assert found == sweep(sweep_tasks.busy_roots, CELLS)
+        assert [root for root, _ in placed] == found
+        assert said == sorted(said)
+        assert said[-1] == len(CELLS)
+
+
+def test_nobody_at_the_address_is_said_in_one_line():
+    pytest.importorskip("distributed")
+    for address in ("tcp://127.0.0.1:1", "nonsense"):
+        with (
+            pytest.raises(ClusterError, match=f"No Dask scheduler answered at {address} within 0.5 s") as e,
+            cluster(address, timeout=0.5),
+        ):
+            pass
+        assert "\n" not in str(e.value)
+
+
+def test_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with (
+        pytest.raises(ClusterError, match=r'pip install "hapkit-studio\[cluster\]"'),
+        cluster("tcp://127.0.0.1:1"),
+    ):
+        pass
