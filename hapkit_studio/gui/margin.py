@@ -1,34 +1,27 @@
 """How far from instability: limits computed off the window's thread, the newest question wins."""
 
-import math
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from hapkit_studio.analysis.margin import Margin
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.setting import Setting
+
 POINTS = 25
-
-
-@dataclass(frozen=True)
-class Loop:
-    """What the limit depends on besides the rendered damping; delay is the measured one. SI units."""
-
-    mass: float
-    viscous: float
-    rate: float
-    delay: float
-    estimator: str
-    options: tuple[tuple[str, float], ...] = ()
-    grip: str = "released"
 
 
 @dataclass(frozen=True)
 class Question:
     """A rendered stiffness (N/m) and damping (N·s/m) in a loop, and the map's width in N·s/m."""
 
-    loop: Loop
+    setting: "Setting"
     stiffness: float
     damping: float
     width: float
@@ -36,49 +29,34 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """The limit (N/m) at the question's damping, and the boundary as (damping, limit) points."""
+    """The margin at the question's damping, and the boundary as (damping, limit) points."""
 
     question: Question
-    limit: float
+    margin: Margin
     boundary: tuple[tuple[float, float], ...]
 
     @property
     def stable(self) -> bool:
         """Say whether the rendered impedance is inside the limit."""
-        return self.limit > 0.0 and self.question.stiffness <= self.limit
-
-    @property
-    def ratio(self) -> float:
-        """Return limit over stiffness; infinite without stiffness."""
-        return self.limit / self.question.stiffness if self.question.stiffness > 0.0 else math.inf
+        return self.margin.stable
 
 
-@lru_cache(maxsize=2048)
-def limit(loop: Loop, damping: float) -> float:
-    """Return the largest stable stiffness in N/m, 0 where no stiffness is stable."""
-    from hapkit_studio.analysis.stability import stiffness_limit  # scipy: off the first picture's way
+@lru_cache(maxsize=256)
+def boundary(setting: "Setting", width: float) -> tuple[tuple[float, float], ...]:
+    """Return the exact boundary from no damping to a width in N·s/m, as points."""
+    from hapkit_studio.analysis import plane  # off the first picture's way
 
-    spec = (loop.estimator, dict(loop.options)) if loop.options else loop.estimator
-    return stiffness_limit(
-        loop.mass,
-        loop.viscous,
-        damping=damping,
-        rate=loop.rate,
-        delay=loop.delay,
-        estimator=spec,
-        hand=loop.grip,
-    )
+    across = np.linspace(0.0, width, POINTS)
+    return tuple(zip(across.tolist(), plane.exact_boundary(setting, across).tolist(), strict=True))
 
 
-def answer(question: Question, wanted: Callable[[], bool] = lambda: True) -> Answer:
-    """Compute limit and boundary; give up the boundary as soon as nobody wants it any more."""
-    points = []
-    for index in range(POINTS):
-        if not wanted():
-            break
-        damping = question.width * index / (POINTS - 1)
-        points.append((damping, limit(question.loop, damping)))
-    return Answer(question, limit(question.loop, question.damping), tuple(points))
+def answer(question: Question) -> Answer:
+    """Compute margin and boundary."""
+    from hapkit_studio.analysis import plane
+
+    q = question
+    margin = Margin(q.stiffness, q.damping, plane.limit(q.setting, q.damping), q.setting.hand)
+    return Answer(q, margin, boundary(q.setting, q.width))
 
 
 class MarginWorker(QObject):
@@ -116,7 +94,7 @@ class MarginWorker(QObject):
     def _work(self, question: Question) -> Answer | None:
         if question is not self._newest:
             return None
-        return self._solve(question, lambda: question is self._newest)
+        return self._solve(question)
 
     def _deliver(self, job: "Future[Answer | None]") -> None:
         if job.cancelled():

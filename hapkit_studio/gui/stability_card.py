@@ -5,10 +5,13 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from hapkit_studio.analysis.margin import hand_words, short, verdict
+from hapkit_studio.analysis.scales import nice_width
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.margin import Answer, Loop, MarginWorker, Question
+from hapkit_studio.gui.loop_facts import LoopFacts
+from hapkit_studio.gui.margin import Answer, MarginWorker, Question
 from hapkit_studio.gui.stability_map import StabilityMap
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import number, theme
@@ -17,32 +20,14 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 ASK_MS = 100
-DELAY_STEP = 20e-6
-_WIDTHS = (4.0, 8.0, 20.0, 50.0, 100.0)
-
-
-def verdict(answer: Answer) -> str:
-    """Return the margin in one line, the way out included where there is one."""
-    ratio, limit = answer.ratio, answer.limit
-    if limit <= 0.0:
-        return "Above the damping limit. Lower damping."
-    if answer.question.stiffness <= 0.0:
-        return "Stable, released hand"
-    if answer.stable:
-        return f"{number(ratio, 1)} × below the limit" if ratio < 100.0 else "Over 100 × below the limit"
-    return f"{number(1.0 / ratio, 1)} × above the limit. Lower stiffness below {number(limit, 0)} N/m."
-
-
-def short(answer: Answer) -> str:
-    """Return the margin without the way out."""
-    return verdict(answer).split(". ")[0]
+_LEAST_WIDTH = 4.0
 
 
 def conditions(answer: Answer) -> str:
     """Return hand, delay and limit in words."""
-    delay = number(answer.question.loop.delay * 1e3, 2)
-    words = f"Released hand, {delay} ms from sensor to motor."
-    return words if answer.limit <= 0.0 else f"{words} Stiffness limit {number(answer.limit, 0)} N/m."
+    delay, limit = number(answer.question.setting.delay * 1e3, 2), answer.margin.limit
+    words = f"{hand_words(answer.margin.hand).capitalize()}, {delay} ms from sensor to motor."
+    return words if limit <= 0.0 else f"{words} Stiffness limit {number(limit, 0)} N/m."
 
 
 class StabilityCard(QWidget):
@@ -55,7 +40,7 @@ class StabilityCard(QWidget):
         super().__init__(parent)
         self._studio = studio
         self._worker = worker or MarginWorker(parent=self)
-        self._delay: float | None = None
+        self.facts = LoopFacts(studio, self)
         self._sign = ("check", "ok")
         self.heading = QLabel("Stability")
         self.heading.setProperty("role", "section")
@@ -71,35 +56,25 @@ class StabilityCard(QWidget):
         for signal in (
             studio.values_changed,
             studio.environment_changed,
-            studio.loop_changed,
             studio.engine_changed,
+            self.facts.changed,
         ):
             signal.connect(self._ask_soon)
-        studio.engine_changed.connect(self._forget)
         theme.changed.connect(self._look)
         self._look()
         self.ask()
 
     def note_health(self, health: "Health") -> None:
-        """Take over the delay as measured, on a coarse step so that noise asks nothing."""
-        if health.delay == 0.0 and not self._studio.simulated:
-            return
-        delay = round(health.delay / DELAY_STEP) * DELAY_STEP
-        if delay != self._delay:
-            self._delay = delay
-            self._ask_soon()
+        """Take over the delay as measured."""
+        self.facts.note_health(health)
 
     def question(self) -> Question | None:
         """Return what to ask about the environment and loop in force; None where no limit applies."""
-        environment, engine = self._studio.environment, self._studio.engine
-        if environment.impedance is None or engine is None or self._delay is None or not self._linear():
+        setting, impedance = self.facts.setting(), self._studio.environment.impedance
+        if setting is None or impedance is None or not self.facts.linear:
             return None
-        stiffness, damping = environment.impedance(self._studio.values)
-        wish, device = self._studio.loop, engine.device
-        rate = engine.loop.rate
-        loop = Loop(device.mass, device.viscous, rate, self._delay, wish.estimator, wish.options)
-        width = next((w for w in _WIDTHS if damping <= 0.8 * w), _WIDTHS[-1])
-        return Question(loop, stiffness, damping, width)
+        stiffness, damping = impedance(self._studio.values)
+        return Question(setting, stiffness, damping, nice_width(damping, least=_LEAST_WIDTH))
 
     def ask(self) -> None:
         """Ask the worker; say so at once where there is nothing to ask."""
@@ -120,8 +95,8 @@ class StabilityCard(QWidget):
         self.map.setVisible(True)
         self.map.show_answer(answer)
         self.words.setText(conditions(answer))
-        self._show(verdict(answer), *(("check", "ok") if answer.stable else ("cross", "danger")))
-        self.judged.emit(short(answer), answer.stable)
+        self._show(verdict(answer.margin), *(("check", "ok") if answer.stable else ("cross", "danger")))
+        self.judged.emit(short(answer.margin), answer.stable)
         self.crossed.emit(None if answer.stable else answer)
 
     def wait(self) -> None:
@@ -138,17 +113,10 @@ class StabilityCard(QWidget):
             return "Not judged yet", "Needs a device."
         if self._studio.environment.impedance is None:
             return "No limit applies", "This environment renders no stiffness or damping of its own."
-        if not self._linear():
+        if not self.facts.linear:
             name = ESTIMATORS[self._studio.loop.estimator].label
             return "No exact limit", f"{name} is not linear: only a run can tell."
         return "Measuring the delay", "Half a second at zero force, on connecting."
-
-    def _linear(self) -> bool:
-        return ESTIMATORS[self._studio.loop.estimator].response is not None
-
-    def _forget(self) -> None:
-        """Know nothing of another device's delay; the embedded one has none but the added."""
-        self._delay = self._studio.loop.delay if self._studio.simulated else None
 
     def _ask_soon(self) -> None:
         if not self._soon.isActive():
@@ -181,12 +149,10 @@ class StabilityCard(QWidget):
 
 def margin_notice(answer: Answer) -> tuple[str, str]:
     """Return title and line of the banner for an unstable answer."""
-    question = answer.question
-    rate, delay = number(question.loop.rate, 0), number(question.loop.delay * 1e3, 2)
+    question, limit = answer.question, answer.margin.limit
+    rate, delay = number(question.setting.rate, 0), number(question.setting.delay * 1e3, 2)
     loop = f"At {rate} Hz and the measured delay of {delay} ms"
-    if answer.limit <= 0.0:
+    if limit <= 0.0:
         return "Unstable at this damping.", f"{loop} no stiffness is stable. Lower damping."
-    title = (
-        f"Stiffness {number(question.stiffness, 0)} N/m is above the limit of {number(answer.limit, 0)} N/m."
-    )
+    title = f"Stiffness {number(question.stiffness, 0)} N/m is above the limit of {number(limit, 0)} N/m."
     return title, f"{loop} contact without a hand grows instead of settling."

@@ -6,20 +6,13 @@ from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt
 from PySide6.QtGui import QBrush, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
+from hapkit_studio.analysis.scales import height
 from hapkit_studio.gui.margin import Answer
 from hapkit_studio.gui.theme import theme
 
 _HEIGHT = 146
 _LEFT, _TOP, _RIGHT, _BOTTOM = 56, 8, 10, 36
 _DOT_ROOM = 13  # px: as far as the ring round a dot on the frame stands out
-
-
-def nice_top(value: float) -> float:
-    """Return the next of 1, 1.5, 2, 3, 4, 5, 8 × 10ⁿ at or above a value."""
-    if value <= 0.0 or not math.isfinite(value):
-        return 1.0
-    power = 10.0 ** math.floor(math.log10(value))
-    return next(m * power for m in (1, 1.5, 2, 3, 4, 5, 8, 10) if m * power >= value * (1 - 1e-9))
 
 
 class StabilityMap(QWidget):
@@ -57,9 +50,7 @@ class StabilityMap(QWidget):
         """Return the stiffness at the upper edge: room above dot and limit, the whole curve if it is low."""
         assert self._answer is not None
         highest = max([k for _, k in self._answer.boundary if math.isfinite(k)], default=1.0)
-        limit = self._answer.limit if math.isfinite(self._answer.limit) else 0.0
-        around = max(2.2 * limit, 1.4 * self._answer.question.stiffness, 1.0)
-        return nice_top(max(min(around, 1.1 * highest), 1.1 * self._answer.question.stiffness, 1.0))
+        return height(self._answer.question.stiffness, self._answer.margin.limit, highest)
 
     def _regions(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
         assert self._answer is not None
@@ -109,7 +100,7 @@ class StabilityMap(QWidget):
     def _dot(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
         assert self._answer is not None
         question, dot = self._answer.question, self._place(frame, right, top)
-        edge = _at(frame, min(1.0, question.damping / right), min(top, self._answer.limit) / top)
+        edge = _at(frame, min(1.0, question.damping / right), min(top, self._answer.margin.limit) / top)
         token = "accent" if self._answer.stable else "danger"
         painter.setPen(QPen(theme.color(token), 1.6, Qt.PenStyle.DotLine))
         painter.drawLine(dot, edge)

@@ -1,0 +1,67 @@
+"""What the loop in force is, as the stability limits take it: device, rate, measured delay, estimator."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.gui.studio import Studio
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.haptics.health import Health
+
+DELAY_STEP = 20e-6
+
+
+class LoopFacts(QObject):
+    """Follows the studio; ``changed`` when limits may be others now. The delay is None until it is measured."""
+
+    changed = Signal()
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self.delay: float | None = None
+        self._forget()
+        studio.engine_changed.connect(self._forget)
+        studio.loop_changed.connect(self.changed)
+
+    @property
+    def linear(self) -> bool:
+        """Say whether the velocity estimator has an exact limit."""
+        return ESTIMATORS[self._studio.loop.estimator].response is not None
+
+    def setting(self, hand: str = "released", controller: bool = False) -> "Setting | None":
+        """Return the device and loop in force under a hand; None while there is no device or no delay yet."""
+        from hapkit_studio.analysis.setting import Setting
+
+        engine, wish = self._studio.engine, self._studio.loop
+        if engine is None or self.delay is None:
+            return None
+        device = engine.device
+        return Setting(
+            device.mass,
+            device.viscous,
+            getattr(device, "coulomb_force", Setting.coulomb),
+            device.quantum,
+            engine.loop.rate,
+            self.delay,
+            wish.spec,
+            hand,
+            controller,
+        )
+
+    def note_health(self, health: "Health") -> None:
+        """Take over the delay as measured, on a coarse step so that noise asks nothing."""
+        if health.delay == 0.0 and not self._studio.simulated:
+            return
+        delay = round(health.delay / DELAY_STEP) * DELAY_STEP
+        if delay != self.delay:
+            self.delay = delay
+            self.changed.emit()
+
+    def _forget(self) -> None:
+        """Know nothing of another device's delay; the embedded one has none but the added."""
+        self.delay = self._studio.loop.delay if self._studio.simulated else None
+        self.changed.emit()
