@@ -32,8 +32,11 @@ class Axis(pg.AxisItem):
         return _MOST[self.orientation], max(size / _TICK_ROOM[self.orientation], 1.0)
 
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list:
-        room = self.room(size)
-        return [(step(minVal, maxVal, *room), ticks(minVal, maxVal, *room))]
+        return [(step(minVal, maxVal, *self.room(size)), self.places(minVal, maxVal, size))]
+
+    def places(self, low: float, high: float, size: float) -> list[float]:
+        """Return where ticks and grid lines stand between two values so many pixels apart."""
+        return ticks(low, high, *self.room(size))
 
     def resizeEvent(self, ev=None):
         """Write the labels anew: an update alone leaves those of the old height in Qt's cached picture."""
@@ -122,8 +125,8 @@ class Canvas(pg.PlotWidget):
         (x0, x1), (y0, y1) = self.view.viewRange()
         across, up = box.width() / (x1 - x0), box.height() / (y1 - y0)
         self._map = box.left() - x0 * across, across, box.bottom() + y0 * up, -up
-        columns = np.array(ticks(x0, x1, *self.bottom.room(box.width())))
-        levels = np.array(ticks(y0, y1, *self.left.room(box.height())))
+        columns = np.array(self.bottom.places(x0, x1, box.width()))
+        levels = np.array(self.left.places(y0, y1, box.height()))
         columns, levels = self.to_pixels(columns, levels)
         self._grid = [QLineF(x, box.top(), x, box.bottom()) for x in np.round(columns)]
         self._grid += [QLineF(box.left(), y, box.right(), y) for y in np.round(levels)]

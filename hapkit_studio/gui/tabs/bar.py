@@ -1,7 +1,16 @@
 """The strip on top of a page: what is chosen at the left, what is being measured at the right."""
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
@@ -44,7 +53,8 @@ class RunBar(QWidget):
         self._look()
 
     def add(self, widget: QWidget) -> None:
-        """Put a widget to the right of those added before."""
+        """Put a widget to the right of those added before; it keeps the width that its words need."""
+        widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._left.addWidget(widget)
 
     def say(self, text: str, danger: bool = False) -> None:

@@ -33,8 +33,8 @@ def decades(low: float, high: float, most: int) -> list[float]:
 class LogAxis(Axis):
     """An axis whose values are exponents of ten."""
 
-    def tickValues(self, minVal: float, maxVal: float, size: float) -> list:
-        return [(1.0, decades(minVal, maxVal, self.room(size)[0] + 3))]
+    def places(self, low: float, high: float, size: float) -> list[float]:
+        return decades(low, high, self.room(size)[0] + 3)
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         texts = [power(round(value)) for value in values]

@@ -1,0 +1,203 @@
+"""Speed against accuracy: what each method's error costs, which the scene should use, and whether it does."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QWidget
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.segmented import Segmented
+from hapkit_studio.gui.tabs.accuracy_chart import AccuracyChart
+from hapkit_studio.gui.tabs.accuracy_table import MethodTable
+from hapkit_studio.gui.tabs.bar import RunBar
+from hapkit_studio.gui.tabs.base import Page, Tab, filled
+from hapkit_studio.gui.tabs.export import Export
+from hapkit_studio.gui.tabs.job import Job, Progress
+from hapkit_studio.gui.tabs.side import Pairs, SidePanel, hint
+from hapkit_studio.gui.theme import theme
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.accuracy import Chart, Point, Sheet
+    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.studio import Studio
+
+CHARTS = (
+    ("integrators", "Integrators"),
+    ("velocity", "Velocity"),
+    ("servo", "Servo rate"),
+    ("friction", "Friction"),
+)
+_SCENE_WIDTH = 200
+_READ = (
+    "Each line is a method, each marker a step; filled: the loop's own step. Further left is faster, further "
+    "down more accurate. Nothing lies below and left of the grey front. The ring is what the studio uses."
+)
+
+
+class Verdict(QWidget):
+    """A sign and the answer in one sentence, above the chart."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._sign = ("circle", "ink2")
+        self.sign, self.words = QLabel(), QLabel()
+        dress(self.words, "QLabel { font-size: 14px; font-weight: 650; }")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(16, 8, 16, 0)
+        row.setSpacing(8)
+        row.addWidget(self.sign)
+        row.addWidget(self.words, 1)
+        theme.changed.connect(self._look)
+        self.say("Measure to see what each method costs.", "circle", "ink2")
+
+    def say(self, text: str, sign: str, token: str) -> None:
+        """Show a sign and words."""
+        self.words.setText(text)
+        self._sign = (sign, token)
+        self._look()
+
+    def _look(self) -> None:
+        self.sign.setPixmap(icons.pixmap(self._sign[0], 18, self._sign[1], self.devicePixelRatioF()))
+
+
+class AccuracyPage(Page):
+    """One chart at a time, one of its scenes; measured charts are kept."""
+
+    side: SidePanel
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__()
+        self._found: dict[str, Chart] = {}
+        self._seconds: dict[str, float] = {}
+        self.job = Job(self)
+        self.bar = RunBar(self.job, "Run", "Run again")
+        self.charts = Segmented("Chart", tuple(title for _, title in CHARTS))
+        self.charts.show_index(0)
+        self.scenes = QComboBox()
+        self.scenes.setAccessibleName("Scene")
+        self.scenes.setMaximumWidth(_SCENE_WIDTH)
+        self.scenes.hide()
+        self.bar.add(self.charts)
+        self.bar.add(self.scenes)
+        self.verdict, self.chart, self.table = Verdict(), AccuracyChart(), MethodTable()
+        self.point, self.conditions, self.reason = hint(), Pairs(), hint()
+        self.side = self._side()
+        self.column.addWidget(filled(self.bar, self.verdict, self.chart))
+        self._export = Export(self, "accuracy", self.bar.say)
+        self._join()
+
+    @property
+    def key(self) -> str:
+        """Return the key of the chart that is chosen."""
+        return CHARTS[self.charts.index][0]
+
+    @property
+    def sheet(self) -> "Sheet | None":
+        """Return the sheet in sight, None before it was measured."""
+        found = self._found.get(self.key)
+        return found.sheet(self.scenes.currentData()) if found and self.scenes.count() else None
+
+    def run(self) -> None:
+        """Measure the chart that is chosen, all its scenes."""
+        key = self.key
+
+        def work(progress: Progress):
+            from hapkit_studio.analysis import accuracy
+
+            return accuracy.compute([key], progress=progress)
+
+        self.job.start(work)
+
+    def show_result(self, result) -> None:
+        """Keep what was measured and show it."""
+        for chart in result.charts:
+            self._found[chart.key] = chart
+            self._seconds[chart.key] = result.seconds
+        self.show_chart()
+
+    def show_chart(self) -> None:
+        """Show the chosen chart as far as it was measured; its first scene."""
+        found = self._found.get(self.key)
+        self.scenes.blockSignals(True)
+        self.scenes.clear()
+        for sheet in found.sheets if found else ():
+            self.scenes.addItem(sheet.scene.title, sheet.scene.key)
+        self.scenes.blockSignals(False)
+        self.scenes.setVisible(found is not None)
+        self.show_sheet()
+
+    def show_sheet(self) -> None:
+        """Show the chosen scene: points, answer, methods, conditions."""
+        from hapkit_studio.analysis.accuracy import words
+
+        sheet = self.sheet
+        self.chart.show_sheet(sheet)
+        self.table.show_sheet(sheet)
+        self.point.setText("")
+        self.bar.export.setEnabled(sheet is not None)
+        if sheet is None:
+            self.verdict.say("Measure to see what each method costs.", "circle", "ink2")
+            self.conditions.show_pairs([])
+            self.reason.setText("")
+            return
+        right = sheet.answer.right
+        self.verdict.say(words.sentence(sheet), *(("check", "ok") if right else ("triangle", "warn")))
+        self.side.heading.setText(CHARTS[self.charts.index][1])
+        self.side.words.setText(words.verdict(sheet))
+        self.conditions.show_pairs(list(sheet.scene.conditions))
+        self.reason.setText(
+            f"Tolerance {words.error_words(sheet.scene.tolerance, sheet.scene.unit)}: {sheet.scene.reason}"
+        )
+        count = sum(len(s.points) for s in self._found[self.key].sheets)
+        self.bar.say(f"{count} points, {self._seconds[self.key]:.1f} s")
+
+    def show_point(self, point: "Point | None") -> None:
+        """Say in words what the point under the pointer is."""
+        from hapkit_studio.analysis.accuracy import words
+
+        sheet = self.sheet
+        if point is None or sheet is None:
+            self.point.setText("")
+            return
+        error = words.error_words(point.error, sheet.scene.unit)
+        cost = words.cost_words(point.ns_per_simulated_s)
+        self.point.setText(f"{point.label} at {words.step_words(point.step_s)}: {error}, {cost} per second")
+
+    def export(self) -> None:
+        """Save the chart that is chosen as a picture, or its points as numbers."""
+        from hapkit_studio.analysis.accuracy import Accuracy
+
+        shown = Accuracy((self._found[self.key],), self._seconds[self.key])
+
+        def figure(path: str) -> None:
+            from hapkit_studio.charts.accuracy import accuracy_figure
+
+            accuracy_figure(shown, path)
+
+        self._export.ask(figure, lambda: {"rows": shown.rows()})
+
+    def end(self) -> None:
+        self.job.end()
+
+    def _join(self) -> None:
+        self.bar.run_pressed.connect(self.run)
+        self.bar.export_pressed.connect(self.export)
+        self.charts.chosen.connect(lambda _index: self.show_chart())
+        self.scenes.currentIndexChanged.connect(lambda _index: self.show_sheet())
+        self.job.finished.connect(self.show_result)
+        self.table.chosen.connect(self.chart.stand_out)
+        self.chart.pointed_at.connect(self.show_point)
+
+    def _side(self) -> SidePanel:
+        side = SidePanel("Speed against accuracy", "What each method's error costs in computing time.")
+        side.add(self.table)
+        side.add(self.point)
+        side.section("Read the chart")
+        side.add(hint(_READ))
+        side.section("Scene")
+        side.add(self.conditions)
+        side.add(self.reason)
+        return side
+
+
+TAB = Tab("accuracy", "Accuracy", 20, AccuracyPage, scene=False)
