@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hapkit_studio.analysis.failures.numbers import readable
 from hapkit_studio.charts.style import (
     ACCENT,
     ASKED,
@@ -31,6 +32,8 @@ _TEXT, _HEAD = 12, 16
 _DOTS, _DASHES = (0, (1, 1.6)), (0, (5, 3.5))
 _OTHERS = ((ASKED, _DASHES), (ENERGY, (0, (9, 4, 2, 4))), (HELD, (0, (2, 3))))
 _ROOM = 0.08
+# A mark beyond this share of the axis has its words at its left.
+_RIGHT = 0.7
 
 
 def failure_figure(shown: "Shown", path: str | Path) -> None:
@@ -52,15 +55,15 @@ def failure_figure(shown: "Shown", path: str | Path) -> None:
 def value_text(shown: "Shown", value: float) -> str:
     """Write a value of the knob and how far it lies from the limit."""
     knob = shown.failure.knob
-    number = f"{value:.5g} {knob.unit}".strip()
     share = f"{value / shown.limit:.3g} × the limit" if shown.limit > 0.0 else "no limit"
-    return f"{knob.symbol or knob.label} = {number}, {share}"
+    return f"{knob.symbol or knob.label} = {readable(value, knob.unit, 5)}, {share}"
 
 
 def _trace(axes: Any, shown: "Shown", one: "Try", word: str) -> None:
     found = one.evidence
     color, sign = (OK, "✓") if found.holds else (DANGER, "✕")
-    axes.plot(found.time, found.trace, color=color, linewidth=1.6, solid_joinstyle="round")
+    style = "steps-post" if found.held else "default"
+    axes.plot(found.time, found.trace, color=color, linewidth=1.6, drawstyle=style)
     axes.set_title(
         f"{sign} {word}: {value_text(shown, one.value)}\n{found.words}",
         size=_TEXT + 1, color=color, loc="left",
@@ -73,8 +76,10 @@ def _trace(axes: Any, shown: "Shown", one: "Try", word: str) -> None:
 def _curve(axes: Any, chart: "Chart") -> None:
     if chart.log_x:
         axes.set_xscale("log")
+        _plain_numbers(axes.xaxis)
     if chart.log_y:
         axes.set_yscale("log")
+        _plain_numbers(axes.yaxis)
     others = iter(_OTHERS)
     for line in chart.lines:
         _line(axes, line, others)
@@ -86,6 +91,15 @@ def _curve(axes: Any, chart: "Chart") -> None:
         frameon=False, fontsize=_TEXT + 1, labelcolor=INK, ncols=2, loc="lower center",
         bbox_to_anchor=(0.5, 1.0),
     )  # fmt: skip
+
+
+def _plain_numbers(axis: Any) -> None:
+    """Give a logarithmic axis plain numbers at 1, 2 and 5 of each decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _line(axes: Any, line: "Line", others: Any) -> None:
@@ -112,9 +126,11 @@ def _limits(axes: Any, chart: "Chart") -> None:
     for index, mark in enumerate(chart.marks):
         color = DANGER if index == 0 else INK2
         axes.axvline(mark.x, color=color, linewidth=2, linestyle=_DOTS, zorder=2)
+        right = _share(axes, mark.x) > _RIGHT
         axes.annotate(
             mark.label, (mark.x, 0.985 - 0.055 * index), xycoords=("data", "axes fraction"),
-            xytext=(5, 0), textcoords="offset points", size=_TEXT, color=color, va="top", zorder=5,
+            xytext=(-5 if right else 5, 0), textcoords="offset points", ha="right" if right else "left",
+            va="top", size=_TEXT, color=color, zorder=5,
             bbox={"facecolor": SURFACE, "edgecolor": "none", "pad": 1.0, "alpha": 0.8},
         )  # fmt: skip
     if chart.level is not None:
@@ -122,8 +138,13 @@ def _limits(axes: Any, chart: "Chart") -> None:
         axes.annotate(
             chart.level_label, (0.99, chart.level), xycoords=("axes fraction", "data"),
             xytext=(0, 4), textcoords="offset points", size=_TEXT, color=INK2, ha="right", zorder=5,
-            bbox={"facecolor": SURFACE, "edgecolor": "none", "pad": 1.0, "alpha": 0.8},
+            bbox={"facecolor": SURFACE, "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
         )  # fmt: skip
+
+
+def _share(axes: Any, x: float) -> float:
+    """Return where x lies along the axis, 0 at its left end and 1 at its right."""
+    return float(axes.transAxes.inverted().transform(axes.transData.transform((x, axes.get_ylim()[0])))[0])
 
 
 def _widen(axes: Any, chart: "Chart") -> None:

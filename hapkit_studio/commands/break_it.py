@@ -6,6 +6,7 @@ from pathlib import Path
 
 from hapkit_studio.analysis.failures import failures, named
 from hapkit_studio.analysis.failures.base import Failure
+from hapkit_studio.analysis.failures.numbers import readable
 from hapkit_studio.analysis.failures.shown import Shown, Try, show
 from hapkit_studio.commands.base import Command, Result, progress_line
 from hapkit_studio.commands.given import key_values
@@ -97,7 +98,8 @@ def _verdict(one: Try) -> str:
 
 def _limit(shown: Shown) -> str:
     knob = shown.failure.knob
-    return f"{knob.label.lower()} {shown.limit:.4g} {knob.unit}".strip()
+    name = knob.label[0].lower() + knob.label[1:]
+    return f"{name} {readable(shown.limit, knob.unit)}"
 
 
 def _table(results: list[Shown]) -> str:
@@ -121,7 +123,7 @@ def _details(shown: Shown, tried: list[Try]) -> str:
     pairs = [f"{p.key}={p.text(shown.case[p.key])}" for p in failure.options]
     lines += [f"with {', '.join(pairs)}", f"limit: {_limit(shown)}"]
     for one in (shown.inside, shown.outside, *tried):
-        lines.append(f"{one.value:.6g} {failure.knob.unit} {_verdict(one)}")
+        lines.append(f"{readable(one.value, failure.knob.unit)} {_verdict(one)}")
     return "\n".join(lines)
 
 

@@ -22,7 +22,7 @@ class Evidence:
     """What one try showed: a trace (n,) over time (n,) in s, the number it was judged by, the verdict.
 
     The trace may be thinned, its peaks kept, and ends where the motion is lost. measure is in unit
-    measure_unit; words say both in one line, for a person.
+    measure_unit; words say both in one line, for a person. held: a value lasts until the next.
     """
 
     time: np.ndarray
@@ -33,6 +33,7 @@ class Evidence:
     measure: float
     measure_unit: str
     words: str
+    held: bool = False
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from hapkit_studio.analysis.failures import wall_bounce
 from hapkit_studio.analysis.failures.base import (
     MEASURED,
     OTHER,
-    THEORY,
     Case,
     Chart,
     Choice,
@@ -29,7 +28,7 @@ WITHIN = 0.01
 PHASES = 32
 # ω T (1 + 2 td/T) up to which the formula is within 1 %.
 LATENESS = 0.4
-_LATENESS = np.linspace(0.05, 0.8, 16)
+_LATENESS = np.linspace(0.05, 0.6, 12)
 
 
 def stiffness_of(lateness: float, case: Case) -> float:
@@ -97,13 +96,13 @@ def curve(case: Case, progress: Progress) -> Chart:
         for y, (_, gain, balance, _) in zip(found, _LINES, strict=True):
             y.append(100.0 * off(lateness, case, gain(lateness, case, balance), balance))
         progress(done, len(_LATENESS))
-    measured = [
+    lines = tuple(
         Line(label, _LATENESS, np.array(y), role)
         for (label, _, _, role), y in zip(_LINES, found, strict=True)
-    ]
-    lines = (Line("the formula", _LATENESS, np.zeros(len(_LATENESS)), THEORY), *measured)
-    marks = (Mark("0.4", LATENESS),)
-    return Chart("ω T (1 + 2 td/T)", "formula off by, %", lines, marks, 100.0 * WITHIN, "1 %")
+    )
+    marks = (Mark("ω T (1 + 2 td/T) = 0.4", LATENESS),)
+    label = "the formula is off by, %"
+    return Chart("ω T (1 + 2 td/T)", label, lines, marks, 100.0 * WITHIN, "1 %", log_y=True)
 
 
 def live(lateness: float, case: Case) -> Live:
@@ -117,14 +116,16 @@ FAILURE = Failure(
     key="bounce",
     title="The energy of a bounce",
     summary="A sampled wall gives energy at every bounce; beyond a stiffness its formula is off",
-    formula="E out/E in = exp(π (K (T/2 + td) − b)/(m ω)), within 1 % for b = 0 and ω T (1 + 2 td/T) ≤ 0.4",
+    formula="E out/E in = exp(π (K (T/2 + td) − b)/(m ω)), 1 % up to ω T (1 + 2 td/T) = 0.4",
     explanation="A wall is a spring met late and left late, by half a period and the delay, so a bounce "
     "comes back faster than it went in. The formula takes the bounce as half a swing that grows all "
     "along. For a soft wall that is within 1 %; a stiff one is met and left within a few samples, "
     "and is no half swing. A damper in contact alone changes little of that. The handle's own damper "
     "acts outside as well, for the samples before the wall is seen and after it is left, and takes "
     "more than the formula knows.",
-    knob=Parameter("lateness", "ω T (1 + 2 td/T)", "", 0.4, 0.01, 2.0, "How far a swing turns while late"),
+    knob=Parameter(
+        "lateness", "Lateness", "", 0.4, 0.01, 2.0, "How far a swing turns while late", "ω T (1 + 2 td/T)"
+    ),
     limit=limit,
     probe=probe,
     curve=curve,

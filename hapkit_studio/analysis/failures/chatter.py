@@ -78,7 +78,7 @@ def probe(friction: float, case: Case) -> Evidence:
     holds = size <= FLICKER
     time, x = thinned(np.arange(len(tail)) / case["rate"], tail - tail.mean())
     words = f"{'flickers' if holds else 'chatters'} by {text(size, 'counts p-p', 2)}"
-    return Evidence(time, x, "position, once it has stopped", "counts", holds, size, "counts", words)
+    return Evidence(time, x, "position", "counts", holds, size, "counts", words)
 
 
 def curve(case: Case, progress: Progress) -> Chart:

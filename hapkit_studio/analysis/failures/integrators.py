@@ -122,7 +122,7 @@ FAILURE = Failure(
     "share of the swing, ω dt, and the damping ratio ζ. Explicit Euler and the lecture's rule push "
     "outwards at every step, and only damping hides it; the others hold up to about two radians a "
     "step.",
-    knob=Parameter("step", "Step, ω·dt", "", 1.0, 1e-3, 10.0, "How far the swing turns in one step"),
+    knob=Parameter("step", "Step", "", 1.0, 1e-3, 10.0, "How far the swing turns in one step", "ω·dt"),
     limit=limit,
     probe=probe,
     curve=curve,

@@ -16,6 +16,13 @@ def signed(value: float, unit: str = "", digits: int = 3) -> str:
     return f"{_true(f'{value:+.{digits}g}')} {unit}".rstrip()
 
 
+def readable(value: float, unit: str, digits: int = 4) -> str:
+    """Write a length in mm and a short time in ms, everything else in its own unit."""
+    if unit == "m" or (unit == "s" and abs(value) < 1.0):
+        return text(1e3 * value, f"m{unit}", digits)
+    return text(value, unit, digits)
+
+
 def _true(number: str) -> str:
     return number.replace("-", "−")
 

@@ -42,6 +42,6 @@ def show(
     """Return a failure tried on both sides of its limit; raise ParameterError for options it has not."""
     case = failure.case(given)
     values = failure.inside(case), failure.outside(case)
-    tries = [Try(value, failure.probe(value, case)) for value in values]
+    inside, outside = (Try(value, failure.probe(value, case)) for value in values)
     curve = failure.curve(case, progress) if chart else None
-    return Shown(failure, case, failure.limit(case), *tries, curve)
+    return Shown(failure, case, failure.limit(case), inside, outside, curve)

@@ -44,7 +44,7 @@ def probe(quantum: float, case: Case) -> Evidence:
     words = f"{least} readings at the least in a ridge, {text(100.0 * peak, '%')} of its force"
     n = 4 * TO_SEE
     time, force = np.arange(n) / case["rate"], out[:n, rows.ASKED]
-    return Evidence(time, force, "force", "N", least >= WANTED, float(least), "readings", words)
+    return Evidence(time, force, "force", "N", least >= WANTED, float(least), "readings", words, held=True)
 
 
 def step(quantum: float, case: Case) -> float:

@@ -23,7 +23,7 @@ from hapkit_studio.haptics import rows
 
 WANTED = 10
 SAMPLES = 4000
-_SHARES = np.geomspace(0.2, 4.0, 24)
+_SHARES = np.geomspace(0.2, 3.7, 24)
 
 
 def limit(case: Case) -> float:
@@ -47,7 +47,15 @@ def probe(speed: float, case: Case) -> Evidence:
     n = min(4 * WANTED + 1, len(out))
     force = out[:n, rows.ASKED]
     return Evidence(
-        np.arange(n) / case["rate"], force, "force", "N", least >= WANTED, float(least), "samples", words
+        np.arange(n) / case["rate"],
+        force,
+        "force",
+        "N",
+        least >= WANTED,
+        float(least),
+        "samples",
+        words,
+        held=True,
     )
 
 

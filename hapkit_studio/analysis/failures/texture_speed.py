@@ -45,7 +45,15 @@ def probe(speed: float, case: Case) -> Evidence:
     words = f"vibrates at {text(frequency, 'Hz', 4)}, its ridges come at {text(there, 'Hz', 4)}"
     n = 80
     return Evidence(
-        np.arange(n) / case["rate"], out[:n, rows.ASKED], "force", "N", holds, frequency, "Hz", words
+        np.arange(n) / case["rate"],
+        out[:n, rows.ASKED],
+        "force",
+        "N",
+        holds,
+        frequency,
+        "Hz",
+        words,
+        held=True,
     )
 
 

@@ -19,13 +19,15 @@ from hapkit_studio.analysis.failures.base import (
     Progress,
     within,
 )
-from hapkit_studio.analysis.failures.numbers import before_lost, text, thinned
+from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import stiffness_limit
 from hapkit_studio.haptics import headless, rows
 
 # The handle starts this share of a wavelength from its stable place; beyond REACH the valley is curved.
 START, REACH = 1e-5, 1e-3
+# What has become this small a share of its start is lost in rounding.
+DEAD = 1e-6
 _SHARES = np.linspace(0.5, 1.5, 21)
 
 
@@ -49,8 +51,9 @@ def swing(amplitude: float, case: Case) -> tuple[Setting, np.ndarray]:
         environments.named("texture"), stroking.grating(wavelength, amplitude), device, where.loop
     )
     out, _ = headless.render(scene, None, round(loop.SECONDS * case["rate"]))
-    n = before_lost(out[:, rows.TRUE_POSITION] - 0.5 * wavelength, REACH * wavelength)
-    return where, out[:n]
+    place = out[:, rows.TRUE_POSITION] - 0.5 * wavelength
+    n = before_lost(place, REACH * wavelength)
+    return where, out[: alive(np.abs(place[:n]), DEAD * START * wavelength)]
 
 
 def probe(amplitude: float, case: Case) -> Evidence:

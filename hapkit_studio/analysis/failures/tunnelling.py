@@ -78,7 +78,9 @@ def probe(speed: float, case: Case) -> Evidence:
     words = f"{least} samples at the least, {peak} of the force; energy off by {energy}"
     force = 100.0 * worst[:, rows.ASKED] / PEAK
     time = np.arange(len(worst)) / case["rate"]
-    return Evidence(time, force, "force", "% of the peak", least >= WANTED, float(least), "samples", words)
+    return Evidence(
+        time, force, "force", "% of the peak", least >= WANTED, float(least), "samples", words, held=True
+    )
 
 
 def missed(runs: list[np.ndarray]) -> float:
