@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.choice_row import ChoiceRow
@@ -22,7 +22,7 @@ DELAY = Parameter(
     "and pushes after the handle has turned back: the longer, the softer a wall must be not to buzz.",
 )  # fmt: skip
 ESTIMATOR = Choice(
-    "estimator", "Velocity", tuple(ESTIMATORS), "iir",
+    "estimator", "Velocity", tuple(ESTIMATORS), USUAL,
     "How speed is made from sensor counts. The plain difference is quick but steps by one count per period, "
     "so damping rattles; the low-pass filters are smooth but late, and late damping feeds a buzz. FOAW fits "
     "the longest line that it can: smooth when slow, quick at an impact. The Kalman filter guesses on.",
@@ -103,12 +103,8 @@ class LoopPanel(QWidget):
         self._allow()
 
     def summary(self) -> str:
-        """Return the loop in one line."""
-        loop = self._studio.loop
-        filters = [
-            f"{row.quantity.text(row.value)} {row.quantity.unit}" for row in self.options[loop.estimator]
-        ]
-        name = " ".join([ESTIMATOR.word(ESTIMATOR.check(loop.estimator)), *filters])
+        """Return the loop in one line that fits the panel: the estimator without its options."""
+        name = ESTIMATOR.word(ESTIMATOR.check(self._studio.loop.estimator))
         return f"{self._rate():.0f} Hz · {self.delay.box.text()} ms · {name}"
 
     def _rate(self) -> float:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hapkit_studio.devices.terms import MODELS
+from hapkit_studio.dynamics.estimators import USUAL
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class LoopWish:
 
     rate: float = 1000.0
     delay: float = 0.0
-    estimator: str = "iir"
+    estimator: str = USUAL
     options: tuple[tuple[str, float], ...] = ()
     model: str = MODELS[0]
 

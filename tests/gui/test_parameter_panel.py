@@ -216,6 +216,7 @@ def test_the_loop_panel_sets_rate_delay_estimator_and_grip(window):
     enter(loop.rate, "500")
     enter(loop.delay, "2.5")
     assert (engine.loop.rate, engine.loop.delay) == (500.0, 0.0025)
+    pick(loop.estimator, "IIR")
     enter(loop.options["iir"][0], "20")
     assert engine.loop.estimator == ("iir", {"cutoff": 20.0})
     pick(loop.estimator, "FOAW")

@@ -1,6 +1,6 @@
 """Servo rate: how stiff a wall may be and how true it is, over what the ticks of a second cost.
 
-The wall is the stiffest that students choose on a Hapkit, 800 N/m. It must be stable with the handle released.
+The wall is the stiffest that students choose on a Hapkit, 800 N/m. It must be stable, the handle released.
 Tapped by a hand, the handle's way into it is compared with that into a wall without samples, event-located.
 """
 

@@ -36,8 +36,7 @@ class Scene:
     """What is computed: error says of what and over what, unit is "" for a share, reason is the tolerance's.
 
     conditions are name and value with unit, for people. step_s is the step at which methods compete, the
-    loop's own; None where the step is what is chosen. goal says in a word what the tolerance is, where a number
-    would not.
+    loop's own; None where the step is what is chosen. goal says what the tolerance is where no number does.
     """
 
     key: str

@@ -8,6 +8,9 @@ from hapkit_studio.analysis.accuracy.sheet import TIE, Scene, Sheet
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # An error below this is rounding: its power of ten is worth reading, not its digits.
 _SMALL, _LARGE = 1e-4, 1e3
+_STILL = 1e-9
+# How many methods that cost the same are named.
+_NAMED = 3
 
 
 def figures(value: float, digits: int = 2) -> str:
@@ -31,6 +34,8 @@ def error_words(error: float, unit: str = "") -> str:
     if error == 0.0:
         return "0"
     if unit == "m/s":
+        if error < _STILL:
+            return f"{power(error)} m/s"
         small = error < 1e-4
         return f"{figures(1e6 * error)} µm/s" if small else f"{figures(1e3 * error)} mm/s"
     if error < _SMALL or error >= _LARGE:
@@ -56,23 +61,39 @@ def rate_words(step_s: float) -> str:
     return f"{1e-3 * rate:.4g} kHz" if rate >= 999.5 else f"{rate:.4g} Hz"
 
 
-def _name(scene: Scene, point: Point) -> str:
-    return point.label if scene.step_s is not None else f"{rate_words(point.step_s)}, {point.label}"
+def limit_words(scene: Scene) -> str:
+    """Write what a scene's tolerance asks for."""
+    if scene.goal:
+        return scene.goal
+    if scene.unit == "m/s":
+        return f"within {error_words(scene.tolerance, scene.unit)}".replace(".0 ", " ")
+    return f"within {100.0 * scene.tolerance:g} %"
+
+
+def name_words(scene: Scene, point: Point) -> str:
+    """Write what a scene chooses between: methods, or rates."""
+    if scene.step_s is not None:
+        return point.label
+    other = point.method != scene.default.method
+    return rate_words(point.step_s) + (f", {point.label.lower()}" if other else "")
 
 
 def _where(scene: Scene) -> str:
     return "" if scene.step_s is None else f" at a {step_words(scene.step_s)} step"
 
 
+def _listed(names: list[str]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
 def sentence(sheet: Sheet) -> str:
     """Write the answer of a sheet in one sentence."""
     scene, answer = sheet.scene, sheet.answer
-    limit = error_words(scene.tolerance, scene.unit)
     if answer.cheapest is None:
-        return f"Nothing is within {limit}{_where(scene)}."
-    cost = cost_words(answer.cheapest.ns_per_simulated_s)
-    name = _name(scene, answer.cheapest)
-    return f"Cheapest within {limit}{_where(scene)}: {name}, {cost} per simulated second."
+        return f"Nothing is {limit_words(scene)}{_where(scene)}."
+    name, cost = name_words(scene, answer.cheapest), cost_words(answer.cheapest.ns_per_simulated_s)
+    return f"Cheapest {limit_words(scene)}{_where(scene)}: {name}, {cost} per simulated second."
 
 
 def verdict(sheet: Sheet) -> str:
@@ -80,12 +101,10 @@ def verdict(sheet: Sheet) -> str:
     scene, answer = sheet.scene, sheet.answer
     if answer.default is None:
         return "No default here."
-    name = _name(scene, answer.default)
     if answer.right:
-        others = ", ".join(_name(scene, p) for p in answer.as_cheap)
-        return "It is the default." + (
-            f" As cheap within {100 * (TIE - 1):.0f} %: {others}." if others else ""
-        )
+        others = _listed([name_words(scene, p) for p in answer.as_cheap])
+        return "It is the default." + (f" As cheap, to {100 * (TIE - 1):.0f} %: {others}." if others else "")
+    name = name_words(scene, answer.default)
     if answer.default.error > scene.tolerance or answer.cheapest is None:
         return f"The default, {name}, is off by {error_words(answer.default.error, scene.unit)}."
     ratio = answer.default.ns_per_simulated_s / answer.cheapest.ns_per_simulated_s
