@@ -6,7 +6,7 @@ import sys
 
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QTabBar, QToolButton, QWidget
 
 from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.gallery import GalleryRow
@@ -35,6 +35,8 @@ def cut_off(window: QWidget) -> list[str]:
                     found.append(f"label {widget.text()!r}: {widget.size()}")
             elif needed.width() > widget.width() or needed.height() > widget.height():
                 found.append(f"label {widget.text()!r}: {needed} in {widget.size()}")
+        elif isinstance(widget.parent(), QTabBar):
+            continue  # arrows without words
         elif isinstance(widget, QPushButton | QToolButton | GalleryRow):
             needed = widget.sizeHint()
             if needed.width() > widget.width() or needed.height() > widget.height():
