@@ -13,7 +13,7 @@ import numpy as np
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, quiet
 from hapkit_studio.analysis.zwidth import Arrived, nobody
-from hapkit_studio.analysis.zwidth_bench import Bench, Care, Unsafe
+from hapkit_studio.analysis.zwidth_bench import Bench, Care, Interrupted, Unsafe
 from hapkit_studio.analysis.zwidth_hands import Person, Presser, SimulatedHand
 from hapkit_studio.analysis.zwidth_protocol import levels_of, linear_curve, linear_limits, loop_conditions
 from hapkit_studio.analysis.zwidth_result import BUZZES, GROWS, Condition, ZWidth
@@ -27,6 +27,7 @@ _SLOW_SECONDS = 0.05
 _WINDOW_SECONDS = 0.25
 _MOST_WINDOWS = 16
 _QUIET_WINDOWS = 2
+_MOST_REPEATS = 5
 # From one window to the next: less than this share goes on dying out, more than that one grows.
 _DYING, _GROWING = 0.9, 1.1
 
@@ -124,10 +125,7 @@ class _Trials:
         """Return the stiffest wall that held."""
         care = self._bench.care
         self._bench.calm()
-        try:
-            return stiffest(self._held_at, care.softest, care.raised, care.highest, self._steps.halvings)
-        finally:
-            self._bench.calm()
+        return stiffest(self._held_at, care.softest, care.raised, care.highest, self._steps.halvings)
 
     def _held_at(self, stiffness: float) -> Verdict:
         """Try one wall; after it the last one that held is in force."""
@@ -136,7 +134,7 @@ class _Trials:
         self._bench.wall(stiffness, self._damping)
         try:
             self._hand.press(stiffness)
-            verdict = self._watched()
+            verdict = self._watched(stiffness)
         except Unsafe as unsafe:
             verdict = Verdict(unsafe.why)
         if not verdict.why:
@@ -150,15 +148,12 @@ class _Trials:
         else:
             self._bench.calm()
 
-    def _watched(self) -> Verdict:
+    def _watched(self, stiffness: float) -> Verdict:
         """Watch until the motion has died out, or does not any more."""
         limit = self._bench.care.counts * self._bench.quantum
         clamped, calm, before = False, 0, math.inf
         for window in range(_MOST_WINDOWS):
-            found = self._bench.collect(_WINDOW_SECONDS + _SLOW_SECONDS)
-            if not self._hand.presses(found):
-                self._hand.begin()
-                continue
+            found = self._window(stiffness)
             clamped = clamped or bool((found[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())
             now = ripple(found[:, rows.POSITION], self._bench.engine.loop.rate)
             calm = calm + 1 if now <= limit else 0
@@ -168,6 +163,16 @@ class _Trials:
                 return Verdict(GROWS if now > _GROWING * before else BUZZES, clamped)
             before = now
         return Verdict(BUZZES, clamped)
+
+    def _window(self, stiffness: float) -> np.ndarray:
+        """Return the next rows under a hand that presses; where it does not, it begins anew."""
+        for _ in range(_MOST_REPEATS):
+            found = self._bench.collect(_WINDOW_SECONDS + _SLOW_SECONDS)
+            if self._hand.presses(found):
+                return found
+            self._hand.begin()
+            self._hand.press(stiffness)
+        raise Interrupted(f"The wall was let go {_MOST_REPEATS} times. The measurement ended.")
 
 
 def ripple(position: np.ndarray, rate: float) -> float:

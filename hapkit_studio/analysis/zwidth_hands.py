@@ -70,7 +70,7 @@ class SimulatedHand:
         self._bench.engine.move_hand(away)
         end = time.monotonic() + _AWAY_SECONDS
         while time.monotonic() < end:
-            found = self._bench.collect(2.0 * _STEP_SECONDS)
+            found = self._bench.collect(2.0 * _STEP_SECONDS, judged=False)
             near = np.abs(found[:, rows.POSITION] - away) < 0.5 * _AWAY
             if near.all() and np.ptp(found[:, rows.POSITION]) < _SLOW * 2.0 * _STEP_SECONDS:
                 return
@@ -88,7 +88,7 @@ class SimulatedHand:
             self._bench.collect(_STEP_SECONDS)
 
     def presses(self, found: np.ndarray) -> bool:
-        return True
+        return not useless(found)
 
 
 class Person:
@@ -113,7 +113,7 @@ class Person:
         """Wait until a person presses; raise Interrupted where nobody does."""
         end = time.monotonic() + _PATIENCE_SECONDS
         said = ""
-        while not self.presses(found := self._bench.collect(0.2)):
+        while not self.presses(found := self._bench.collect(0.2, judged=False)):
             words = self._words(found)
             if words != said:
                 self._bench.say(words)
@@ -132,7 +132,7 @@ class Person:
         force = _force(found)
         if force <= self._most:
             return f"{ASK}."
-        return f"Press more gently: {force:.1f} N now, {self._most:.1f} N at most."
+        return f"Press more gently: {force:.1f} N now, {self._bench.care.push:g} N is enough."
 
 
 def _force(found: np.ndarray) -> float:

@@ -4,7 +4,14 @@ import json
 
 import pytest
 
+from hapkit_studio.analysis import zwidth, zwidth_device
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.zwidth_bench import Care
+from hapkit_studio.analysis.zwidth_protocol import Protocol
 from hapkit_studio.cli import main
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.haptics import rig
+from hapkit_studio.haptics.settings_writer import LoopSettings
 
 
 def run(capsys, *words):
@@ -57,6 +64,58 @@ def test_a_picture(capsys, tmp_path):
 )
 def test_what_cannot_be_is_one_line(capsys, words, said):
     code, out, err = run(capsys, *words)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    """Stand in for a minute of pressing; keep what it was asked."""
+    asked = {}
+
+    def measure(engine, levels, care, **more):
+        asked.update(engine=engine, levels=levels, care=care, loop=engine.loop, grip=engine.grip)
+        if asked.get("raises"):
+            raise asked["raises"]
+        return zwidth.compute(Setting(), levels, Protocol(seconds=0.6, halvings=1))
+
+    monkeypatch.setattr(zwidth_device, "measure", measure)
+    return asked
+
+
+def test_a_device_gets_what_was_asked_and_is_closed(capsys, measured):
+    words = "--device simulated --damping 0,1 --mass 0.06 --rate 500 --delay 2e-3 --estimator iir:cutoff=20"
+    words += " --hand firm --max-force 1.5 --push 0.5 --speed 0.05"
+    code, _, err = run(capsys, *words.split())
+    assert (code, err) == (0, "")
+    assert measured["levels"] == (0.0, 1.0)
+    assert measured["care"] == Care(max_force=1.5, push=0.5, hit=0.05)
+    assert measured["engine"].device == SimulatedHapkit(mass=0.06)
+    assert measured["loop"] == LoopSettings(500.0, 2e-3, ("iir", {"cutoff": 20.0}))
+    assert measured["grip"] == "firm"
+    assert not measured["engine"].health().running
+
+
+def test_ctrl_c_closes_the_device(capsys, measured):
+    measured["raises"] = KeyboardInterrupt()
+    code, out, _ = run(capsys, "--device", "simulated")
+    assert (code, out) == (130, "")
+    assert not measured["engine"].health().running
+    assert measured["engine"].arrays.control[rig.DONE] == 1  # the loop's last act: a zero command
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("nowhere", "There is no device 'nowhere'"),
+        ("simulated --push 2", "A push of 2 N needs a force limit of 3.33 N or more, not 2 N."),
+        ("simulated --max-force 9", "Force limit goes from 0.1 to 3 N, not 9."),
+        ("simulated --hand iron", "not 'iron'"),
+    ],
+)
+def test_what_a_device_cannot_be_is_one_line(capsys, words, said):
+    code, out, err = run(capsys, "--device", *words.split())
     assert (code, out) == (2, "")
     assert said in err
     assert err.count("\n") == 1
