@@ -1,0 +1,65 @@
+"""Identification: what a recorded piece tells about what was rendered, and about the handle.
+
+``identify(from_run(run))``, ``identify(from_csv("run.csv"))``, ``identify(of_rows(rows, setup))``.
+"""
+
+from dataclasses import dataclass
+
+from hapkit_studio.analysis.identify import words
+from hapkit_studio.analysis.identify.grid import lay
+from hapkit_studio.analysis.identify.handle import handle
+from hapkit_studio.analysis.identify.part import TERMS, Estimate, Part, Points, Term
+from hapkit_studio.analysis.identify.reading import from_csv, from_run
+from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, of_rows
+from hapkit_studio.analysis.identify.rendered import rendered
+from hapkit_studio.errors import ParameterError
+
+__all__ = ["TERMS", "Estimate", "Handle", "Identified", "Part", "Points", "Recording", "Setup", "Term"]
+__all__ += ["from_csv", "from_run", "identify", "of_rows", "words"]
+
+RENDERED_TERMS = ("stiffness", "damping", "friction")
+
+
+@dataclass(frozen=True)
+class Identified:
+    """A piece's answers: what was rendered, what the handle is, and of what piece."""
+
+    rendered: Part
+    handle: Part
+    setup: Setup
+    samples: int
+    begin: float
+    end: float
+
+    def sentences(self, part: Part) -> list[str]:
+        """Return a part in words, a line each."""
+        return words.sentences(part, self.setup, self.samples)
+
+
+def identify(
+    recording: Recording,
+    *,
+    begin: float | None = None,
+    end: float | None = None,
+    terms: tuple[str, ...] | None = None,
+    released: bool = False,
+) -> Identified:
+    """Identify the piece from begin to end in s of a recording; None: from its start, to its end.
+
+    terms of RENDERED_TERMS; None: those that the environment has. released: no hand holds the handle, where
+    the recording does not know. Raise ParameterError.
+    """
+    unknown = [term for term in terms or () if term not in RENDERED_TERMS]
+    if unknown or terms == ():
+        raise ParameterError(f"The terms are some of {', '.join(RENDERED_TERMS)}, not {', '.join(unknown)}.")
+    piece = recording.between(begin, end).check()
+    grid = lay(piece)
+    chosen = tuple(term for term in RENDERED_TERMS if term in terms) if terms else None
+    return Identified(
+        rendered(grid, piece.setup, chosen),
+        handle(grid, piece.setup, released),
+        piece.setup,
+        len(grid),
+        float(piece.time[0]),
+        float(piece.time[-1]),
+    )

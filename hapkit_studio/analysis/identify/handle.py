@@ -1,0 +1,130 @@
+"""What the handle is: its mass and friction, out of the forces on it and its motion.
+
+m a + b v + F_c sgn v + c = F + F_hand, averaged over smooth windows: the acceleration's average is that of
+the position times the window's second derivative. Even and odd samples give every column twice, with errors
+that have nothing in common. While a hand holds, the mass is the handle's and the hand's together.
+"""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.analysis.identify.grid import Grid
+from hapkit_studio.analysis.identify.judging import estimate, points, sizes, speed_of
+from hapkit_studio.analysis.identify.part import Part
+from hapkit_studio.analysis.identify.recording import Setup
+from hapkit_studio.analysis.identify.regression import solve
+from hapkit_studio.analysis.identify.windows import Windows
+
+NAMES = ("mass", "viscous", "coulomb")
+PIECES = (2, 4, 8, 16, 32, 64)
+# While so many counts of the sensor go by, their errors are many and average out.
+_COUNTS = 40.0
+UNKNOWN_HAND = (
+    "Cannot tell: the hand's force is not known. Let go, and take a piece in which the handle moves freely."
+)
+NOTHING_MOVES = "Cannot tell: the handle does not move steadily. Move farther and faster, both ways."
+
+
+def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
+    """Identify the handle; released says that no hand holds it, where the recording does not know."""
+    if not grid.hand_known and not released:
+        return Part("handle", advice=UNKNOWN_HAND, left_out=grid.left_out)
+    held = grid.held & (not released)
+    parts = [_best(grid, setup, free, free_hand) for free, free_hand in ((~held, True), (held, False))]
+    found = [part for part in parts if part is not None]
+    if not found:
+        return Part("handle", advice=NOTHING_MOVES, left_out=grid.left_out)
+    return min(found, key=lambda part: part["mass"].half / max(abs(part["mass"].value), 1e-9))
+
+
+def _best(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part | None:
+    """Return the part from the windows that tell most; chosen (n,) says which samples belong to it."""
+    best: tuple[float, Part] | None = None
+    least = _COUNTS * setup.quantum / max(speed_of(grid, chosen), 1e-9)
+    for piece in PIECES:
+        windows = Windows(len(grid), piece, grid.period, setup.delay)
+        if windows.length * grid.period < least:
+            continue
+        kept = windows.every(chosen & grid.there) & windows.every(grid.known, windows.lead)
+        kept &= windows.every(grid.sign > 0) | windows.every(grid.sign < 0)
+        made = _fitted(grid, setup, windows, kept, released)
+        if made is not None and (best is None or made[0] < best[0]):
+            best = made
+    return best[1] if best else None
+
+
+def _fitted(
+    grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, released: bool
+) -> tuple[float, Part] | None:
+    """Return (how little these windows tell, the part); None where they tell nothing."""
+    sign = np.sign(windows.derivative(grid.sign, 0))
+    halves = [_columns(grid, windows, sign, part) for part in (0, 1)]
+    force = windows.held(grid.commands)
+    if not released:
+        force = force + windows.derivative(grid.hand, 0) + windows.held(grid.hand_held, 0.0)
+    fit = solve(halves[0], halves[1], force, kept)
+    if fit is None:
+        return None
+    columns = 0.5 * (halves[0] + halves[1])
+    moved = sizes(grid.position, windows, kept)
+    truth, between = _truth(setup, released), {} if released else _between(setup, grid.period, moved.hertz)
+    estimates = tuple(
+        estimate(
+            name, fit.beta[i], fit.half[i] + between.get(name, 0.0), moved, truth.get(name), truth.get(name)
+        )
+        for i, name in enumerate(NAMES)
+    )
+    part = Part(
+        "handle",
+        estimates,
+        explained=fit.explained,
+        hertz=moved.hertz,
+        seconds=float(kept.sum()) * windows.piece * grid.period,
+        released=released,
+        points=points(grid, windows, NAMES, columns, force, kept, fit),
+        left_out=grid.left_out,
+    )
+    return _looseness(windows, columns, kept), part
+
+
+def _columns(grid: Grid, windows: Windows, sign: np.ndarray, part: int) -> np.ndarray:
+    acceleration = windows.derivative(grid.position, 2, part)
+    return np.column_stack(
+        [acceleration, windows.derivative(grid.position, 1, part), sign, np.ones(len(sign))]
+    )
+
+
+def _looseness(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> float:
+    """Return the log of the variances that an independent error in every sample would cause.
+
+    Chosen by this and not by the intervals found, the windows do not favour small intervals.
+    """
+    used = columns * kept[:, None]
+    of_samples = windows.back(used, windows.kernel(2))
+    inverse = np.linalg.pinv(used.T @ used)
+    variance = np.diag(inverse @ (of_samples.T @ of_samples) @ inverse)[: len(NAMES)]
+    return float(np.log(np.maximum(variance, 1e-300)).sum())
+
+
+def _between(setup: Setup, period: float, hertz: float) -> dict[str, float]:
+    """Return how much of the hand may seem to be the handle's: between samples nobody knows its force."""
+    if setup.grip is None:
+        return {}
+    return {
+        "mass": setup.grip.stiffness * period**2 / 12.0,
+        "viscous": setup.grip.damping * (math.tau * hertz * period) ** 2 / 12.0,
+    }
+
+
+def _truth(setup: Setup, released: bool) -> dict[str, float]:
+    """Return what a simulated handle was given, with the hand's mass while it holds."""
+    if setup.handle is None or (not released and setup.grip is None):
+        return {}
+    grip = 0.0 if released or setup.grip is None else setup.grip.mass
+    truth = {
+        "mass": setup.handle.mass + grip,
+        "viscous": setup.handle.viscous,
+        "coulomb": setup.handle.coulomb,
+    }
+    return {name: value for name, value in truth.items() if math.isfinite(value)}

@@ -1,0 +1,78 @@
+"""Least squares with instruments, and intervals that hold although neighbouring residuals are alike.
+
+Errors of quantised positions in the columns would draw estimates towards zero. Here each column comes twice,
+from different samples, with errors that have nothing in common: one is the instrument of the other.
+
+Intervals: the scores' long-run variance from a few cosines, whose weights are independent even where the
+scores are not, and Student's t with as many degrees of freedom (Müller 2007; Lazarus, Lewis, Stock and Watson
+2018, J. Business & Economic Statistics 36(4)).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+LEVEL = 0.95
+MOST_COSINES = 12
+FEWEST_WINDOWS = 12
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Coefficients (p,), covariance (p, p), degrees of freedom, residuals (windows,), share explained."""
+
+    beta: np.ndarray
+    covariance: np.ndarray
+    freedom: int
+    residual: np.ndarray
+    explained: float
+
+    @property
+    def half(self) -> np.ndarray:
+        """Return the half widths (p,) of the intervals."""
+        width = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return width * float(stats.t.ppf(0.5 + 0.5 * LEVEL, self.freedom))
+
+    def half_of(self, gradient: np.ndarray) -> float:
+        """Return the half width of what depends on the coefficients by this gradient (p,)."""
+        width = float(np.sqrt(max(gradient @ self.covariance @ gradient, 0.0)))
+        return width * float(stats.t.ppf(0.5 + 0.5 * LEVEL, self.freedom))
+
+
+def solve(one: np.ndarray, two: np.ndarray, y: np.ndarray, kept: np.ndarray) -> Fit | None:
+    """Fit y (windows,) by columns (windows, p) measured twice; kept says which windows count.
+
+    Windows are in order of time, those not kept too: the distance between neighbours matters. None where too
+    few are kept, or a column is no different from the others.
+    """
+    columns = one.shape[1]
+    if kept.sum() < max(FEWEST_WINDOWS, 4 * columns):
+        return None
+    scale = np.sqrt(np.mean(one[kept] ** 2, axis=0))
+    if not (scale > 0.0).all():
+        return None
+    a, b, y = np.where(kept[:, None], one / scale, 0.0), np.where(kept[:, None], two / scale, 0.0), y * kept
+    normal = 0.5 * (a.T @ b + b.T @ a)
+    if np.linalg.cond(normal) > 1e8:
+        return None
+    inverse = np.linalg.inv(normal)
+    beta = inverse @ (0.5 * (a + b).T @ y)
+    ra, rb = y - a @ beta, y - b @ beta
+    middle, freedom = _spread(0.5 * (a * rb[:, None] + b * ra[:, None]), kept)
+    residual = 0.5 * (ra + rb)
+    around = y[kept] - y[kept].mean()
+    explained = 1.0 - float(residual @ residual) / max(float(around @ around), 1e-300)
+    covariance = inverse @ middle @ inverse / np.outer(scale, scale)
+    return Fit(beta / scale, covariance, freedom, residual[kept], explained)
+
+
+def _spread(scores: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the covariance (p, p) of the sum of scores (windows, p), and its degrees of freedom."""
+    where = np.flatnonzero(kept)
+    scores = scores[where[0] : where[-1] + 1]
+    count = len(scores)
+    freedom = int(np.clip(0.41 * len(where) ** (2.0 / 3.0), 4, MOST_COSINES))
+    turns = np.outer(np.arange(1, freedom + 1), (np.arange(count) + 0.5) / count)
+    weights = np.sqrt(2.0) * np.cos(np.pi * turns) @ scores
+    return weights.T @ weights / freedom, freedom

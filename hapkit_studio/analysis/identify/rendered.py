@@ -1,0 +1,179 @@
+"""What was rendered: the stiffness, damping and friction that the handle met, out of force and motion.
+
+-F = K (x - x0) + B v + F_c sgn v, with F the force in effect: held, and late by the loop's delay. Each side
+is averaged over smooth windows, so speed comes without a difference of counts. What the hold and the delay
+take from the damping is part of what was rendered.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hapkit_studio.analysis.identify import theory
+from hapkit_studio.analysis.identify.grid import Grid
+from hapkit_studio.analysis.identify.judging import estimate, points, sizes
+from hapkit_studio.analysis.identify.part import Estimate, Part
+from hapkit_studio.analysis.identify.recording import Setup
+from hapkit_studio.analysis.identify.regression import Fit, solve
+from hapkit_studio.analysis.identify.theory import Asked
+from hapkit_studio.analysis.identify.windows import Windows
+
+# Windows of about that length are short beside any motion of a hand, and long beside the sensor's steps.
+LONGEST_SECONDS = 0.026
+PIECES = (32, 16, 8, 4, 2)
+# Shorter windows are worth it only where they find so much more that can be used.
+_GAIN = 1.3
+# After a change of direction the velocity estimate still has the old sign for a few samples.
+_ESTIMATOR_SAMPLES = 4
+
+
+def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> Part:
+    """Identify what was rendered; terms None: what the environment consists of."""
+    asked = theory.asked(setup)
+    names = _names(asked, terms or asked.terms)
+    part = _of(grid, setup, asked, names)
+    if not grid.clamped.any():
+        return part
+    with_clamp = _of(replace(grid, law=grid.law | grid.clamped), setup, asked, names)
+    return replace(part, with_clamp=with_clamp.estimates)
+
+
+def _names(asked: Asked, terms: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the columns' names: damping that acts one way only has two."""
+    if asked.one_way == 0.0:
+        return terms
+    return tuple(n for t in terms for n in (("damping_in", "damping_out") if t == "damping" else (t,)))
+
+
+def _of(grid: Grid, setup: Setup, asked: Asked, names: tuple[str, ...]) -> Part:
+    best: tuple[int, Windows, np.ndarray] | None = None
+    for piece in PIECES:
+        windows = Windows(len(grid), piece, grid.period, setup.delay)
+        if windows.length * grid.period > LONGEST_SECONDS and piece > PIECES[-1]:
+            continue
+        kept = _kept(grid, windows, asked, names)
+        used = int(kept.sum()) * piece
+        if best is None or used > _GAIN * best[0]:
+            best = used, windows, kept
+    assert best is not None  # the shortest windows are always looked at
+    return _fitted(grid, setup, asked, names, *best[1:])
+
+
+def _kept(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...]) -> np.ndarray:
+    good = grid.law & grid.contact if asked.contact else grid.law
+    if asked.settle > 0.0:
+        good = good & (grid.gone > asked.settle)
+    kept = windows.every(good, windows.lead)
+    if "friction" in names or "damping_in" in names:
+        before = windows.lead + _ESTIMATOR_SAMPLES
+        kept &= windows.every(grid.sign > 0, before) | windows.every(grid.sign < 0, before)
+    return kept
+
+
+def _columns(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...]) -> np.ndarray:
+    position, speed = windows.derivative(grid.position, 0), windows.derivative(grid.position, 1)
+    sign = np.sign(windows.derivative(grid.sign, 0))
+    inward = sign * asked.one_way > 0.0
+    known = {
+        "stiffness": position,
+        "damping": speed,
+        "damping_in": np.where(inward, speed, 0.0),
+        "damping_out": np.where(inward, 0.0, speed),
+        "friction": sign,
+    }
+    return np.column_stack([*(known[name] for name in names), np.ones(len(position))])
+
+
+def _fitted(
+    grid: Grid, setup: Setup, asked: Asked, names: tuple[str, ...], windows: Windows, kept: np.ndarray
+) -> Part:
+    columns, against = _columns(grid, windows, asked, names), -windows.held(grid.commands)
+    left_out = {**grid.left_out, **_without_contact(grid, asked)}
+    fit = solve(columns, columns, against, kept)
+    if fit is None:
+        return Part("rendered", advice=_why_not(grid, asked, names), left_out=left_out)
+    moved = sizes(grid.position, windows, kept)
+    steps = _steps(fit, names, windows, columns[kept], setup.quantum)
+    expected = _expected(grid, asked, names, windows, columns, kept)
+    estimates = [
+        estimate(name, fit.beta[i], fit.half[i] + steps[i], moved, _set(name, asked), expected.get(name))
+        for i, name in enumerate(names)
+    ]
+    estimates += _centre(fit, names, grid, asked, estimates)
+    return Part(
+        "rendered",
+        tuple(estimates),
+        explained=fit.explained,
+        hertz=moved.hertz,
+        seconds=float(kept.sum()) * windows.piece * grid.period,
+        points=points(grid, windows, names, columns, against, kept, fit),
+        left_out=left_out,
+    )
+
+
+def _steps(
+    fit: Fit, names: tuple[str, ...], windows: Windows, columns: np.ndarray, quantum: float
+) -> np.ndarray:
+    """Return by how much (p,) the sensor's steps may draw the coefficients towards zero.
+
+    Errors of variance quantum^2 / 12 in each sample, as the windows weigh them, against what really moves.
+    """
+    weights = {"stiffness": 0, "damping": 1, "damping_in": 1, "damping_out": 1}
+    error = np.zeros(len(fit.beta))
+    for i, name in enumerate(names):
+        if name in weights:
+            error[i] = quantum**2 / 12.0 * float(np.sum(windows.kernel(weights[name]) ** 2))
+    inverse = np.linalg.pinv(columns.T @ columns)
+    return len(columns) * np.abs(inverse) @ (error * np.abs(fit.beta))
+
+
+def _without_contact(grid: Grid, asked: Asked) -> dict[str, int]:
+    count = int((grid.law & ~grid.contact).sum()) if asked.contact else 0
+    return {"not in contact": count} if count else {}
+
+
+def _set(name: str, asked: Asked) -> float | None:
+    if name == "damping_out":
+        return 0.0
+    return {"stiffness": asked.stiffness, "friction": asked.friction}.get(name, asked.damping)
+
+
+def _expected(
+    grid: Grid, asked: Asked, names: tuple[str, ...], windows: Windows, columns: np.ndarray, kept: np.ndarray
+) -> dict[str, float]:
+    """Return what would have been found if the law had done what was set, no more and no less."""
+    commands = theory.commands(grid, asked)
+    if commands is None:
+        return {}
+    fit = solve(columns, columns, -windows.held(commands), kept)
+    return dict(zip(names, fit.beta.tolist(), strict=False)) if fit else {}
+
+
+def _centre(
+    fit: Fit, names: tuple[str, ...], grid: Grid, asked: Asked, estimates: list[Estimate]
+) -> list[Estimate]:
+    """Return where the spring pulls to, or the wall's surface, where a stiffness was found."""
+    if "stiffness" not in names:
+        return []
+    at = names.index("stiffness")
+    stiffness, offset = fit.beta[at], fit.beta[-1]
+    if not estimates[at].told or estimates[at].half > 0.5 * abs(stiffness) or stiffness == 0.0:
+        return []
+    gradient = np.zeros(len(fit.beta))
+    gradient[at], gradient[-1] = offset / stiffness**2, -1.0 / stiffness
+    value = grid.middle - offset / stiffness
+    return [Estimate("centre", float(value), fit.half_of(gradient), asked.centre, asked.centre)]
+
+
+def _why_not(grid: Grid, asked: Asked, names: tuple[str, ...]) -> str:
+    if asked.contact and not (grid.contact & grid.there).any():
+        return "Cannot tell: the piece never touches. Push into the surface."
+    if not grid.law.any():
+        return "Cannot tell: the law's force was never applied. Release the stop, lower the force, try again."
+    if float(np.ptp(grid.position)) == 0.0:
+        return "Cannot tell: nothing moves. Move the handle."
+    if asked.contact:
+        return "Cannot tell: the contacts are too short. Push and hold, and move while pushing."
+    if "friction" in names:
+        return "Cannot tell: nothing slides far enough. Move farther and faster, both ways."
+    return "Cannot tell: the piece is too short. Take a longer one, and move all the time."

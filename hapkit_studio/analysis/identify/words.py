@@ -1,0 +1,127 @@
+"""What was identified, in words: "You set 300 N/m, you rendered 299.8 ± 0.1 N/m." and why."""
+
+import math
+
+from hapkit_studio.analysis.identify import theory
+from hapkit_studio.analysis.identify.part import Estimate, Part
+from hapkit_studio.analysis.identify.recording import Setup
+
+MINUS = "\u2212"
+# What a person reads: unit in the words, and how many of it are one SI unit.
+READ_UNITS = {"m": ("mm", 1e3), "kg": ("g", 1e3)}
+# An interval is not written finer than that share of what is felt.
+_FINEST = 0.1
+# A difference below that share of what is felt needs no reason.
+_WORTH_A_REASON = 0.1
+
+
+def unit_of(estimate: Estimate) -> str:
+    """Return the unit a person reads the estimate in."""
+    unit = estimate.term.unit
+    return READ_UNITS.get(unit, (unit, 1.0))[0]
+
+
+def _decimals(half: float, finest: float) -> int:
+    """Return how many decimals an interval of that half width bears; none finer than anybody feels."""
+    if not math.isfinite(half):
+        return 2
+    digits = 1 - math.floor(math.log10(max(half, finest)))
+    return max(digits - 1 if max(half, finest) * 10.0 ** (digits - 1) >= 3.0 else digits, 0)
+
+
+def number(value: float, decimals: int) -> str:
+    """Write a number with a true minus; none on what rounds to zero."""
+    text = f"{abs(value):.{decimals}f}"
+    return MINUS + text if value < 0.0 and float(text) != 0.0 else text
+
+
+def measured(estimate: Estimate) -> str:
+    """Write "299.8 ± 0.1", in the unit a person reads."""
+    scale = READ_UNITS.get(estimate.term.unit, ("", 1.0))[1]
+    finest = _FINEST * scale * estimate.term.fine
+    value, half = scale * estimate.value, scale * estimate.half
+    decimals = _decimals(half, finest)
+    least = 10.0**-decimals if half > 0.0 else 0.0
+    return f"{number(value, decimals)} ± {max(half, least):.{decimals}f}"
+
+
+def plain(value: float | None, estimate: Estimate) -> str:
+    """Write a value that was set or is expected, in the unit a person reads; a dash for none."""
+    if value is None:
+        return "–"
+    scale = READ_UNITS.get(estimate.term.unit, ("", 1.0))[1]
+    text = f"{abs(scale * value):.4g}"
+    return MINUS + text if value < 0.0 and float(text) != 0.0 else text
+
+
+def line(estimate: Estimate, part: str) -> str:
+    """Write one estimate as a sentence."""
+    label, unit = estimate.term.label, unit_of(estimate)
+    if not estimate.told:
+        return f"{label}: {estimate.advice}"
+    if estimate.asked is None:
+        return f"{label}: {measured(estimate)} {unit}."
+    verbs = "you set {}, you rendered" if part == "rendered" else "the device has {}, identified"
+    return (
+        f"{label}: {verbs.format(f'{plain(estimate.asked, estimate)} {unit}')} {measured(estimate)} {unit}."
+    )
+
+
+def why(estimate: Estimate, setup: Setup) -> str:
+    """Say in a line why another number was rendered than set, "" where it was not or nobody knows."""
+    asked, expected = estimate.asked, estimate.expected
+    if not estimate.told or asked is None or expected is None or estimate.key == "centre":
+        return ""
+    worth = _WORTH_A_REASON * estimate.term.fine
+    if estimate.holds(asked) or abs(estimate.value - asked) < worth:
+        return ""
+    must = f"{plain(expected, estimate)} {unit_of(estimate)}"
+    if abs(estimate.value - expected) <= max(estimate.half, worth):
+        return f"That is what the loop makes of it, {must}: its force is late."
+    return f"Late as it is, the loop would make it {must}: something else acts too."
+
+
+def lateness(part: Part, setup: Setup) -> str:
+    """Say how late the force is and what that takes from the damping, "" where no spring was set."""
+    spring = next((e for e in part.estimates if e.key == "stiffness" and e.asked), None)
+    if spring is None or spring.asked is None:
+        return ""
+    late = theory.lag(setup)
+    took = f"{plain(spring.asked, spring)} N/m × {1e3 * late:.3g} ms = {spring.asked * late:.2g} N·s/m"
+    return (
+        f"A command is held for a period and comes late, {1e3 * late:.3g} ms on average: that takes {took}."
+    )
+
+
+def clamp(part: Part) -> str:
+    """Say what the clamp made of the stiffness, "" where nothing was clamped."""
+    found = next((e for e in part.with_clamp if e.key == "stiffness" and e.told), None)
+    if found is None:
+        return ""
+    return f"With the clamped samples it was {measured(found)} N/m: the force has a limit."
+
+
+def left_out(part: Part, total: int) -> str:
+    """Say what was left out, "" for nothing."""
+    if not part.left_out or total <= 0:
+        return ""
+    shares = [f"{100.0 * n / total:.3g} % {reason}" for reason, n in part.left_out.items()]
+    return f"Left out: {', '.join(shares)}."
+
+
+def sentences(part: Part, setup: Setup, total: int) -> list[str]:
+    """Return a part's lines: each estimate, why it differs, how well it fits, what was left out."""
+    if not part.estimates:
+        return [part.advice, *filter(None, [left_out(part, total)])]
+    found: list[str] = []
+    reasons = 0
+    for estimate in part.estimates:
+        found.append(line(estimate, part.key))
+        reason = why(estimate, setup) if part.key == "rendered" else ""
+        found += ["  " + reason] if reason else []
+        reasons += bool(reason)
+    found += filter(None, [lateness(part, setup) if reasons else "", clamp(part)])
+    if part.explained < 0.9:
+        share = f"{100.0 * max(part.explained, 0.0):.0f} %"
+        found.append(f"These terms make only {share} of the force: the law is more than that.")
+    return found + list(filter(None, [left_out(part, total)]))
