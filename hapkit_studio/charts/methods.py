@@ -28,12 +28,13 @@ _INTEGRATORS = {
     "trapezoid": ("pentagon", "energy"),
     "exact": ("star", "ink"),
 }
+_SERVO = {"prompt": ("circle", "velocity"), "late": ("down", "hold")}
 
 
 def look(method: str) -> tuple[str, str]:
     """Return the marker and the colour's token of a method."""
-    if method in _INTEGRATORS:
-        return _INTEGRATORS[method]
+    if method in _INTEGRATORS | _SERVO:
+        return (_INTEGRATORS | _SERVO)[method]
     for family in (tuple(ESTIMATORS), tuple(MODELS)):
         if method in family:
             return _OTHERS[family.index(method) % len(_OTHERS)]
