@@ -94,18 +94,20 @@ def simulate(
     seconds: float = 2.0,
     seed: int = 0,
     max_speed: float = math.inf,
+    controller: bool = False,
 ) -> Run:
     """Render an environment on the simulated Hapkit, at full parameters from the first sample on.
 
     rate in Hz, delay in s from sample to applied force (any non-negative value), max_speed in m/s latches
-    over-speed where it is finite. Raise ParameterError for what is unknown, out of range or not a number.
+    over-speed where it is finite; controller: the passivity controller is on. Raise ParameterError for what
+    is unknown, out of range or not a number.
     """
     chosen = environment if isinstance(environment, Environment) else environments.named(environment)
     values = chosen.values(parameters)
     device = SimulatedHapkit() if device is None else device
     if not isinstance(device, SimulatedHapkit):
         raise ParameterError(f"device takes a SimulatedHapkit or None, not {device!r}.")
-    loop = LoopSettings(ANY_RATE.check(rate), ANY_DELAY.check(delay), estimator)
+    loop = LoopSettings(ANY_RATE.check(rate), ANY_DELAY.check(delay), estimator, bool(controller))
     count = _count(SECONDS.check(seconds), loop.rate)
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
         raise ParameterError(f"seed takes a whole number, not {seed!r}.")
@@ -124,6 +126,7 @@ def simulate(
         "rate_Hz": loop.rate,
         "delay_s": loop.delay,
         "estimator": estimator,
+        "controller": loop.controller,
         "device": {k: repr(v) if math.isinf(v) else v for k, v in vars(device).items()},
         "seed": seed,
     }

@@ -48,8 +48,9 @@ class Environment:
     rendered well under given conditions; unused maps each parameter without effect on the force as the others
     are set to the words that say so. over_position and over_velocity return the theory drawn beneath the
     data, (n,) or one row a branch, nan where there is none; without them it is the law at rest. restless says
-    why the scene with its defaults does not come to rest, "" where it does. outcomes and hands are what
-    fidelity is judged by, needs the device terms it found that they depend on.
+    why the scene with its defaults does not come to rest, "" where it does. stored is a law of the energy in
+    J that objects hold and may give back; drives says in words that a scene gives energy by itself. outcomes
+    and hands are what fidelity is judged by, needs the device terms it found that they depend on.
     """
 
     key: str
@@ -68,6 +69,8 @@ class Environment:
     over_position: Curve | None = None
     over_velocity: Curve | None = None
     restless: str = ""
+    stored: Law | None = None
+    drives: str = ""
     shades: bool = False
     outcomes: tuple[str, ...] = ()
     hands: tuple[str, ...] = ()
@@ -79,6 +82,9 @@ class Environment:
         object.__setattr__(self, "state_names", self.force.state_names)
         object.__setattr__(self, "scene", self.scene or self.key)
         self.force.bind(self.parameters)
+        if self.stored is not None:
+            self.stored.bind(self.parameters)
+            self.force.companion = self.stored
 
     def values(self, given: Mapping[str, object] | None = None) -> dict[str, float]:
         """Return every parameter's number, defaults filled in; raise ParameterError."""

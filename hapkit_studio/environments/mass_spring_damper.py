@@ -67,6 +67,15 @@ def force(p, s, x, v, dt):
     return reaction(s.object, s.object_velocity, x, 1.0, v, p.contact_stiffness, p.contact_damping)
 
 
+@law(state=STATE)
+def stored(p, s, x, v, dt):
+    """Return what motion, spring and contact hold."""
+    depth = max(0.0, x - s.object)
+    swing = s.object - p.rest_position
+    moving = p.mass * s.object_velocity * s.object_velocity
+    return 0.5 * (moving + p.stiffness * swing * swing + p.contact_stiffness * depth * depth)
+
+
 def pushed_slowly(p, x):
     """Return the force over position of contact and spring in series."""
     both = p["contact_stiffness"] * p["stiffness"] / (p["contact_stiffness"] + p["stiffness"])
@@ -114,6 +123,7 @@ ENVIRONMENT = Environment(
     "begins anew at rest. Semi-implicit Euler takes no longer to compute and does not grow.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     over_position=pushed_slowly,
+    stored=stored,
     warnings=warnings,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("press", "tap", "released"),

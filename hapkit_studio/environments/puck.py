@@ -69,6 +69,15 @@ def force(p, s, x, v, dt):
     return reaction(s.object, s.object_velocity, touch, s.side, v, p.contact_stiffness, p.contact_damping)
 
 
+@law(state=STATE)
+def stored(p, s, x, v, dt):
+    """Return what motion, contact and walls hold."""
+    depth = max(0.0, s.side * (x - s.object) + RADIUS)
+    beyond = max(0.0, abs(s.object) - REACH)
+    moving = p.mass * s.object_velocity * s.object_velocity
+    return 0.5 * (moving + p.contact_stiffness * depth * depth + p.wall_stiffness * beyond * beyond)
+
+
 def warnings(values, conditions):
     """Tell where the chosen integrator makes the puck gain energy in contact."""
     stiffness = values["wall_stiffness"] + values["contact_stiffness"]
@@ -117,6 +126,7 @@ ENVIRONMENT = Environment(
     # the force depends on where the puck is, which no curve over the handle's position tells
     over_position=lambda values, x: np.full_like(x, np.nan),
     warnings=warnings,
+    stored=stored,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("tap", "shake", "released"),
     restless="Without friction the puck goes to and fro between the walls for ever.",

@@ -24,7 +24,8 @@ HAND_TARGET = 64
 VISCOUS = 65
 COULOMB = 66
 QUANTUM = 67
-VALUES = 68
+DAMPER = 68
+VALUES = 69
 
 SEQUENCE = 0
 LAW = 1
@@ -34,7 +35,8 @@ DISCRETE = 4
 ESTIMATOR = 5
 GENERATION = 6
 HAND_ON = 7
-WORDS = 8
+STORED = 8  # the law that says what objects hold, 0 where there is none
+WORDS = 9
 
 # In place of an estimator's code: the velocity is the one the driver put into the row, without an estimate.
 TRUTH = -1

@@ -46,7 +46,7 @@ class Controls:
             device = self._modelled(wanted.environment)
             if device is not None:
                 wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
-                wanted.quantum = device.quantum
+                wanted.quantum, wanted.mass = device.quantum, device.mass
             values, words = wanted.encode()
             law = wanted.environment.force.compiled()
             self._kept[law.address] = (wanted.generation, law)
@@ -113,13 +113,17 @@ class Controls:
         self._changed(values=self.environment.values({**current, key: value}))
 
     def set_loop(
-        self, rate: float | None = None, delay: float | None = None, estimator: Spec | None = None
+        self,
+        rate: float | None = None,
+        delay: float | None = None,
+        estimator: Spec | None = None,
+        controller: bool | None = None,
     ) -> None:
-        """Change rate in Hz, added delay in s, velocity estimator; raise ParameterError."""
+        """Change rate in Hz, added delay in s, velocity estimator, controller; raise ParameterError."""
         own_rate = self._driver.rate if self._driver is not None else None
         if rate is not None and own_rate not in (None, rate):
             raise ParameterError(f"{self.device.title} sets the rate: {own_rate:g} Hz, not {rate:g} Hz.")
-        self._changed(loop=self.loop.changed(rate, delay, estimator))
+        self._changed(loop=self.loop.changed(rate, delay, estimator, controller))
 
     def limit_force(self, newtons: float) -> None:
         """Clamp the force to so many N, the device's own limit at most; raise ParameterError, DeviceError."""

@@ -46,7 +46,9 @@ class Engine(Controls):
     def _begin(self, driver: Driver) -> None:
         self._driver, self._message = driver, ""
         loop = self.loop.changed(rate=driver.rate)
-        self._changed(max_force=self.device.max_force, quantum=self.device.quantum, loop=loop)
+        device = self.device
+        known = {"mass": device.mass, "viscous": device.viscous, "quantum": device.quantum}
+        self._changed(max_force=device.max_force, loop=loop, **known)
         compile_ahead(driver, self._rig, self._late)
         self._late[:] = 0
         rig.restart(self._rig, driver.hold_seconds)
@@ -84,9 +86,13 @@ class Engine(Controls):
         self.start()
 
     def set_loop(
-        self, rate: float | None = None, delay: float | None = None, estimator: Spec | None = None
+        self,
+        rate: float | None = None,
+        delay: float | None = None,
+        estimator: Spec | None = None,
+        controller: bool | None = None,
     ) -> None:
-        super().set_loop(rate, delay, estimator)
+        super().set_loop(rate, delay, estimator, controller)
         if rate is not None:
             self._watch.forget()
 

@@ -22,7 +22,8 @@ _DIFFERENCE_SECONDS = 1e-6
 class Scene:
     """What is rendered: values may lie beyond a person's limits, they only have to be finite.
 
-    true_velocity: the law gets the paddle's own velocity in place of the loop's estimate.
+    true_velocity: the law gets the paddle's own velocity in place of the loop's estimate. controller: the
+    passivity controller is on, as it is where the loop's settings have it on.
     """
 
     environment: Environment
@@ -31,16 +32,18 @@ class Scene:
     loop: LoopSettings = field(default_factory=LoopSettings)
     max_speed: float = math.inf
     true_velocity: bool = False
+    controller: bool = False
 
     def prepare(self) -> tuple[rig.Rig, plant.Plant]:
         """Return a rig at full parameters, and the device at its initial motion."""
         wanted = Wanted(
             self.environment,
             self.values,
-            self.loop,
+            self.loop.changed(controller=self.controller or self.loop.controller),
             max_force=self.device.max_force,
             max_speed=self.max_speed,
             quantum=self.device.quantum,
+            mass=self.device.mass,
             viscous=self.device.viscous,
             coulomb=self.device.coulomb_force,
             true_velocity=self.true_velocity,

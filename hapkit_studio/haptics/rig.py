@@ -23,6 +23,7 @@ FAULT_POSITION = 12
 CLOCK = 13
 VELOCITY = 14
 REAL = 16
+WATCH = 1344
 
 # --- word: the tick's own whole numbers
 SLOT = 0
@@ -32,7 +33,10 @@ STALE = 3
 CLEARED = 4
 FLAGS = 5
 GENERATION = 6
-WORD = 8
+ASKED = 7
+RENEW = 8
+SPARE = 9  # a fault's words, where the observer asks a law
+WORD = SPARE + native.FAULT_WORDS
 
 # --- control: shared with the window, one cache line each
 STRIDE = 8
@@ -69,6 +73,7 @@ class Rig(NamedTuple):
     laws: np.ndarray  # (2,): addresses
     memory: np.ndarray  # the velocity estimator's
     fault: np.ndarray  # (native.FAULT_WORDS,), set by laws
+    watch: np.ndarray  # the passivity observer's
     values: np.ndarray  # the block in force
     words: np.ndarray
     draft_values: np.ndarray  # the block being read, perhaps torn
@@ -92,6 +97,7 @@ def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
         laws=np.zeros(2, dtype=np.int64),
         memory=np.zeros(estimators.MEMORY),
         fault=np.zeros(native.FAULT_WORDS, dtype=np.int64),
+        watch=np.zeros(WATCH),
         values=values,
         words=words,
         draft_values=draft_values,

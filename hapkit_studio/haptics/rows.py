@@ -30,3 +30,6 @@ FAULT = 4
 STALE = 8
 FADING = 16
 GAP = 32
+# the passivity observer: more was given than could be stored; the controller adds damping
+ACTIVE = 64
+DAMPED = 128

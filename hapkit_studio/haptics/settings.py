@@ -45,6 +45,8 @@ def adopt(r, position):
     if not block.take(r.block_values, r.block_words, r.draft_values, r.draft_words):
         return
     estimator = r.words[block.ESTIMATOR]
+    if word[rig.STARTED] and other_loop(r):
+        word[rig.RENEW] = 1
     block.copy(r.draft_values, r.draft_words, r.values, r.words)
     r.words[block.SEQUENCE] = r.draft_words[block.SEQUENCE]
     if not word[rig.STARTED]:
@@ -60,6 +62,18 @@ def adopt(r, position):
             r.start[i] = r.params[slot, i]
             r.goal[i] = r.values[block.PARAMS + i]
         real[rig.RAMP] = 0.0
+
+
+@internal
+def other_loop(r):
+    """Return whether the block just read has another loop or device than the one in force."""
+    if r.draft_words[block.ESTIMATOR] != r.words[block.ESTIMATOR]:
+        return True
+    for i in range(block.COEFS, block.VALUES):
+        hand = block.HAND_MASS <= i <= block.HAND_TARGET
+        if not hand and r.draft_values[i] != r.values[i]:
+            return True
+    return False
 
 
 @internal

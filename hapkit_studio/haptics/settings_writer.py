@@ -12,6 +12,7 @@ from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import block
+from hapkit_studio.haptics.observer import most_damping
 from hapkit_studio.parameters import Parameter
 
 FADE_SECONDS = 0.030
@@ -23,13 +24,17 @@ DELAY = Parameter("delay", "Added delay", "s", 0.0, 0.0, 0.1, "From a sample to 
 
 @dataclass(frozen=True)
 class LoopSettings:
-    """The loop a person chose: rate in Hz, delay in s from sample to force, velocity estimator."""
+    """The loop a person chose: rate in Hz, delay in s from sample to force, velocity estimator.
+
+    controller: the passivity controller damps while the scene gives more energy than it may.
+    """
 
     rate: float = RATE.default
     delay: float = DELAY.default
     estimator: Spec = "difference"
+    controller: bool = False
 
-    def changed(self, rate=None, delay=None, estimator=None) -> "LoopSettings":
+    def changed(self, rate=None, delay=None, estimator=None, controller=None) -> "LoopSettings":
         """Return these settings with the given ones replaced; raise ParameterError."""
         if estimator is not None:
             estimators.parse(estimator)
@@ -38,6 +43,7 @@ class LoopSettings:
             rate=self.rate if rate is None else RATE.check(rate),
             delay=self.delay if delay is None else DELAY.check(delay),
             estimator=self.estimator if estimator is None else estimator,
+            controller=self.controller if controller is None else bool(controller),
         )
 
 
@@ -45,7 +51,8 @@ class LoopSettings:
 class Wanted:
     """Everything the block holds, by name.
 
-    viscous and coulomb are a simulated device's, a board has its own; true_velocity spares the estimator.
+    coulomb is a simulated device's, a board has its own; mass and viscous are what the passivity observer
+    goes by, and a simulated device's damping; true_velocity spares the estimator.
     """
 
     environment: Environment
@@ -54,6 +61,7 @@ class Wanted:
     max_force: float = 3.0
     max_speed: float = MAX_SPEED
     quantum: float = 20.7e-6
+    mass: float = 0.044
     viscous: float = 0.0
     coulomb: float = 0.0
     true_velocity: bool = False
@@ -82,8 +90,12 @@ class Wanted:
         values[block.VISCOUS] = self.viscous
         values[block.COULOMB] = self.coulomb
         values[block.QUANTUM] = self.quantum
+        if self.loop.controller:
+            values[block.DAMPER] = most_damping(self.mass, values[block.PERIOD], self.loop.delay)
         self._encode_hand(values, words)
         words[block.LAW] = law.address
+        stored = self.environment.stored
+        words[block.STORED] = stored.compiled().address if stored else 0
         words[block.N_PARAMS] = len(numbers)
         words[block.N_STATE] = len(start)
         words[block.DISCRETE] = sum(1 << i for i, p in enumerate(self.environment.parameters) if p.discrete)

@@ -1,13 +1,13 @@
 """The one tick: position in, force out. Every driver renders through it, live, headless and in sweeps.
 
-position -> velocity estimate -> law -> fade -> safety -> motor command -> telemetry row
+position -> velocity estimate -> law -> passivity -> fade -> safety -> motor command -> telemetry row
 """
 
 import math
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
-from hapkit_studio.haptics import block, rig, rows, settings
+from hapkit_studio.haptics import block, observer, rig, rows, settings
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.laws.native import call
 
@@ -127,10 +127,13 @@ def tick(r, position, period, effect, row):
         velocity = row[rows.TRUE_VELOCITY]
     else:
         velocity = estimators.step(code, r.values[block.COEFS :], r.memory, position, period)
+    observer.watch(r, position, effect, period)
     asked = 0.0
     if load_acquire(r.control, rig.FAULT) == rig.NO_FAULT:
         asked = render(r, position, velocity, period)
-    force = guard(r, asked, velocity, position, period)
+    taken = observer.control(r, period)
+    force = guard(r, asked - taken, velocity, position, period)
+    observer.judge(r, taken, position, period)
     real[rig.ENERGY] += effect * (position - real[rig.LAST_POSITION])
     real[rig.LAST_POSITION] = position
     real[rig.APPLIED] = force

@@ -34,6 +34,8 @@ class Law:
         self.function = function
         self.state = {key: _start(key, value) for key, value in (state or {}).items()}
         self.parameters: tuple[AnyParameter, ...] = ()
+        # what is compiled and kept along with it
+        self.companion: Law | None = None
         self._compiled: CompiledLaw | None = None
         if len(self.state_names) > MAX_STATE:
             raise LawError(f"A law has up to {MAX_STATE} state values, not {len(self.state_names)}.")
@@ -65,12 +67,15 @@ class Law:
         """Return the machine code's address, compiled on first use and kept in numba's cache."""
         if self._compiled is None:
             address, keepalive = native.load(self.source)
-            self._compiled = CompiledLaw(address, self.initial_state, keepalive)
+            other = self.companion.compiled() if self.companion else None
+            self._compiled = CompiledLaw(address, self.initial_state, (keepalive, other))
         return self._compiled
 
     def is_compiled(self) -> bool:
         """Return whether ``compiled`` only loads machine code: milliseconds, not seconds."""
-        return self._compiled is not None or native.is_compiled(self.source)
+        if self._compiled is not None:
+            return True
+        return native.is_compiled(self.source) and (self.companion is None or self.companion.is_compiled())
 
     def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
         """Return the force in N by the Python function itself, its state at the start, nan if none."""

@@ -1,0 +1,201 @@
+"""The passivity observer and controller in the time domain (Hannaford & Ryu, 2002), between law and guard.
+
+The observer sums the energy given to handle and hand and compares it with a limit: what the law could give
+from where the observer began. The law itself is asked for that, at rest at every place, a few places a tick,
+its state held: the highest work of its force. What a law without a state could still give is known wherever
+the handle is, so for such a law the limit follows down, and energy that a damper took excuses nothing later.
+What the paddle's own damping takes of an excess lifts the limit. An excess above both makes the scene active.
+
+The sensor's steps feign no energy of their own: where the reading goes on by one count the handle is at the
+edge between the two, so a slow way in and out again, on the same edges, sums up to nothing.
+
+A scene with objects that move begins with what they hold, where it says so.
+"""
+
+import math
+
+from hapkit_studio.dynamics.jit import compiled, inlined, internal
+from hapkit_studio.haptics import block, rig, rows
+from hapkit_studio.laws.native import call
+
+# Energy of a force and a length that fingers do not feel (0.3 N, 0.4 mm), in J.
+FELT = 0.12e-3
+# Counts by which the sensor may err at the highest force: a count at either end of the way, half a count as
+# the reading lags behind, and where the limit follows, the same once more.
+COUNTS = 4.0
+# Forces at so many times so many m to either side are known; so many of them are asked for a tick, each side.
+CELLS, CELL, A_TICK = 640, 0.125e-3, 4
+A_METRE = 1.0 / CELL
+# A controller's damping stays below this share of mass over period and delay: of a spring of K = 0, theory
+# 1.3, the stable ones are 2.0 and, a period late, 0.83; with a stiff spring and both, the best is 0.42.
+SAFE = 0.25
+# The most force a controller adds, as a share of the device's.
+SHARE = 0.5
+
+# --- numbers in r.watch
+GIVEN, LIMIT, EXCESS, MOST, EDGE, SINCE, IMPULSE, PEAK, SPEED, START = range(10)
+ENDS = 10  # the force at the last place asked for on the left, on the right
+FROZEN = 16  # the law's state when the observer began
+SCRATCH = FROZEN + rows.STATES
+WORK = SCRATCH + rows.STATES  # work in J of the law's force from the beginning to each place, 2 CELLS + 1
+HELD = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
+
+
+def most_damping(mass: float, period: float, delay: float) -> float:
+    """Return the most damping in N·s/m that a controller may add, of mass kg, period s and delay s."""
+    return SAFE * mass / (period + delay)
+
+
+@inlined
+def watch(r, position, effect, period):
+    """Sum up the energy given since the last sample by the mean force in N in effect since then."""
+    w = r.watch
+    w[SINCE] += period
+    w[IMPULSE] += effect * period
+    w[SPEED] = 0.0
+    moved = position - r.real[rig.LAST_POSITION]
+    if moved != 0.0:
+        quantum = r.values[block.QUANTUM]
+        if abs(moved) > 1.5 * quantum:
+            edge = 0.5 * quantum
+        else:
+            edge = 0.0 if moved > 0.0 else quantum
+            period, effect = w[SINCE], w[IMPULSE] / w[SINCE]
+        way = moved + edge - w[EDGE]
+        w[EDGE] = edge
+        w[SPEED] = speed = way / period
+        w[GIVEN] += effect * way
+        w[PEAK] = max(w[PEAK], abs(effect))
+        w[SINCE] = w[IMPULSE] = 0.0
+        compare(r, position + edge - 0.5 * quantum, r.values[block.VISCOUS] * way * speed)
+
+
+@inlined
+def compare(r, position, taken):
+    """Compare what was given with its limit; what the paddle's damping took in J lifts it by any excess."""
+    w, asked = r.watch, r.word[rig.ASKED]
+    cell = (position - w[START]) * A_METRE
+    follows = r.words[block.N_STATE] == 0
+    if asked <= CELLS if not follows else abs(cell) >= asked - 1:
+        w[LIMIT] += taken
+        return
+    level = w[GIVEN]
+    if follows:
+        level += left(w, cell)
+    excess = level - w[LIMIT]
+    if excess > 0.0:
+        lifted = min(taken, excess)
+        w[LIMIT] += lifted
+        excess -= lifted
+    elif follows:
+        w[LIMIT] = level
+        excess = 0.0
+    w[EXCESS] = excess
+
+
+@inlined
+def left(w, cell):
+    """Return the energy in J that a law without a state can still give, so many cells from the beginning."""
+    below = math.floor(cell)
+    i = WORK + CELLS + int(below)
+    return w[MOST] - (w[i] + (cell - below) * (w[i + 1] - w[i]))
+
+
+@inlined
+def threshold(r):
+    """Return the excess in J that means something: it would be felt, and no sensor step can feign it."""
+    return FELT + COUNTS * r.values[block.QUANTUM] * r.watch[PEAK]
+
+
+@inlined
+def control(r, period):
+    """Return the force in N to take off, along the motion, so that the excess is gone within a period."""
+    w = r.watch
+    most = r.values[block.DAMPER]
+    excess = w[EXCESS] - threshold(r)
+    if most == 0.0 or excess <= 0.0 or w[SPEED] == 0.0:
+        return 0.0
+    speed = w[SPEED]
+    push = min(excess / (period * speed * speed), most) * abs(speed)
+    return math.copysign(min(push, SHARE * r.values[block.MAX_FORCE]), speed)
+
+
+@inlined
+def judge(r, taken, position, period):
+    """Set the row's flags of this tick; begin anew after whatever changes what can be given."""
+    word = r.word
+    flags = word[rig.FLAGS]
+    if flags & HELD or r.real[rig.RAMP] < 1.0 or word[rig.RENEW]:
+        word[rig.RENEW] = word[rig.ASKED] = 0
+        r.watch[GIVEN] = r.watch[LIMIT] = r.watch[EXCESS] = 0.0
+        return
+    if word[rig.ASKED] <= CELLS:
+        ask(r, position, period)
+    if taken != 0.0:
+        flags |= rows.DAMPED
+    if r.watch[EXCESS] > threshold(r):
+        flags |= rows.ACTIVE
+    word[rig.FLAGS] = flags
+
+
+@internal
+def force_at(r, position, period):
+    """Return the force in N that the law's beginning gives at rest at a place, as far as the motor can."""
+    w, fault = r.watch, r.word[rig.SPARE :]
+    for i in range(rows.STATES):
+        w[SCRATCH + i] = w[FROZEN + i]
+    slot = r.word[rig.SLOT]
+    force = call(r.laws[slot], r.params[slot], w[SCRATCH:WORK], position, 0.0, period, fault)
+    if not math.isfinite(force) or fault[0]:
+        fault[0] = 0
+        return 0.0
+    limit = r.values[block.MAX_FORCE]
+    return min(max(force, -limit), limit)
+
+
+@compiled
+def ask(r, position, period):
+    """Ask the law for its force at the next places, and sum up the work on the way to them."""
+    w, word = r.watch, r.word
+    if word[rig.ASKED] == 0:
+        begin(r, position, period)
+    for cell in range(word[rig.ASKED], min(word[rig.ASKED] + A_TICK, CELLS + 1)):
+        for side in range(2):
+            sign = 2 * side - 1
+            force, before = sign * force_at(r, w[START] + sign * cell * CELL, period), w[ENDS + side]
+            w[ENDS + side] = force
+            there = WORK + CELLS + sign * cell
+            if before > 0.0 > force:
+                lift(w, w[there - sign] + 0.5 * before * CELL * before / (before - force))
+            w[there] = w[there - sign] + 0.5 * (force + before) * CELL
+            lift(w, w[there])
+        word[rig.ASKED] = cell + 1
+
+
+@internal
+def lift(w, work):
+    """Raise what the law can give to a work in J."""
+    if work > w[MOST]:
+        w[LIMIT] += work - w[MOST]
+        w[MOST] = work
+
+
+@internal
+def begin(r, position, period):
+    """Begin here: nothing given, nothing known of what the law can give but what its objects hold."""
+    w = r.watch
+    for i in range(FROZEN):
+        w[i] = 0.0
+    slot = r.word[rig.SLOT]
+    for i in range(rows.STATES):
+        w[FROZEN + i] = r.states[slot, i]
+    w[START] = position
+    w[WORK + CELLS] = 0.0
+    force = force_at(r, position, period)
+    w[ENDS], w[ENDS + 1] = -force, force
+    r.word[rig.ASKED] = 1
+    if r.words[block.STORED]:
+        fault = r.word[rig.SPARE :]
+        held = call(r.words[block.STORED], r.params[slot], w[FROZEN:SCRATCH], position, 0.0, period, fault)
+        w[LIMIT] = w[MOST] = held if math.isfinite(held) else 0.0
+        r.word[rig.ASKED] = CELLS + 1
