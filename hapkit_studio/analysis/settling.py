@@ -84,7 +84,7 @@ def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndar
     damping = np.asarray(damping, dtype=float)
     if what.linear:
         limits = probe.Limits(LINEAR_FAR, probe.NEVER_STILL, LINEAR_FAINT, probe.NEVER_SMALL)
-        return _by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
+        return by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
     step = what.device.quantum or USUAL_QUANTUM
     still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
     limits = probe.Limits(FAR, still, probe.NEVER_FAINT, FEW_STEPS * step)
@@ -124,7 +124,7 @@ def _samples(rate: float, turning: np.ndarray) -> np.ndarray:
     return np.ceil(whole / probe.PARTS).astype(np.int64)
 
 
-def _by_envelope(found: probe.Found) -> np.ndarray:
+def by_envelope(found: probe.Found) -> np.ndarray:
     """Compare the power of the last third with that of the one before."""
     third = probe.PARTS // 3
     power = found.parts[:, :, probe.POWER]

@@ -1,0 +1,160 @@
+"""The measured stability map: its time, one core's cells beside SciPy and MuJoCo, and its error."""
+
+import statistics
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from hapkit_studio.analysis import measured, settling
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.sweeps import sweep, workers
+from tests.bench import map_references as others
+from tests.bench.frame import Row
+
+NAME = "map"
+ORDER = 25
+SETTING = Setting(mass=others.MASS, viscous=others.VISCOUS)
+DAMPING = np.linspace(0.0, 40.0, 100)
+STIFFNESS = np.geomspace(100.0, 40_000.0, 100)
+CASES = 200
+ESTIMATORS = (
+    "difference",
+    "iir",
+    ("butterworth", {"cutoff": 60.0}),
+    ("butterworth", {"cutoff": 20.0}),
+    "kalman",
+)
+ALL_CELLS = 1e8
+
+
+def seconds(work: Callable[[], object]) -> tuple[float, object]:
+    begin = time.perf_counter()
+    result = work()
+    return time.perf_counter() - begin, result
+
+
+def best(work: Callable[[], object], times: int = 3) -> float:
+    """Return the median time of some, after one that compiles."""
+    work()
+    return statistics.median(seconds(work)[0] for _ in range(times))
+
+
+def maps() -> list[Row]:
+    """Return the time of whole maps on every core, and what a cell of them costs one core."""
+    cores, rows, cells = workers(), [], DAMPING.size * STIFFNESS.size
+    for what, real in (("ideal device", False), ("friction and sensor steps", True)):
+        took = best(lambda real=real: measured.classes(SETTING, DAMPING, STIFFNESS, real=real))
+        rows.append(Row(f"map of 100 × 100, {what}, {cores} cores", took, "s", target="< 5 s", ok=took < 5.0))
+    with ThreadPoolExecutor(1) as one:
+        took = best(lambda: measured.classes(SETTING, DAMPING, STIFFNESS, executor=one), 1)
+        rows.append(Row("a map's cell, one core", 1e6 * took / cells, "µs"))
+        for many in (2, 8, 64):
+            hours = took / cells * ALL_CELLS / many / 3600.0
+            rows.append(Row(f"10⁸ cells, {many} workers of one core", hours, "h"))
+        column = best(lambda: measured.boundary(SETTING, DAMPING, executor=one), 1) / DAMPING.size
+    rows.append(Row("a column's boundary by bisection, one core", 1e3 * column, "ms"))
+    return rows
+
+
+def cells_near_the_limit(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return stiffness and damping just inside and outside, so that every run takes its whole time."""
+    damping = np.repeat(np.linspace(0.0, 5.0, count // 2), 2)
+    limits = [stiffness_limit(SETTING.mass, SETTING.viscous, damping=b) for b in damping]
+    return np.array(limits) * np.tile((0.97, 1.03), count // 2), damping
+
+
+def check(name: str, theirs: np.ndarray, ours: np.ndarray) -> None:
+    """Raise where more than one cell of a hundred has another verdict."""
+    different = int(np.count_nonzero(theirs != ours))
+    if different > 0.01 * ours.size:
+        raise RuntimeError(f"{name} judges {different} of {ours.size} cells otherwise")
+
+
+def cell_rate(count: int) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Return our cells per second on one core; the cells, and their verdicts."""
+    stiffness, damping = cells_near_the_limit(count)
+    what = measured.rendered(SETTING)
+    took = best(lambda: settling.judge(what, stiffness, damping))
+    return count / took, stiffness, damping, settling.judge(what, stiffness, damping)
+
+
+def beside_others() -> list[Row]:
+    """Return cells per second on one core beside SciPy and MuJoCo, the same cells for the same time."""
+    rows, what = [], "cells per second, one core, 12 s at 1 kHz"
+    ours, k, b, wanted = cell_rate(4)
+    took, theirs = seconds(lambda: [others.scipy_cell(*cell) for cell in zip(k, b, strict=True)])
+    check("solve_ivp", np.array(theirs), wanted)
+    rows.append(beside(what, ours, "solve_ivp with events", 4 / took, 50.0))
+    model = others.mujoco_model(1)
+    if model is None:
+        return rows
+    ours, k, b, wanted = cell_rate(40)
+    took, theirs = seconds(lambda: [others.mujoco_cell(model, *cell) for cell in zip(k, b, strict=True)])
+    check("MuJoCo", np.array(theirs), wanted)
+    rows.append(beside(what, ours, "MuJoCo, mj_step in a loop", 40 / took, 20.0))
+    ours, k, b, wanted = cell_rate(300)
+    together = others.mujoco_model(300)
+    took, theirs = seconds(lambda: others.mujoco_together(together, k, b))
+    check("MuJoCo, 300 sliders", np.asarray(theirs), wanted)
+    rows.append(beside(what, ours, "MuJoCo, 300 cells in one model", 300 / took, None))
+    return rows
+
+
+def beside(what: str, ours: float, name: str, theirs: float, goal: float | None) -> Row:
+    ratio = ours / theirs
+    target = f"≥ {goal:g} × faster" if goal else ""
+    return Row(what, ours, "1/s", name, theirs, ratio, target, ratio >= goal if goal else None)
+
+
+def case(rng: np.random.Generator) -> tuple[Setting, float]:
+    """Return a setting and a virtual damping: every rate, delay, filter and hand."""
+    rate, mass = float(rng.choice([250.0, 500.0, 1e3, 2e3, 4e3])), float(10 ** rng.uniform(-2.0, -0.5))
+    setting = Setting(
+        mass,
+        viscous=float(10 ** rng.uniform(-1.0, 0.7)),
+        rate=rate,
+        delay=float(rng.choice([0.0, 1.0, rng.uniform(0.0, 4.0)])) / rate,
+        estimator=ESTIMATORS[rng.integers(len(ESTIMATORS))],
+        hand=str(rng.choice(["released", "light", "medium", "firm"])),
+    )
+    return setting, float(rng.choice([0.0, 0.4 * rng.random() * mass * rate]))
+
+
+def exact(setting: Setting, damping: float) -> float:
+    loop = {"rate": setting.rate, "delay": setting.delay, "estimator": setting.estimator}
+    return stiffness_limit(setting.mass, setting.viscous, damping=damping, hand=setting.hand, **loop)
+
+
+def boundaries(cases: list[tuple[Setting, float]]) -> list[float]:
+    return [measured.stiffest(measured.rendered(setting), damping) for setting, damping in cases]
+
+
+def error() -> list[Row]:
+    """Return the largest error of the measured boundary over the cases that some spring stands."""
+    rng, cases = np.random.default_rng(4), []
+    while len(cases) < CASES:
+        drawn = case(rng)
+        if exact(*drawn) > 0.0:
+            cases.append(drawn)
+    limits = np.array([exact(*drawn) for drawn in cases])
+    worst = 100.0 * float(np.abs(np.array(sweep(boundaries, cases)) / limits - 1.0).max())
+    return [
+        Row(
+            f"measured boundary off the exact one, worst of {CASES}",
+            worst,
+            "%",
+            "",
+            None,
+            None,
+            "≤ 1 %",
+            worst <= 1.0,
+        )
+    ]
+
+
+def run() -> list[Row]:
+    """Return all rows of the map."""
+    return maps() + beside_others() + error()

@@ -1,0 +1,107 @@
+"""The stability map's cells by other programs: the same handle, force held between samples, same rule."""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from hapkit_studio.analysis import settling
+from hapkit_studio.haptics import probe
+
+MASS, VISCOUS, PERIOD = 0.044, 0.5, 1e-3
+COUNT = round(settling.SECONDS / PERIOD)
+
+
+def verdicts(speed: np.ndarray, lost: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Return the class of every cell from its speeds (COUNT, n) m/s at the samples, by the studio's rule."""
+    pull = np.diff(speed, axis=0, prepend=0.0) / PERIOD
+    power = pull**2 + stiffness / MASS * speed**2
+    parts = np.zeros((speed.shape[1], probe.PARTS, 3))
+    parts[:, :, probe.POWER] = power.reshape(probe.PARTS, -1, speed.shape[1]).sum(axis=1).T
+    ends = np.where(lost, probe.LOST, probe.WHOLE)
+    return settling.by_envelope(probe.Found(parts, ends, np.full(speed.shape[1], COUNT)))
+
+
+def scipy_cell(stiffness: float, damping: float) -> int:
+    """Return one cell's class by solve_ivp: a segment from sample to sample, an event where x is far."""
+
+    def motion(t, y, force):
+        return y[1], (force - VISCOUS * y[1]) / MASS
+
+    def far(t, y, force):
+        return settling.LINEAR_FAR - abs(y[0])
+
+    far.terminal = True  # type: ignore[attr-defined]
+    x, v, before = settling.LINEAR_START, 0.0, settling.LINEAR_START
+    speed, lost = np.zeros((COUNT, 1)), False
+    for k in range(COUNT):
+        speed[k] = v
+        force = -stiffness * x - damping * (x - before) / PERIOD
+        before = x
+        part = solve_ivp(motion, (0.0, PERIOD), (x, v), events=far, args=(force,), rtol=1e-8, atol=1e-16)
+        x, v = part.y[:, -1]
+        if part.status == 1:
+            lost = True
+            break
+    return int(verdicts(speed, np.array([lost]), np.array([stiffness]))[0])
+
+
+def mujoco_model(count: int):
+    """Return a model of so many sliders with a motor each; None where MuJoCo is not installed.
+
+    RK4, because the semi-implicit steps take the held force as if it came without the half period of delay,
+    and so call springs stable that are not.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        return None
+    slider = (
+        '<body><joint name="j{0}" type="slide" axis="1 0 0" damping="{1}"/>'
+        '<geom type="sphere" size="0.002" mass="{2}"/></body>'
+    )
+    bodies = "".join(slider.format(i, VISCOUS, MASS) for i in range(count))
+    motors = "".join(f'<motor joint="j{i}"/>' for i in range(count))
+    return mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{PERIOD}" gravity="0 0 0" integrator="RK4">'
+        '<flag contact="disable" constraint="disable"/></option>'
+        f"<worldbody>{bodies}</worldbody><actuator>{motors}</actuator></mujoco>"
+    )
+
+
+def mujoco_cell(model, stiffness: float, damping: float) -> int:
+    """Return one cell's class by mj_step, one step a sample."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[0] = before = settling.LINEAR_START
+    speed, lost = np.zeros((COUNT, 1)), False
+    for k in range(COUNT):
+        x = float(data.qpos[0])
+        speed[k] = data.qvel[0]
+        data.ctrl[0] = -stiffness * x - damping * (x - before) / PERIOD
+        before = x
+        mujoco.mj_step(model, data)
+        if not abs(x) <= settling.LINEAR_FAR:
+            lost = True
+            break
+    return int(verdicts(speed, np.array([lost]), np.array([stiffness]))[0])
+
+
+def mujoco_together(model, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Return all cells' classes from one model with a slider each: Python's share of a step is divided."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[:] = settling.LINEAR_START
+    before, speed = data.qpos.copy(), np.zeros((COUNT, model.nq))
+    lost = np.zeros(model.nq, dtype=bool)
+    for k in range(COUNT):
+        x = data.qpos.copy()
+        speed[k] = data.qvel
+        data.ctrl[:] = -stiffness * x - damping * (x - before) / PERIOD
+        before = x
+        mujoco.mj_step(model, data)
+        far = ~(np.abs(data.qpos) <= settling.LINEAR_FAR)
+        if far.any():
+            lost |= far
+            data.qpos[lost] = data.qvel[lost] = 0.0
+    return verdicts(speed, lost, stiffness)
