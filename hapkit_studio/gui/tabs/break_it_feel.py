@@ -1,0 +1,90 @@
+"""Puts a failure into the live window and takes everything back: environment, values, loop, grip."""
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.wishes import LoopWish
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.failures import Live
+
+
+class Feel(QObject):
+    """Remembers what was in force before the first failure was put in; one word takes it all back.
+
+    ``refused``: an environment came late, and the loop does not take what the failure asks.
+    """
+
+    changed = Signal()
+    refused = Signal(str)
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self.live: Live | None = None
+        self.key = ""
+        self._before: tuple[str, LoopWish, str] | None = None
+        self._values: dict[str, dict[str, float]] = {}
+        self._waiting = False
+        studio.environment_changed.connect(self._arrive)
+
+    @property
+    def on(self) -> bool:
+        """Say whether a failure is in the window."""
+        return self._before is not None
+
+    def put(self, key: str, live: "Live") -> None:
+        """Put a failure of this key into the window; raise ParameterError with everything as it was."""
+        studio = self._studio
+        if self._before is None:
+            self._before = (studio.environment.key, studio.loop, studio.grip)
+        self._values.setdefault(live.environment, studio.values_of(live.environment))
+        self.live, self.key = live, key
+        try:
+            studio.lay_out(live.environment, live.values)
+            studio.choose(live.environment)
+            self._waiting = True
+            self._go_on()
+        except ParameterError:
+            self.take_back()
+            raise
+        self.changed.emit()
+
+    def take_back(self) -> None:
+        """Put everything back to what it was before."""
+        if self._before is None:
+            return
+        (environment, loop, grip), self._before = self._before, None
+        self._waiting, self.live, self.key = False, None, ""
+        studio = self._studio
+        if environment in studio.environments:
+            studio.choose(environment)
+        for key, values in self._values.items():
+            studio.lay_out(key, values)
+        self._values = {}
+        studio.set_loop(**asdict(loop))
+        studio.set_grip(grip)
+        self.changed.emit()
+
+    def _arrive(self) -> None:
+        try:
+            self._go_on()
+        except ParameterError as error:
+            self.take_back()
+            self.refused.emit(str(error))
+
+    def _go_on(self) -> None:
+        """Set loop and grip once the environment, which may still be compiled, is in force."""
+        live = self.live
+        if not self._waiting or live is None or self._studio.environment.key != live.environment:
+            return
+        self._waiting = False
+        loop = dict(live.loop)
+        if "estimator" in loop:
+            loop.setdefault("options", ())
+        self._studio.set_loop(**loop)
+        self._studio.set_grip(live.grip)

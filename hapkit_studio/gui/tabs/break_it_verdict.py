@@ -1,0 +1,81 @@
+"""What the knob's present value does, in words with a sign; beside it the way into the scene and back."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.tabs.break_it_record import Record, reading
+from hapkit_studio.gui.tabs.break_it_traces import Sign, verdict
+from hapkit_studio.gui.theme import theme
+
+_SIGN = 26
+_BOARD = "Only the simulated Hapkit is made to fail on purpose"
+_FEEL = "Puts scene, values and loop into the window; Take back undoes all of it"
+
+
+class Verdict(QWidget):
+    """Emits ``feel_pressed`` and ``back_pressed``."""
+
+    feel_pressed = Signal()
+    back_pressed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sign, self.words, self.more = Sign(_SIGN), QLabel(), QLabel()
+        self.words.setFont(theme.font("readout"))
+        self.words.setWordWrap(True)
+        self.more.setWordWrap(True)
+        self.feel, self.back = QPushButton("Feel it"), QPushButton("Take back")
+        icons.bind(self.feel, "hand", "ink", 18)
+        icons.bind(self.back, "reset", "ink", 18)
+        self.feel.clicked.connect(self.feel_pressed)
+        self.back.clicked.connect(self.back_pressed)
+        lines = QVBoxLayout()
+        lines.setContentsMargins(0, 0, 0, 0)
+        lines.setSpacing(1)
+        lines.addWidget(self.words)
+        lines.addWidget(self.more)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(8)
+        row.addWidget(self.sign, 0, Qt.AlignmentFlag.AlignTop)
+        row.addLayout(lines, 1)
+        for button in (self.back, self.feel):
+            row.addWidget(button, 0, Qt.AlignmentFlag.AlignVCenter)
+
+    def show_record(self, record: Record, simulated: bool, felt: bool, taken: bool) -> None:
+        """Show a failure's verdict; felt: it is in the scene now; taken: there is something to take back."""
+        here = record.here
+        holds = here.evidence.holds if here and not record.wrong else None
+        self.sign.show_sign(holds)
+        self.words.setText(self._headline(record))
+        token = "danger" if record.wrong or holds is False else "ink3" if holds is None else "ok"
+        dress(self.words, f"QLabel {{ color: @{token}; }}")
+        advice = here.live.advice if felt and here and here.live else ""
+        self.more.setText(f"In the scene now. {advice}".strip() if felt else self._where(record))
+        dress(self.more, f"QLabel {{ color: @{'accent' if felt else 'ink2'}; font-size: 12px; }}")
+        self.feel.setVisible(record.failure.live is not None and not felt)
+        self.feel.setEnabled(simulated and here is not None and here.live is not None)
+        self.feel.setToolTip(_FEEL if simulated else _BOARD)
+        self.back.setVisible(taken)
+
+    @staticmethod
+    def _headline(record: Record) -> str:
+        if record.wrong:
+            return record.wrong
+        if record.here is not None:
+            return verdict(record.here.evidence.words)[0]
+        return "Not tried yet" if record.limit is None and not record.old else "…"
+
+    @staticmethod
+    def _where(record: Record) -> str:
+        """Return the knob's value as a share of the limit, and what else there is to say."""
+        if record.wrong or record.value is None or record.limit is None:
+            return f"{record.failure.summary}."
+        knob = record.failure.knob
+        place = (
+            f"{reading(record.value, knob)}, {record.share:.2f} of the limit {reading(record.limit, knob)}"
+        )
+        rest = verdict(record.here.evidence.words)[1:] if record.here else []
+        return " ".join(f"{part}." for part in [place, *rest])
