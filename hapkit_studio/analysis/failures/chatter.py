@@ -50,9 +50,8 @@ def slides(friction: float, case: Case, model: int = COULOMB) -> list[np.ndarray
     """Return the place (n,) in counts of a handle that slides to rest, one for each of STARTS."""
     values = dict(environments.named("friction").values())
     values |= {"model": float(model), "kinetic_force": friction, "static_force": friction, "viscous": 0.0}
-    if model == PROJECTION:
-        # the stiffest tether that a handle of this damping can be held by
-        values["tether_stiffness"] = case["viscous"] * case["rate"] / (1.0 + 2.0 * case["late"])
+    # half the stiffest spring that a handle of this damping can be held by, for the models that hold
+    values["tether_stiffness"] = case["viscous"] * case["rate"] / (1.0 + 2.0 * case["late"])
     loop = LoopSettings(case["rate"], case["late"] / case["rate"])
     found = []
     for place, speed in STARTS:

@@ -2,6 +2,7 @@
 
 import math
 from functools import lru_cache
+from itertools import groupby
 
 import numpy as np
 
@@ -47,8 +48,8 @@ def exact(stiffness: float, case: Case, periods: tuple[float, ...]) -> float:
 
 
 def _runs(periods: tuple[float, ...]) -> list[tuple[float, int]]:
-    """Return each length of period and how often it comes, the usual ones first."""
-    return [(t, periods.count(t)) for t in dict.fromkeys(periods)]
+    """Return each stretch of equal periods, in order: the period in s and how often it comes."""
+    return [(period, len(list(same))) for period, same in groupby(periods)]
 
 
 def worst(case: Case) -> float:
@@ -88,10 +89,10 @@ def swing(stiffness: float, case: Case, periods: tuple[float, ...]) -> tuple[np.
     device = where.device(real=False, position=loop.START)
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
     r, body = headless.Scene(environments.named("spring"), values, device, where.loop).prepare()
-    longest = max(len(periods), 1)
+    runs = _runs(periods)
+    longest = max(times for _, times in runs)
     room, still = batch.new_rows(longest), np.zeros(longest + 1)
     letting_go, no_hand = np.zeros(longest, dtype=np.int64), np.zeros(3)
-    runs = _runs(periods)
     count = math.ceil(loop.SECONDS / sum(periods))
     seen = np.empty((count, 2))
     for index in range(count):
@@ -163,10 +164,10 @@ FAILURE = Failure(
     summary="The nominal rate promises a stiffness that the late samples break",
     formula="safe: K < 2 b/T of the longest period; exact: the roots of the map over the whole pattern",
     explanation="A held force gives energy ½ K v² T² in each period, so one period five times as long "
-    "gives as much as twenty-five. The handle's damping takes b v² T, only five times as much. Where "
-    "the long periods fall on the fast part of the swing they decide. Whatever the pattern, and "
-    "whoever holds the handle, only the limit by the longest period is safe: K < 2 b/T max. A given "
-    "pattern that repeats has its own exact limit between that and the nominal one.",
+    "gives as much as twenty-five. The handle's damping takes b v² T, only five times as much. A pattern "
+    "that repeats has its own exact limit, lowest where the long periods come in step with the swing, at "
+    "its fastest. In whatever order they come, and whoever holds the handle, only the limit by the "
+    "longest period is safe: K < 2 b/T.",
     knob=Parameter("stiffness", "Stiffness", "N/m", 500.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
     limit=limit,
     probe=probe,

@@ -1,0 +1,106 @@
+"""Diolaiti's regions, the push that friction can calm, and friction that chatters."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.failures import failures
+from hapkit_studio.analysis.failures.chatter import peak_to_peak
+from hapkit_studio.analysis.failures.counted_spring import CYCLES, GROWS, RESTS, judged, released
+from hapkit_studio.analysis.failures.large_push import amplitude, measured
+from hapkit_studio.environments.friction import COULOMB, PROJECTION
+
+# 1000 N/m, 0.05 kg, 1 kHz, 20 µm; let go 3.3 counts away: p-p of the tail in counts at σ = 0, .1, .25, .4
+REGIONS = {
+    0.6: (1.68, 0.24, 0.02, 0.01),
+    1.0: (0.94, 0.19, 0.03, 0.01),
+    2.0: (0.50, 0.15, 0.03, 0.004),
+}
+SIGMAS = (0.0, 0.1, 0.25, 0.4)
+
+
+def region(beta, sigma, counts):
+    """Return what becomes of the handle, and the p-p of its tail in counts."""
+    start = counts * 20e-6
+    x = released(0.05, beta, sigma * 1000.0 * 20e-6, 20e-6, 1000.0, 1000.0, start)
+    word, size = judged(x, start, 1000.0)
+    return word, size / 20e-6
+
+
+@pytest.mark.parametrize("beta", REGIONS)
+def test_below_half_a_counts_force_it_buzzes_as_the_table_says(beta):
+    for sigma, want in zip(SIGMAS, REGIONS[beta], strict=True):
+        word, size = region(beta, sigma, 3.3)
+        assert word == CYCLES
+        assert size == pytest.approx(want, rel=0.03, abs=0.01), sigma
+
+
+@pytest.mark.parametrize("beta", [0.25, 0.4, 0.6, 1.0, 2.0])
+def test_it_rests_where_friction_holds_half_a_count_and_only_there(beta):
+    """σ 1 % on both sides of 1/2, and far beyond."""
+    assert region(beta, 0.495, 3.3)[0] == CYCLES
+    for sigma in (0.505, 0.55, 1.0, 2.0):
+        assert region(beta, sigma, 3.3) == (RESTS, 0.0), sigma
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.25, 0.4, 0.55, 1.0, 2.0])
+def test_without_damping_enough_a_large_start_is_lost_at_any_friction(sigma):
+    for beta in (0.25, 0.4):
+        assert region(beta, sigma, 200.3)[0] == GROWS
+    for beta in (0.6, 1.0, 2.0):
+        assert region(beta, sigma, 200.3)[0] == (RESTS if sigma > 0.5 else CYCLES)
+
+
+def test_without_friction_and_damping_enough_any_start_is_lost():
+    assert region(0.25, 0.0, 3.3)[0] == GROWS
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "viscous", "coulomb", "formula", "simulated"),
+    [
+        (2000.0, 0.5, 0.2, 2.546, 2.573),
+        (2000.0, 0.8, 0.2, 6.366, 6.495),
+        (4000.0, 1.0, 0.5, 2.251, 2.297),
+        (1000.0, 0.2, 0.1, 3.001, 3.015),
+    ],
+)
+def test_the_push_that_friction_calms_is_the_tables(stiffness, viscous, coulomb, formula, simulated):
+    case = {"mass": 0.05, "viscous": viscous, "coulomb": coulomb, "rate": 1000.0}
+    assert 1e3 * amplitude(case, stiffness) == pytest.approx(formula, abs=6e-4)
+    assert 1e3 * measured(case, stiffness) == pytest.approx(simulated, abs=6e-4)
+
+
+def test_with_damping_enough_any_push_is_calmed():
+    failure = failures()["large_push"]
+    assert failure.limit(failure.case({"viscous": 0.8})) == math.inf
+    assert failure.try_at(0.01, {"viscous": 0.8}).holds
+
+
+@pytest.mark.parametrize("late", ["none", "one_period"])
+@pytest.mark.parametrize("mass", [0.02, 0.044, 0.1])
+def test_a_counted_sign_chatters_beyond_its_force_and_projection_holds(mass, late):
+    failure = failures()["chatter"]
+    case = failure.case({"mass": mass, "late": late, "viscous": 10.0 * mass})
+    assert failure.probe(failure.inside(case), case).holds
+    assert not failure.probe(failure.outside(case), case).holds
+    held, plain = (peak_to_peak(failure.outside(case), case, model)[0] for model in (PROJECTION, COULOMB))
+    assert held <= 0.01
+    assert plain > 2.0
+
+
+def test_the_limit_of_a_counted_sign_is_a_share_of_the_force_of_a_count():
+    failure = failures()["chatter"]
+    case = failure.case({"mass": 0.05, "quantum": 20e-6})
+    assert failure.limit(case) == pytest.approx(1.5, rel=1e-12)
+    late = failure.case({"mass": 0.05, "quantum": 20e-6, "late": "one_period"})
+    assert failure.limit(late) == pytest.approx(0.7, rel=1e-12)
+
+
+def test_a_buzz_is_felt_as_force_that_never_settles():
+    """Rest is exact: not one sample of the last half second differs."""
+    failure = failures()["limit_cycle"]
+    case = failure.case()
+    assert failure.probe(failure.inside(case), case).measure == 0.0
+    assert 0.0 < failure.probe(failure.outside(case), case).measure < 1.0
+    assert np.isclose(failure.limit(case), 2.0 * 0.01 / 20.7e-6)

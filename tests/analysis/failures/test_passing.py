@@ -1,0 +1,148 @@
+"""What is crossed too fast, seen too coarsely or looked at too late: textures, bumps, jitter."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.failures import failures, stroking
+from hapkit_studio.analysis.failures.jitter import exact, nominal, pattern, worst
+from hapkit_studio.analysis.failures.tunnelling import inside, least_peak, throws
+from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.haptics import rows
+
+JITTER = failures()["jitter"]
+
+
+@pytest.mark.parametrize(
+    ("wavelength", "rate", "amplitude"),
+    [(0.001, 1000.0, 0.159), (0.002, 1000.0, 0.318), (0.005, 1000.0, 0.796), (0.001, 4000.0, 0.637)],
+)
+def test_ridges_are_too_steep_from_the_amplitude_of_theory_on(wavelength, rate, amplitude):
+    failure = failures()["texture_steepness"]
+    case = failure.case({"wavelength": wavelength, "rate": rate})
+    assert failure.limit(case) == pytest.approx(amplitude, rel=4e-3)
+    assert failure.probe(failure.inside(case), case).holds
+    assert not failure.probe(failure.outside(case), case).holds
+
+
+@pytest.mark.parametrize(("wavelength", "speed"), [(0.0005, 0.05), (0.001, 0.1), (0.002, 0.2), (0.005, 0.5)])
+def test_ten_samples_a_ridge_up_to_the_speeds_of_theory(wavelength, speed):
+    failure = failures()["texture_samples"]
+    case = failure.case({"wavelength": wavelength})
+    assert failure.limit(case) == pytest.approx(speed, rel=1e-12)
+    found = failure.probe(failure.inside(case), case), failure.probe(failure.outside(case), case)
+    assert [one.measure for one in found] == [10.0, 9.0]
+    slow = failures()["texture_samples"].case({"wavelength": 0.005, "rate": 230.0})
+    assert failure.limit(slow) == pytest.approx(0.115, rel=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.99, 1.6931, 3.1373])
+def test_the_worst_ridge_gets_the_cosine_of_half_a_sample(share):
+    out = stroking.stroke(0.005, share * 0.5, 1000.0, 0.0, 20_000)
+    want = math.cos(math.pi * share / 10.0)
+    assert stroking.least_peak(out, 0.005) == pytest.approx(want, abs=4e-3)
+
+
+def test_beyond_half_the_rate_it_hums_lower_the_faster_it_is_stroked():
+    failure = failures()["texture_speed"]
+    found = [failure.try_at(speed).measure for speed in (0.3, 0.495, 0.505, 0.7, 0.9)]
+    assert found == pytest.approx([300.0, 495.0, 495.0, 300.0, 100.0], abs=0.5)
+
+
+def test_ten_counts_a_ridge_and_steps_of_the_force_as_theory_says():
+    failure = failures()["texture_counts"]
+    case = failure.case()
+    found = failure.probe(failure.inside(case), case), failure.probe(failure.outside(case), case)
+    assert [one.measure for one in found] == [10.0, 9.0]
+    out = stroking.stroke(0.005, 0.005, 1000.0, 15e-6, 5000)
+    steps = np.abs(np.diff(out[:, rows.ASKED])).max()
+    assert steps == pytest.approx(2.0 * math.pi * 0.25 * 15e-6 / 0.005, rel=1e-3)
+
+
+def test_a_bump_of_w_needs_v_below_w_over_4_t():
+    """5 mm: 1.25 m/s at 1 kHz, 0.29 m/s at 230 Hz."""
+    failure = failures()["tunnelling"]
+    for rate, speed in ((1000.0, 1.25), (230.0, 0.2875)):
+        case = failure.case({"rate": rate})
+        assert failure.limit(case) == pytest.approx(speed, rel=1e-12)
+        found = failure.probe(failure.inside(case), case), failure.probe(failure.outside(case), case)
+        assert [one.measure for one in found] == [4.0, 3.0]
+    case = failure.case()
+    assert least_peak(throws(1.25, case)) == pytest.approx(math.sqrt(0.5), abs=0.03)
+
+
+def test_from_w_over_t_on_a_bump_can_be_crossed_unseen():
+    case = failures()["tunnelling"].case()
+    assert min(map(inside, throws(0.99 * 5.0, case))) == 1
+    assert min(map(inside, throws(1.02 * 5.0, case))) == 0
+
+
+# --- jitter
+
+PATTERNS = [
+    {"usual": 24, "long": 5.0},
+    {"usual": 1, "long": 5.0},
+    {"usual": 3, "long": 2.0},
+    {"usual": 60, "long": 8.0},
+    {"usual": 200, "long": 20.0, "viscous": 1.0},
+]
+
+
+@pytest.mark.parametrize("given", PATTERNS)
+def test_a_pattern_decays_inside_its_exact_limit_and_grows_outside(given):
+    case = JITTER.case(given)
+    found = JITTER.probe(JITTER.inside(case), case), JITTER.probe(JITTER.outside(case), case)
+    assert [one.holds for one in found] == [True, False]
+    assert worst(case) < JITTER.limit(case) < nominal(case)
+    for part in (0.99, 1.01):
+        rate = exact(part * JITTER.limit(case), case, pattern(case))
+        assert (rate < 0.0) == (part < 1.0)
+
+
+def test_the_nominal_rate_promises_what_late_samples_break():
+    """0.9 of 2 b/T: calm at an even rate; with one period in 25 five times as long it grows."""
+    stiffness = 0.9 * 2.0 * 0.5 * 1000.0
+    assert JITTER.try_at(stiffness, {"long": 1.0}).holds
+    assert not JITTER.try_at(stiffness, {"usual": 24, "long": 5.0}).holds
+
+
+def test_below_the_limit_of_the_longest_period_no_order_of_periods_grows(rng):
+    """2 b/T of the longest is safe for any of 200 orders of periods; each of them is exact by its map."""
+    case, lengths = JITTER.case(), (1e-3, 1.5e-3, 2e-3, 5e-3)
+    limits = {t: stiffness_limit(case["mass"], case["viscous"], rate=1.0 / t) for t in lengths}
+    for _ in range(200):
+        periods = tuple(rng.choice(lengths, size=rng.integers(1, 40)))
+        assert exact(0.99 * limits[max(periods)], case, periods) < 0.0
+
+
+def test_a_loop_always_late_has_exactly_the_limit_of_its_period():
+    case = JITTER.case()
+    assert exact(0.99 * worst(case), case, (5e-3,)) < 0.0 < exact(1.01 * worst(case), case, (5e-3,))
+    assert worst(case) == pytest.approx(202.0, abs=0.5)
+
+
+def half_log_det(case, stiffness, periods):
+    """Return the growth in 1/s of a complex pair: half the log of the roots' product E + K n0 a period."""
+    m, b = case["mass"], case["viscous"]
+    total = 0.0
+    for t in periods:
+        e, leak = math.exp(-b * t / m), -math.expm1(-b * t / m)
+        total += 0.5 * math.log(e + stiffness * (m * leak - b * t * e) / b**2)
+    return total / sum(periods)
+
+
+def test_in_step_with_the_swing_late_samples_do_more_than_their_lengths_say():
+    """Elsewhere only the lengths count, in whatever order; in step it grows before they say so."""
+    case = JITTER.case()
+    for periods in ((1e-3, 7e-3, 1e-3, 1e-3, 7e-3), (1e-3, 1e-3, 1e-3, 7e-3, 7e-3), (2e-3,)):
+        assert exact(800.0, case, periods) == pytest.approx(half_log_det(case, 800.0, periods), rel=1e-9)
+    periods, stiffness = pattern(case), 1.02 * JITTER.limit(case)
+    assert half_log_det(case, stiffness, periods) < 0.0 < exact(stiffness, case, periods)
+
+
+def test_the_rendered_growth_is_that_of_the_map_over_the_pattern():
+    case = JITTER.case({"usual": 6, "long": 4.0})
+    for stiffness in (300.0, 800.0):
+        found = JITTER.probe(stiffness, case).measure
+        assert found == pytest.approx(exact(stiffness, case, pattern(case)), rel=0.03)

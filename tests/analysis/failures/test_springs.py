@@ -1,0 +1,100 @@
+"""The sampled spring over its whole grid, behind every filter, and with damping that lowers its limit."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from hapkit_studio.analysis.failures import failures, loop
+from hapkit_studio.analysis.failures.filters import ESTIMATORS
+
+SPRING, FILTERS, WORSE = (failures()[k] for k in ("sampled_spring", "filters", "filtered_damping"))
+
+# K = 500 N/m, B = 1 N·s/m, 0.05 kg, 0.5 N·s/m, 1 kHz: delay in periods, largest roots of the table.
+ROOTS = [
+    (0.0, (0.9874025, 0.9874025, 0.0101887)),
+    (0.5, (0.9899131, 0.9899131, 0.0592341, 0.0427125)),
+    (1.0, (0.9924966, 0.9924966, 0.1083127, 0.0931040)),
+]
+
+
+@pytest.mark.parametrize(("late", "table"), ROOTS)
+def test_the_loops_map_has_the_roots_of_the_table(late, table):
+    matrix = loop.step_matrix(0.05, 0.5, 500.0, 1.0, 1e-3, late * 1e-3)
+    roots = np.sort(np.abs(np.linalg.eigvals(matrix)))[::-1]
+    assert roots[: len(table)] == pytest.approx(table, abs=6e-8)
+    assert roots[len(table) :] == pytest.approx(0.0, abs=1e-8)
+
+
+def exact_rate(case, stiffness):
+    """Return the growth in 1/s by matrix exponentials: x, v, last x and the commands on their way."""
+    m, b, period = case["mass"], case["viscous"], 1.0 / case["rate"]
+    whole = int(case["delay"] * case["rate"] + 1e-9)
+    rest = case["delay"] - whole * period
+    moving = np.array([[0.0, 1.0, 0.0], [0.0, -b / m, 1.0 / m], [0.0, 0.0, 0.0]])
+    early, late = expm(moving * rest), expm(moving * (period - rest))
+
+    def step(state):
+        x, v, last, *queue = state
+        command = -stiffness * x - case["damping"] * (x - last) / period
+        queue = [command, *queue]
+        place = late @ np.array([*(early @ np.array([x, v, queue[whole + 1]]))[:2], queue[whole]])
+        return np.array([place[0], place[1], x, *queue[:-1]])
+
+    size = whole + 4
+    matrix = np.column_stack([step(column) for column in np.eye(size)])
+    return math.log(np.abs(np.linalg.eigvals(matrix)).max()) / period
+
+
+# mass, virtual damping, the handle's own, rate, delay in periods
+GRID = list(itertools.product((0.02, 0.2), (0.0, 1.0), (0.2, 1.0), (500.0, 2000.0), (0.0, 0.6, 1.0, 2.5)))
+
+
+def test_one_percent_inside_decays_and_outside_grows_over_the_grid():
+    """64 loops, each growing as its roots say."""
+    for mass, damping, viscous, rate, late in GRID:
+        given = {"mass": mass, "damping": damping, "viscous": viscous, "rate": rate, "delay": late / rate}
+        case = SPRING.case(given)
+        limit = SPRING.limit(case)
+        for part in (0.99, 1.01):
+            found = SPRING.probe(part * limit, case)
+            assert found.holds == (part < 1.0), given
+            want = exact_rate(case, part * limit)
+            assert found.measure == pytest.approx(want, rel=0.02, abs=2e-4), given
+
+
+@pytest.mark.parametrize("late", [0.0, 1.0])
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_one_percent_inside_decays_and_outside_grows_behind_every_filter(estimator, late):
+    for damping in (0.5, 3.0):
+        case = FILTERS.case({"estimator": estimator, "damping": damping, "delay": late * 1e-3})
+        assert FILTERS.probe(FILTERS.inside(case), case).holds, damping
+        assert not FILTERS.probe(FILTERS.outside(case), case).holds, damping
+
+
+def test_filtered_damping_lowers_the_stable_stiffness():
+    """0.05 kg, 0.5 N·s/m, 1 kHz, Butterworth 20 Hz: 1002 N/m without damping, 760 with 1 N·s/m."""
+    case = FILTERS.case({"estimator": "butterworth_20", "damping": 1.0, "mass": 0.05})
+    assert FILTERS.limit(case) == pytest.approx(760.0, abs=0.5)
+    plain = FILTERS.case({"estimator": "butterworth_20", "damping": 0.0, "mass": 0.05})
+    assert FILTERS.limit(plain) == pytest.approx(1001.7, abs=0.5)
+    given = {"mass": 0.05, "stiffness": 900.0}
+    assert WORSE.try_at(0.0, given).holds
+    assert not WORSE.try_at(0.6, given).holds
+    unfiltered = FILTERS.case({"estimator": "difference", "damping": 0.6, "mass": 0.05})
+    assert FILTERS.probe(900.0, unfiltered).holds
+
+
+@pytest.mark.parametrize("given", [{"stiffness": 760.0}, {"stiffness": 624.0}, {"stiffness": 318.0}])
+def test_its_damping_limit_is_where_the_table_has_that_stiffness(given):
+    case = WORSE.case({**given, "mass": 0.05})
+    want = {760.0: 1.0, 624.0: 2.0, 318.0: 5.0}[given["stiffness"]]
+    assert WORSE.limit(case) == pytest.approx(want, rel=0.01)
+    assert WORSE.probe(WORSE.inside(case), case).holds
+    assert not WORSE.probe(WORSE.outside(case), case).holds
+
+
+def test_no_damping_helps_a_spring_beyond_every_limit():
+    assert WORSE.limit(WORSE.case({"stiffness": 5000.0})) == 0.0
