@@ -35,10 +35,10 @@ _THREAD = 1e-6
 # Beyond this there is no limit to find.
 _STIFFEST = 1e6
 
-Arrived = Callable[[float, float], None]
+Arrived = Callable[[float, Point], None]
 
 
-def nobody(damping: float, stiffness: float) -> None:
+def nobody(damping: float, point: Point) -> None:
     """Tell nobody."""
 
 
@@ -64,7 +64,7 @@ def compute(
         watch = _from(progress, first, len(levels))
         points += sweep(points_of, cells, executor=executor, progress=watch, chunk=1)
         for level, point in zip(levels[first:], points[first:], strict=False):
-            arrived(level, point.stiffness)
+            arrived(level, point)
     linear, curve = linear_limits(setting, levels), linear_curve(setting, levels[-1])
     return ZWidth.of("simulation", levels, points, linear, curve, conditions(setting, protocol))
 

@@ -20,7 +20,7 @@ FORCE = Parameter("max_force", "Force limit", "N", 2.0, 0.1, 3.0, "No trial asks
 _STIFFNESS = WALL.parameters[0]
 # A wall that no Hapkit makes buzz.
 CALM = 100.0
-_LOOK_SECONDS = 0.002
+_LOOK_SECONDS = 0.004
 _SILENCE_SECONDS = 3.0
 _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
 
@@ -70,14 +70,16 @@ class Unsafe(Exception):
 class Bench:
     """A context: the wall in force and the force limited inside, all settings as before after it.
 
-    say: told what a person should do; look: called some hundred times a second, and may raise to end it all.
+    The wall stands where the one in force stands; into: 1 where it is on the right, -1 on the left. say: told
+    what a person should do; look: called some hundred times a second, and may raise to end it all.
     """
 
     def __init__(self, engine: Engine, care: Care, say: Callable[[str], None], look: Callable[[], None]):
         self.engine, self.care, self.say, self._look = engine, care, say, look
         self._before = engine.environment, engine.values, engine.grip
-        values = engine.values if engine.environment is WALL else WALL.values()
-        self.surface = values["position"] if values["side"] == 0.0 else WALL.values()["position"]
+        self._place = engine.values if engine.environment is WALL else WALL.values()
+        self.surface = self._place["position"]
+        self.into = 1.0 if self._place["side"] == 0.0 else -1.0
         self._mine: dict[str, float] = {}
 
     def __enter__(self) -> "Bench":
@@ -109,8 +111,8 @@ class Bench:
 
     def wall(self, stiffness: float, damping: float) -> None:
         """Bring a wall into force, over 30 ms."""
-        values = {"stiffness": stiffness, "damping": damping, "position": self.surface}
-        self._mine = WALL.values({**values, "damping_mode": "both"})
+        values = {"stiffness": stiffness, "damping": damping, "damping_mode": "both"}
+        self._mine = WALL.values({**self._place, **values})
         self.engine.set_environment(WALL, self._mine)
 
     def calm(self) -> None:
@@ -166,6 +168,11 @@ class Bench:
         while useless(self.collect(0.02, judged=False)):
             if time.monotonic() > end:
                 raise Interrupted("The device renders no force. The measurement ended.")
+
+
+def pressing(found: np.ndarray, into: float) -> float:
+    """Return the mean force in N with which the wall is pressed in some rows."""
+    return float(-into * found[:, rows.APPLIED].mean())
 
 
 def useless(found: np.ndarray) -> bool:

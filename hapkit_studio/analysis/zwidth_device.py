@@ -61,7 +61,7 @@ def measure(
         for level in levels:
             points.append(_Trials(bench, hand, level, steps).point())
             steps.next_level()
-            arrived(level, points[-1].stiffness)
+            arrived(level, points[-1])
         setting = setting_of(engine, hand.grip)
     linear, curve = linear_limits(setting, levels), linear_curve(setting, levels[-1])
     found = _conditions(engine, setting, care) + hand.conditions
@@ -83,9 +83,9 @@ def _conditions(engine: Engine, setting: Setting, care: Care) -> tuple[Condition
     rate = engine.health().rate
     return (
         *loop_conditions(setting, friction=engine.modelled is not None),
-        Condition("measured_rate_Hz", rate, f"measured {rate:.0f} Hz"),
-        Condition("max_force", care.max_force, f"force limit {care.max_force:g} N"),
-        Condition("precision", care.precision, f"K to {100.0 * care.precision:g} %"),
+        Condition("measured_rate_Hz", rate, "Rate measured", f"{rate:.0f} Hz"),
+        Condition("max_force", care.max_force, "Force limit", f"{care.max_force:g} N"),
+        Condition("precision", care.precision, "K found to", f"{100.0 * care.precision:g} %"),
     )
 
 

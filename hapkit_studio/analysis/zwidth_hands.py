@@ -5,7 +5,7 @@ from typing import Protocol as Interface
 
 import numpy as np
 
-from hapkit_studio.analysis.zwidth_bench import Bench, Interrupted, useless
+from hapkit_studio.analysis.zwidth_bench import Bench, Interrupted, pressing, useless
 from hapkit_studio.analysis.zwidth_result import Condition
 from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.haptics import rows
@@ -59,14 +59,14 @@ class SimulatedHand:
     def conditions(self) -> tuple[Condition, ...]:
         care = self._bench.care
         return (
-            Condition("hand", self._grip, f"simulated hand, {self._grip}"),
-            Condition("speed", care.hit, f"hits at {care.hit:g} m/s"),
-            Condition("push", care.push, f"push {care.push:g} N"),
+            Condition("hand", self._grip, "Hand", f"simulated, {self._grip}"),
+            Condition("speed", care.hit, "Hit at", f"{care.hit:g} m/s", "v₀"),
+            Condition("push", care.push, "Push", f"{care.push:g} N"),
         )
 
     def begin(self) -> None:
         """Go away from the wall and wait until the handle has come along."""
-        away = self._bench.surface - _AWAY
+        away = self._bench.surface - self._bench.into * _AWAY
         self._bench.engine.move_hand(away)
         end = time.monotonic() + _AWAY_SECONDS
         while time.monotonic() < end:
@@ -79,16 +79,18 @@ class SimulatedHand:
         """Move the hand at its speed to where wall and grip balance at the push."""
         grip = GRIPS[self._grip]
         assert isinstance(grip, Grip)
-        surface, care = self._bench.surface, self._bench.care
-        goal = surface + care.push / grip.stiffness + care.push / stiffness
-        target = surface - _AWAY
-        while target < goal:
-            target = min(target + care.hit * _STEP_SECONDS, goal)
-            self._bench.engine.move_hand(target)
-            self._bench.collect(_STEP_SECONDS)
+        bench, care = self._bench, self._bench.care
+        goal = care.push / grip.stiffness + care.push / stiffness
+        depth = -_AWAY
+        while depth < goal:
+            depth = min(depth + care.hit * _STEP_SECONDS, goal)
+            bench.engine.move_hand(bench.surface + bench.into * depth)
+            bench.collect(_STEP_SECONDS)
 
     def presses(self, found: np.ndarray) -> bool:
-        return not useless(found)
+        """Return whether it does: in a window somebody may have taken the handle away."""
+        least = _LEAST_SHARE * self._bench.care.push
+        return not useless(found) and pressing(found, self._bench.into) >= least
 
 
 class Person:
@@ -105,8 +107,8 @@ class Person:
     def conditions(self) -> tuple[Condition, ...]:
         words = f"{self._least:.2g} to {self._most:.2g} N"
         return (
-            Condition("hand", "person", "a person presses and holds"),
-            Condition("push", words, f"push {words}"),
+            Condition("hand", "person", "Hand", "a person's, held"),
+            Condition("push", words, "Push", words),
         )
 
     def begin(self) -> None:
@@ -126,15 +128,10 @@ class Person:
         """Leave it to the person."""
 
     def presses(self, found: np.ndarray) -> bool:
-        return not useless(found) and self._least <= _force(found) <= self._most
+        return not useless(found) and self._least <= pressing(found, self._bench.into) <= self._most
 
     def _words(self, found: np.ndarray) -> str:
-        force = _force(found)
+        force = pressing(found, self._bench.into)
         if force <= self._most:
             return f"{ASK}."
         return f"Press more gently: {force:.1f} N now, {self._bench.care.push:g} N is enough."
-
-
-def _force(found: np.ndarray) -> float:
-    """Return the mean force in N with which the wall is pressed."""
-    return float(-found[:, rows.APPLIED].mean())

@@ -78,15 +78,16 @@ def linear_curve(setting: Setting, highest: float) -> np.ndarray:
 
 def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition, ...]:
     """Return everything about device and loop that a Z-width depends on; friction: whether it is known."""
-    rubs = f"friction {setting.coulomb:g} N" if friction else "friction not known"
+    known, rubs = (setting.coulomb, f"{setting.coulomb:g} N") if friction else (math.nan, "not known")
+    given, estimator = estimator_words(setting.estimator)
     return (
-        Condition("rate_Hz", setting.rate, f"T {1e3 * setting.period:g} ms"),
-        Condition("delay", setting.delay, f"delay {1e3 * setting.delay:.3g} ms"),
-        Condition("mass", setting.mass, f"m {1e3 * setting.mass:g} g"),
-        Condition("viscous", setting.viscous, f"b {setting.viscous:g} N·s/m"),
-        Condition("coulomb", setting.coulomb if friction else math.nan, rubs),
-        Condition("quantum", setting.quantum, f"sensor step {1e6 * setting.quantum:.3g} µm"),
-        Condition("estimator", *estimator_words(setting.estimator)),
+        Condition("rate_Hz", setting.rate, "Period", f"{1e3 * setting.period:g} ms", "T"),
+        Condition("delay", setting.delay, "Delay", f"{1e3 * setting.delay:.3g} ms"),
+        Condition("mass", setting.mass, "Mass", f"{1e3 * setting.mass:g} g", "m"),
+        Condition("viscous", setting.viscous, "Own damping", f"{setting.viscous:g} N·s/m", "b"),
+        Condition("coulomb", known, "Friction", rubs),
+        Condition("quantum", setting.quantum, "Sensor step", f"{1e6 * setting.quantum:.3g} µm"),
+        Condition("estimator", given, "Velocity", estimator),
     )
 
 
@@ -95,8 +96,8 @@ def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
     limit = protocol.max_force
     return (
         *loop_conditions(setting),
-        Condition("hand", setting.hand, f"hand {setting.hand}"),
-        Condition("speed", protocol.speed, f"v₀ {protocol.speed:g} m/s"),
-        Condition("push", protocol.push, f"push {protocol.push:g} N"),
-        Condition("max_force", limit, f"force limit {limit:g} N" if limit < math.inf else "no force limit"),
+        Condition("hand", setting.hand, "Hand", setting.hand),
+        Condition("speed", protocol.speed, "Hit at", f"{protocol.speed:g} m/s", "v₀"),
+        Condition("push", protocol.push, "Push", f"{protocol.push:g} N"),
+        Condition("max_force", limit, "Force limit", f"{limit:g} N" if limit < math.inf else "none"),
     )

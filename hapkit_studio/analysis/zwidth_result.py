@@ -25,11 +25,21 @@ ENDED = {
 
 @dataclass(frozen=True)
 class Condition:
-    """One thing the measurement depends on: key and SI value for programs, words for people."""
+    """One thing the measurement depends on: key and SI value for programs, name and text for people.
+
+    short: the name in a line of many, if it is another one.
+    """
 
     key: str
     value: float | str
-    words: str
+    name: str
+    text: str
+    short: str = ""
+
+    @property
+    def words(self) -> str:
+        """Return name and text for a line of many."""
+        return f"{self.short or self.name.lower()} {self.text}"
 
 
 @dataclass(frozen=True)

@@ -109,7 +109,7 @@ def test_points_arrive_in_order_and_any_executor_finds_the_same():
     mine = zwidth.compute(
         setting,
         (5.0, 0.0, 1.0, 1.0),
-        arrived=lambda b, k: seen.append((b, k)),
+        arrived=lambda b, point: seen.append((b, point.stiffness)),
         progress=lambda *a: done.append(a),
     )
     assert [b for b, _ in seen] == list(mine.damping) == [0.0, 1.0, 5.0]

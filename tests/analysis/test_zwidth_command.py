@@ -25,7 +25,7 @@ def test_words_name_the_stiffest_wall_and_the_conditions(capsys):
     assert (code, err) == (0, "")
     assert out.startswith("At B = 2 N·s/m this Hapkit renders up to 8,7")
     assert "it buzzes" in out
-    assert "v₀ 0.1 m/s · push 1 N · no force limit" in out
+    assert "v₀ 0.1 m/s · push 1 N · force limit none" in out
 
 
 def test_one_object(capsys):

@@ -69,7 +69,9 @@ def after(calls, act):
 def test_the_live_device_agrees_with_the_simulation(running):
     engine, arrived = running(), []
     care = Care(softest=1600.0, raised=1.6, precision=0.3)
-    found = zwidth_device.measure(engine, (1.0,), care, arrived=lambda b, k: arrived.append((b, k)))
+    found = zwidth_device.measure(
+        engine, (1.0,), care, arrived=lambda b, point: arrived.append((b, point.stiffness))
+    )
     setting = zwidth_device.setting_of(engine, "light")
     simulated = zwidth.compute(setting, (1.0,), Protocol(max_force=2.0))
     assert found.stiffness[0] == pytest.approx(simulated.stiffness[0], rel=0.3)
@@ -192,8 +194,20 @@ def test_a_person_is_asked_and_checked(running):
     assert said[1].endswith("N now, 1 N is enough.")
     assert "Hold" in said
     assert found.ends == (HIGHEST,)
-    assert "a person presses" in found.caption
+    assert "a person's, held" in found.caption
     assert_as_before(engine)
+
+
+def test_a_wall_on_the_left_is_pressed_from_its_right(running):
+    engine = running()
+    engine.set_environment("wall", {"side": "left", "position": -0.01, "stiffness": 70.0})
+    reader = engine.reader()
+    found = zwidth_device.measure(engine, (0.0,), ONE_TRIAL)
+    seen = reader.read()
+    assert found.stiffness[0] == 300.0
+    assert seen[:, rows.POSITION].min() == pytest.approx(-0.01 - 1.0 / 300.0, abs=1e-3)
+    assert seen[:, rows.APPLIED].max() > 0.9
+    assert engine.values == {**engine.environment.values(), "side": 1.0, "position": -0.01, "stiffness": 70.0}
 
 
 def test_nobody_presses(running, monkeypatch):
