@@ -25,6 +25,7 @@ class CompiledLaw:
     address: int
     initial_state: np.ndarray
     keepalive: object
+    companion: "CompiledLaw | None" = None
 
 
 class Law:
@@ -67,8 +68,8 @@ class Law:
         """Return the machine code's address, compiled on first use and kept in numba's cache."""
         if self._compiled is None:
             address, keepalive = native.load(self.source)
-            other = self.companion.compiled() if self.companion else None
-            self._compiled = CompiledLaw(address, self.initial_state, (keepalive, other))
+            companion = self.companion.compiled() if self.companion else None
+            self._compiled = CompiledLaw(address, self.initial_state, keepalive, companion)
         return self._compiled
 
     def is_compiled(self) -> bool:
