@@ -15,7 +15,7 @@ DELAY_STEP = 20e-6
 
 
 class LoopFacts(QObject):
-    """Follows the studio; ``changed`` when limits may be others now. The delay is None until it is measured."""
+    """Follows the studio; ``changed`` when limits may be others now. The delay is None until measured."""
 
     changed = Signal()
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -60,17 +60,20 @@ def answer(question: Question) -> Answer:
 
 
 class MarginWorker(QObject):
-    """Emits ``answered``; asking again before it did replaces the question."""
+    """Emits ``answered``; asking again before it did replaces the question.
+
+    solve(question) returns an answer that has the very question as its ``question``.
+    """
 
     answered = Signal(object)
 
-    def __init__(self, solve: Callable[..., Answer] = answer, parent: QObject | None = None):
+    def __init__(self, solve: Callable[[Any], Any] = answer, parent: QObject | None = None):
         super().__init__(parent)
         self._solve = solve
-        self._newest: Question | None = None
+        self._newest: Any = None
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="margin")
 
-    def ask(self, question: Question) -> None:
+    def ask(self, question: Any) -> None:
         """Ask, unless this very question was the last one."""
         if question == self._newest:
             return
@@ -91,12 +94,12 @@ class MarginWorker(QObject):
         self._newest = None
         self._worker.shutdown(wait=True, cancel_futures=True)
 
-    def _work(self, question: Question) -> Answer | None:
+    def _work(self, question: Any) -> Any:
         if question is not self._newest:
             return None
         return self._solve(question)
 
-    def _deliver(self, job: "Future[Answer | None]") -> None:
+    def _deliver(self, job: "Future[Any]") -> None:
         if job.cancelled():
             return
         result = job.result()

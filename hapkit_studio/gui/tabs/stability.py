@@ -1,0 +1,298 @@
+"""The stability map: every limit of the loop in force, and the rendered impedance as a dot in it."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.loop_facts import LoopFacts
+from hapkit_studio.gui.margin import MarginWorker
+from hapkit_studio.gui.segmented import Segmented
+from hapkit_studio.gui.tabs.bar import RunBar
+from hapkit_studio.gui.tabs.base import Page, Tab, filled
+from hapkit_studio.gui.tabs.export import Export
+from hapkit_studio.gui.tabs.job import Job
+from hapkit_studio.gui.tabs.stability_beside import Beside, legend_words
+from hapkit_studio.gui.tabs.stability_chart import StabilityChart
+from hapkit_studio.gui.tabs.stability_lines import Ask, Lines, solve
+from hapkit_studio.gui.tabs.stability_measure import Measured, measuring
+from hapkit_studio.gui.tabs.stability_pair import Pair, pair_of
+from hapkit_studio.gui.tabs.stability_side import StabilitySide
+from hapkit_studio.gui.tabs.stability_trial import Trial
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.plane import Plane
+    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.haptics.health import Health
+
+HANDS = ("released", "medium", "all")
+_HAND_WORDS = ("Released", "Medium grip", "All hands")
+_ROOM_BESIDE = 560
+
+
+class StabilityPage(Page):
+    """Asks for lines while it is in sight, shows the newest, and measures on demand."""
+
+    side: StabilitySide
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__()
+        self._studio = studio
+        self.facts = LoopFacts(studio, self)
+        self.job, self.trial = Job(self), Trial(studio, self)
+        self._worker = MarginWorker(solve, self)
+        self.lines: Lines | None = None
+        self.measured: list[Measured] = []
+        self._seen = False
+        self.hands = Segmented("Hand", _HAND_WORDS)
+        self.hands.show_index(0)
+        self.real = QCheckBox("Friction and sensor steps")
+        self.real.setToolTip("Measure with the device's friction and sensor steps, or an ideal one")
+        self.bar = RunBar(self.job)
+        self.chart, self.beside, self.side = StabilityChart(), Beside(), StabilitySide(studio)
+        self._export = Export(self, "stability", self.bar.say)
+        self._arrange()
+        self._join(live)
+        self._forget_lines()
+
+    # what a person does
+
+    def go(self, damping: float, stiffness: float) -> None:
+        """Bring the sliders to a point of the map."""
+        pair = self.pair
+        if pair is None:
+            return
+        try:
+            self._studio.set_values(pair.values(stiffness, damping))
+        except ParameterError as error:
+            self.bar.say(str(error), danger=True)
+
+    def measure(self) -> None:
+        """Measure the map and the boundary for what is shown."""
+        if self.lines is None:
+            self.bar.say("Needs a device.", danger=True)
+            return
+        plane = self.lines.plane
+        self.job.start(measuring(plane.setting, self.real.isChecked(), (plane.width, plane.top)))
+        self._show_measured()
+
+    def export(self) -> None:
+        """Save the map as a picture or as numbers."""
+        lines = self.lines
+        if lines is None:
+            return
+        plane = lines.plane if self._outdated() else self._with_measured(lines.plane)
+
+        def figure(path: str) -> None:
+            from hapkit_studio.charts.stability import stability_figure
+
+            stability_figure(plane, path)
+
+        def numbers() -> dict:
+            from hapkit_studio.analysis.plane_numbers import as_json
+
+            return as_json(plane)
+
+        self._export.ask(figure, numbers)
+
+    # what is asked and answered
+
+    @property
+    def pair(self) -> Pair | None:
+        """Return the parameters that a click sets; None where the environment has no impedance."""
+        environment = self._studio.environment
+        return pair_of(environment, self._studio.values) if environment.impedance else None
+
+    @property
+    def controller(self) -> bool:
+        """Say whether the passivity controller is on."""
+        return bool(getattr(self._studio.loop, "controller", False))
+
+    def question(self) -> Ask | None:
+        """Return what to compute for what is in force; None without a device or its delay."""
+        hand = HANDS[self.hands.index]
+        setting = self.facts.setting("released" if hand == "all" else hand, self.controller)
+        if setting is None:
+            return None
+        impedance = self._studio.environment.impedance
+        stiffness, damping = impedance(self._studio.values) if impedance else (0.0, 0.0)
+        last, every = self.lines, hand == "all"
+        same = last is not None and (last.question.setting, last.question.every_hand) == (setting, every)
+        keep = (last.plane.width, last.plane.top) if last and same else None
+        return Ask(setting, stiffness, damping, keep, every)
+
+    def ask(self) -> None:
+        """Ask for the lines, if anybody looks."""
+        if not self._seen:
+            return
+        question = self.question()
+        if question is None:
+            self._worker.forget()
+            self._forget_lines()
+        else:
+            self._worker.ask(question)
+
+    def show_lines(self, lines: Lines) -> None:
+        """Show the newest lines."""
+        self.lines = lines
+        dotted = self._studio.environment.impedance is not None
+        self.chart.show_lines(lines, dotted)
+        if dotted:
+            self.beside.show_verdict(lines.plane.margin)
+        else:
+            title = self._studio.environment.title
+            self.beside.show_reason(
+                "No limit applies", f"{title} renders no stiffness or damping of its own."
+            )
+        self.side.show_hands(lines.plane.hands, lines.plane.margin.damping)
+        self.bar.export.setEnabled(True)
+        self._show_conditions()
+        self._show_measured()
+        self._say_measured()
+
+    def show_result(self, measured: Measured) -> None:
+        """Take a measurement in beside the one with, or without, the controller."""
+        kept = [old for old in self.measured if old.setting != measured.setting and _same_loop(old, measured)]
+        self.measured = [*kept, measured]
+        self._show_measured()
+        self._say_measured()
+
+    # the page's life
+
+    def set_shown(self, on: bool) -> None:
+        self._seen = on
+        if on:
+            self._show_studio()
+            self.ask()
+        else:
+            self.trial.let_go()
+
+    def set_room(self, width: int, height: int) -> None:
+        self.beside.setVisible(width >= _ROOM_BESIDE)
+        self.beside.set_height(height)
+        self.side.set_room(self.side.width() < 300)
+
+    def wait(self) -> None:
+        """Wait for the lines, for tests; the answer comes with the next events."""
+        self._worker.wait()
+
+    def end(self) -> None:
+        self.job.end()
+        self._export.job.end()
+        self._worker.close()
+
+    # inner
+
+    def _outdated(self) -> bool:
+        """Say whether the newest measurement holds for other conditions than those shown."""
+        if not self.measured or self.lines is None:
+            return False
+        newest, plane = self.measured[-1], self.lines.plane
+        return newest.setting != plane.setting or newest.real != self.real.isChecked()
+
+    def _show_measured(self) -> None:
+        self.chart.show_measured(self.measured, self.job.running or self._outdated())
+        if self.lines is not None:
+            shown = {
+                "hands": bool(self.lines.hands),
+                "measured": any(not m.points.controller for m in self.measured),
+                "controlled": any(m.points.controller for m in self.measured),
+                "buzzes": bool(self.measured) and bool((self.measured[-1].cells.classes == 1).any()),
+            }
+            self.beside.legend.show_lines(legend_words(self._with_measured(self.lines.plane), shown))
+
+    def _with_measured(self, plane: "Plane") -> "Plane":
+        """Return a plane with what was measured last."""
+        if not self.measured:
+            return plane
+        return replace(plane, points=self.measured[-1].points, cells=self.measured[-1].cells)
+
+    def _say_measured(self) -> None:
+        """Say what the measured map is worth; not while the bar says how far the next one is."""
+        if self.measured and not self.job.running:
+            words = "Measured for other conditions" if self._outdated() else self.measured[-1].words
+            self.bar.say(words)
+
+    def _show_conditions(self) -> None:
+        from hapkit_studio.analysis.plane_words import conditions
+
+        assert self.lines is not None
+        pairs = conditions(self.lines.plane.setting)
+        self.beside.show_conditions(
+            [(name.replace("Delay", "Delay, measured"), value) for name, value in pairs]
+        )
+
+    def _forget_lines(self) -> None:
+        self.lines = None
+        self.chart.show_lines(None, False)
+        self.beside.legend.show_lines({})
+        self.beside.show_conditions([])
+        self.bar.export.setEnabled(False)
+        why = "Half a second at zero force, on connecting." if self._studio.engine else "Needs a device."
+        self.beside.show_reason("Measuring the delay" if self._studio.engine else "Not judged yet", why)
+
+    def _show_studio(self) -> None:
+        """Show what a click and the button do now, and whether the controller is on."""
+        pair = self.pair
+        words = pair.words if pair else "This environment renders no stiffness or damping to set."
+        possible = self.trial.possible
+        if self._studio.engine is not None and not possible:
+            words += " On a real Hapkit you are the hand: let go of it yourself."
+        button = "Holding…" if self.trial.holding else "Release the handle here"
+        self.side.show_trial(words, button, possible and not self.trial.holding)
+        has = hasattr(self._studio.loop, "controller")
+        self.side.show_controller(self.controller if has else None)
+
+    def _set_controller(self, on: bool) -> None:
+        self._studio.set_loop(controller=on)
+
+    def _note_health(self, health: "Health") -> None:
+        self.facts.note_health(health)
+
+    def _arrange(self) -> None:
+        self.bar.add(self.hands)
+        self.bar.add(self.real)
+        body = QWidget()
+        row = QHBoxLayout(body)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.chart, 1)
+        row.addWidget(self.beside)
+        self.column.addWidget(filled(self.bar, body))
+
+    def _join(self, live: "Live") -> None:
+        studio = self._studio
+        self._worker.answered.connect(self.show_lines)
+        self.facts.changed.connect(self.ask)
+        self.hands.chosen.connect(lambda _index: self.ask())
+        self.real.toggled.connect(self._show_measured)
+        self.real.toggled.connect(self._say_measured)
+        for signal in (studio.values_changed, studio.environment_changed):
+            signal.connect(self.ask)
+        for signal in (studio.environment_changed, studio.values_changed, studio.engine_changed):
+            signal.connect(self._show_studio)
+        studio.loop_changed.connect(self._show_studio)
+        self.trial.changed.connect(self._show_studio)
+        self.side.release_pressed.connect(self.trial.begin)
+        self.side.controller_chosen.connect(self._set_controller)
+        live.health.connect(self._note_health)
+        self.chart.clicked.connect(self.go)
+        self.chart.dragged.connect(self.go)
+        self.bar.run_pressed.connect(self.measure)
+        self.bar.export_pressed.connect(self.export)
+        self.job.finished.connect(self.show_result)
+        self.job.running_changed.connect(self._show_measured)
+
+
+def _same_loop(one: Measured, other: Measured) -> bool:
+    """Say whether two measurements differ by the controller alone."""
+    from dataclasses import replace
+
+    return (
+        replace(one.setting, controller=other.setting.controller) == other.setting and one.real == other.real
+    )
+
+
+TAB = Tab("stability", "Stability", 10, StabilityPage)

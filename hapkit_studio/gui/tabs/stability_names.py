@@ -1,0 +1,137 @@
+"""The names of the map's regions, inside them and clear of everything else."""
+
+import math
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QFontMetricsF, QPainter
+
+from hapkit_studio.charts.placing import Box, room
+from hapkit_studio.gui.tabs.chart import Chart
+from hapkit_studio.gui.tabs.marks import line, write
+from hapkit_studio.gui.tabs.stability_dot import TURNS, here
+from hapkit_studio.gui.tabs.stability_lines import Lines
+from hapkit_studio.gui.tabs.stability_measure import Measured
+from hapkit_studio.gui.theme import theme
+
+_PASSIVE = "passive: stable in any hand"
+_FONT = "banner"
+
+
+def paint_names(painter: QPainter, chart: Chart, lines: Lines, dotted: bool) -> None:
+    """Name the regions where there is room, clear of the dot, its words and the simple rule."""
+    plane, taken = lines.plane, _taken(chart, lines, dotted)
+    exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
+    hand = _hand(lines)
+    taken += _name_hands(painter, chart, lines)
+    _name(painter, chart, f"grows, {hand}", "danger", (exact, np.ones_like(exact)), taken)
+    _name(painter, chart, f"stable, {hand}", "ok", (np.zeros_like(exact), exact), taken)
+    if plane.edge.any():
+        _name_passive(painter, chart, lines, taken)
+
+
+def paint_measured_names(
+    painter: QPainter, chart: Chart, lines: Lines, measured: Measured, dotted: bool
+) -> None:
+    """Name what was measured: where the handle comes to rest, buzzes, grows."""
+    rests, grows = (_lowest(measured, kind) for kind in (1, 2))
+    taken, hand = _taken(chart, lines, dotted), _hand(lines)
+    taken += _name_hands(painter, chart, lines)
+    zero, one = np.zeros_like(rests), np.ones_like(rests)
+    _name(painter, chart, f"comes to rest, {hand}", "ok", (zero, rests), taken)
+    _name(painter, chart, "buzzes, does not grow", "warn", (rests, grows), taken)
+    _name(painter, chart, f"grows, {hand}", "danger", (grows, one), taken)
+
+
+def _lowest(measured: Measured, kind: int) -> np.ndarray:
+    """Return where, as a share of the height, each column (n,) first does that or worse; 1 if nowhere."""
+    there = measured.cells.classes >= kind
+    return np.where(there.any(axis=0), there.argmax(axis=0) / len(there), 1.0)
+
+
+def _hand(lines: Lines) -> str:
+    hand = lines.plane.setting.hand
+    return hand if hand == "released" else f"{hand} grip"
+
+
+def _taken(chart: Chart, lines: Lines, dotted: bool) -> list[Box]:
+    """Return the shares of the frame that the simple rule and the dot take."""
+    plane = lines.plane
+    taken = _along(plane.damping / plane.width, plane.simple / plane.top)
+    return [*taken, _around_dot(chart, lines)] if dotted else taken
+
+
+def _size(chart: Chart, words: str) -> tuple[float, float]:
+    """Return the room that words take as shares of the frame."""
+    metrics, box = QFontMetricsF(theme.font(_FONT)), chart.frame()
+    return (metrics.horizontalAdvance(words) + 12) / box.width(), (metrics.height() + 6) / box.height()
+
+
+def _name(
+    painter: QPainter,
+    chart: Chart,
+    words: str,
+    token: str,
+    between: tuple[np.ndarray, np.ndarray],
+    taken: list[Box],
+) -> None:
+    found = room(*between, _size(chart, words), taken)
+    if found is None:
+        return
+    taken.append(found)
+    box = chart.frame()
+    middle = box.left() + 0.5 * (found[0] + found[2]) * box.width()
+    base = box.bottom() - 0.5 * (found[1] + found[3]) * box.height() + 5
+    write(painter, QPointF(middle, base), words, token, _FONT, 0.5)
+
+
+def _name_hands(painter: QPainter, chart: Chart, lines: Lines) -> list[Box]:
+    """Name the other hands' boundaries where they leave the map; return the room that takes."""
+    box, plane, taken = chart.frame(), lines.plane, []
+    for hand, limits in lines.hands.items():
+        inside = np.flatnonzero(limits <= 0.96 * plane.top)
+        if hand != plane.setting.hand and inside.size:
+            last = chart.at(plane.damping[inside[-1]], limits[inside[-1]])
+            drawn = write(painter, last + QPointF(-6, -8), f"{hand} grip", "ink2", "label", 1.0, box)
+            taken.append(_share(drawn, box))
+    return taken
+
+
+def _name_passive(painter: QPainter, chart: Chart, lines: Lines, taken: list[Box]) -> None:
+    """Name the passive region from beside it, with a line that leads into it."""
+    plane = lines.plane
+    floor = np.interp(plane.damping, plane.edge_damping, plane.edge / plane.top, right=0.0)
+    exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
+    found = room(floor, np.minimum(exact, floor + 0.3), _size(chart, _PASSIVE), taken)
+    if found is None:
+        return
+    box = chart.frame()
+    left = box.left() + found[0] * box.width() + 6
+    base = box.bottom() - 0.5 * (found[1] + found[3]) * box.height()
+    into = chart.at(0.35 * min(plane.edge_damping[-1], plane.width), 0.35 * min(plane.edge[0], plane.top))
+    line(painter, [QPointF(left - 4, base), into], "velocity", 1.2)
+    write(painter, QPointF(left, base + 5), _PASSIVE, "velocity", _FONT)
+
+
+def _along(x: np.ndarray, y: np.ndarray) -> list[Box]:
+    """Return small boxes along a line, in shares of the frame."""
+    places = np.linspace(0.0, 1.0, 4 * len(x))
+    heights = np.interp(places, x, y)
+    return [(a - 0.01, b - 0.02, a + 0.01, b + 0.02) for a, b in zip(places, heights, strict=True) if b < 1]
+
+
+def _around_dot(chart: Chart, lines: Lines) -> Box:
+    """Return the share of the frame that dot, arrow and their words take."""
+    margin, plane = lines.plane.margin, lines.plane
+    x, y = margin.damping / plane.width, margin.stiffness / plane.top
+    tip = min((margin.limit if math.isfinite(margin.limit) else margin.stiffness) / plane.top, 1.0)
+    words = _size(chart, here(margin))[0] + 0.05
+    left, right = (x - words, x + 0.03) if x > TURNS else (x - 0.03, x + words)
+    return left, min(y, tip) - 0.05, right, max(y, tip) + 0.05
+
+
+def _share(drawn: QRectF, box: QRectF) -> Box:
+    """Return a rectangle of pixels as a share of the frame."""
+    left, right = ((x - box.left()) / box.width() for x in (drawn.left(), drawn.right()))
+    bottom, top = ((box.bottom() - y) / box.height() for y in (drawn.bottom(), drawn.top()))
+    return left, bottom, right, top

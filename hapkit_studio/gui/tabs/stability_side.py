@@ -1,0 +1,81 @@
+"""The side of the stability page: the environment's sliders, a trial, the controller, other hands."""
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QWidget
+
+from hapkit_studio.gui.panel_title import PanelTitle
+from hapkit_studio.gui.parameter_panel import ParameterRows, rule
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.tabs.side import Pairs, SidePanel, hint
+from hapkit_studio.gui.theme import number
+
+_HANDS = {"released": "Released", "light": "Light grip", "medium": "Medium grip", "firm": "Firm grip"}
+_CONTROLLER = "Adds damping only while the scene gives more energy than it may."
+
+
+class StabilitySide(SidePanel):
+    """Emits ``release_pressed`` and ``controller_chosen(on)``."""
+
+    release_pressed = Signal()
+    controller_chosen = Signal(bool)
+
+    def __init__(self, studio: Studio):
+        super().__init__("")
+        self._studio = studio
+        self.heading.hide()
+        self.words.hide()
+        self.title = PanelTitle(studio)
+        self.rows = ParameterRows(studio, self.title.help)
+        self._put(self.title, rule(), self.rows)
+        self._trial()
+        self._keep_stable()
+        self.hands_heading = QLabel("Other hands")
+        self.hands_heading.setProperty("role", "section")
+        self.hands = Pairs()
+        self._put(rule(), self.hands_heading, self.hands)
+
+    def show_hands(self, limits: dict[str, float], damping: float) -> None:
+        """Show every hand's limit at the rendered damping."""
+        self.hands_heading.setText(f"Limit by hand, at B = {number(damping, 1)} N·s/m")
+        pairs = [
+            (_HANDS[hand], f"{number(limit, 0)} N/m") for hand, limit in limits.items() if limit == limit
+        ]
+        self.hands.show_pairs(pairs or [("Velocity filter", "not linear")])
+
+    def show_controller(self, on: bool | None) -> None:
+        """Show whether the controller is on; None: this loop has none."""
+        for part in self._controller_parts:
+            part.setVisible(on is not None)
+        blocked = self.controller.blockSignals(True)
+        self.controller.setChecked(bool(on))
+        self.controller.blockSignals(blocked)
+
+    def show_trial(self, words: str, button: str, enabled: bool) -> None:
+        """Say what a click on the map and the button do."""
+        self.try_words.setText(words)
+        self.release.setText(button)
+        self.release.setEnabled(enabled)
+
+    def set_room(self, narrow: bool) -> None:
+        """Make do with a narrow panel."""
+        self.rows.set_narrow(narrow)
+
+    def _trial(self) -> None:
+        self.section("Try it")
+        self.try_words = hint()
+        self.release = QPushButton("Release the handle here")
+        self.release.clicked.connect(self.release_pressed)
+        self.add(self.try_words)
+        self.add(self.release)
+
+    def _keep_stable(self) -> None:
+        line, heading, words = rule(), QLabel("Keep it stable"), hint(_CONTROLLER)
+        heading.setProperty("role", "section")
+        self.controller = QCheckBox("Passivity controller")
+        self.controller.toggled.connect(self.controller_chosen)
+        self._controller_parts: tuple[QWidget, ...] = (line, heading, self.controller, words)
+        self._put(*self._controller_parts)
+
+    def _put(self, *parts: QWidget) -> None:
+        for part in parts:
+            self.add(part)
