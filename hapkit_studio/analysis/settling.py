@@ -13,7 +13,8 @@ Any other loop is let go 200.3 sensor steps away, and 3.3 steps away where it ca
 worst: it stays in motion there if the force of one step is more than twice the friction. It DECAYS where
 friction holds it for good, or where it reaches 10 % less far in the last third than in the one before. Where
 it stays in motion within five steps it BUZZES, which is known once three twelfths of the time reach equally
-far; beyond five steps, and beyond 0.2 m at any time, it GROWS.
+far; beyond five steps, and beyond 0.2 m at any time, it GROWS. The passivity controller lets a motion of an
+energy that nobody feels be, however far it reaches: with it, what reaches less than 10 % farther BUZZES too.
 """
 
 import math
@@ -46,7 +47,7 @@ FEW_STEPS = 5.0
 FAR = 0.2
 # A second without any motion: by then every velocity estimate has forgotten what was before.
 _STILL_SECONDS = 1.0
-_DYING = 0.9
+_DYING, _GROWING = 0.9, 1.1
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,8 @@ class Rendered:
     def scene(self) -> headless.Scene:
         """Return the spring's scene, with numbers that every run replaces."""
         values = {"stiffness": 0.0, "damping": 0.0, "center": 0.0}
-        return headless.Scene(environments.named("spring"), values, self.device, self.loop)
+        spring = environments.named("spring")
+        return headless.Scene(spring, values, self.device, self.loop, controller=self.controller)
 
 
 def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
@@ -93,7 +95,7 @@ def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndar
     for start in STARTS:
         centre = -0.5 * what.device.quantum
         found = _let_go(what, stiffness[quiet], damping[quiet], start * step, centre, limits)
-        verdict[quiet] = _by_reach(found, FEW_STEPS * step)
+        verdict[quiet] = _by_reach(found, FEW_STEPS * step, what.controller)
         quiet = quiet[verdict[quiet] == DECAYS]
     return verdict
 
@@ -134,13 +136,19 @@ def by_envelope(found: probe.Found) -> np.ndarray:
     return np.where(settles, DECAYS, GROWS).astype(np.int8)
 
 
-def _by_reach(found: probe.Found, few: float) -> np.ndarray:
-    """Compare how far the last third reaches with the one before; few is a buzz's longest reach in m."""
+def _by_reach(found: probe.Found, few: float, held: bool) -> np.ndarray:
+    """Compare how far the last third reaches with the one before; few is a buzz's longest reach in m.
+
+    held: a controller holds the motion, and only what reaches ever farther grows.
+    """
     third = probe.PARTS // 3
     before, after = _reach(found.parts[:, third : 2 * third]), _reach(found.parts[:, 2 * third :])
-    dying = (found.ends == probe.WHOLE) & (after < _DYING * before)
-    rests = (found.ends == probe.STILL) | dying
-    grows = (found.ends == probe.LOST) | (~rests & (after > few))
+    whole = found.ends == probe.WHOLE
+    rests = (found.ends == probe.STILL) | (whole & (after < _DYING * before))
+    grows = whole & ~rests & (after > few)
+    if held:
+        grows &= after > _GROWING * before
+    grows |= found.ends == probe.LOST
     return np.where(grows, GROWS, np.where(rests, DECAYS, BUZZES)).astype(np.int8)
 
 

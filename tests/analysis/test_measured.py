@@ -129,6 +129,18 @@ def test_the_adaptive_window_may_buzz_without_growing(threads):
     assert found.tolist() == [[DECAYS], [BUZZES], [GROWS]]
 
 
+@pytest.mark.parametrize("real", [False, True])
+@pytest.mark.parametrize("delay", [0.0, 1e-3])
+def test_the_passivity_controller_raises_the_boundary(real, delay, threads):
+    """Hannaford and Ryu 2002: what the loop gives too much is taken back, until the force is too late."""
+    plain, damping = Setting(delay=delay), [0.0, 1.0]
+    held = replace(plain, controller=True)
+    before, after = (measured.boundary(s, damping, real=real, executor=threads) for s in (plain, held))
+    assert (after > 3.0 * before).all()
+    beyond = measured.classes(held, damping, [1.2 * before.max()], real=real, executor=threads)
+    assert (beyond != GROWS).all()
+
+
 def test_progress_and_cancel(threads):
     said = []
     measured.classes(Setting(), [1.0, 2.0], [50.0, 60.0, 70.0], progress=lambda *now: said.append(now))
