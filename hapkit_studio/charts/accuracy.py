@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from hapkit_studio.analysis.accuracy.words import sentence, verdict
@@ -27,7 +28,10 @@ from hapkit_studio.figures import new_figure
 if TYPE_CHECKING:
     from hapkit_studio.analysis.accuracy import Accuracy, Point, Sheet
 
-_LARGE, _SMALL = (12.0, 8.6), (7.6, 6.2)
+_LARGE, _SMALL = (12.0, 8.8), (7.6, 6.6)
+_KEY = (
+    "Filled: the loop's own step.  Hollow: other steps.  Ring: the default.  Grey band: nothing is beyond it."
+)
 _MARKERS = {
     "star": "*", "diamond": "D", "square": "s", "pentagon": "p", "circle": "o", "down": "v", "plus": "P",
     "up": "^", "cross": "X",
@@ -49,7 +53,9 @@ def accuracy_figure(result: "Accuracy", path: str | Path) -> None:
     figure.get_layout_engine().set(w_pad=0.25, h_pad=0.25, wspace=0.02, hspace=0.02)
     panels = [(figure.add_subplot(rows, columns, i + 1), sheet) for i, sheet in enumerate(sheets)]
     frames = [_draw(axes, sheet, large=columns == 1) for axes, sheet in panels]
+    figure.supxlabel(_KEY, size=12.0, color=QUIET)
     figure.draw_without_rendering()
+    figure.set_layout_engine("none")
     for (axes, sheet), frame in zip(panels, frames, strict=True):
         write_names(axes, sheet, frame)
     figure.savefig(path, dpi=110, facecolor=SURFACE)
@@ -75,16 +81,24 @@ def _draw(axes: Any, sheet: "Sheet", large: bool) -> Frame:
 def _head(axes: Any, sheet: "Sheet", large: bool) -> None:
     """Write title, answer with its sign, and what the default makes of it."""
     right = sheet.answer.right
-    size = 17.0 if large else 13.5
-    axes.set_title(sheet.scene.title, loc="left", size=size, weight="bold", color=INK, pad=2.9 * size)
-    lines = ((sentence(sheet), OK if right else WARN, 1.55), (verdict(sheet), QUIET, 0.5))
-    for index, (words, color, up) in enumerate(lines):
-        sign = ("✓ " if right else "▲ ") if index == 0 else ""
-        axes.annotate(
-            sign + words, (0.0, 1.0), (0.0, up * 0.82 * size), xycoords="axes fraction",
-            textcoords="offset points", size=0.82 * size - index, color=color,
-            weight="semibold" if index == 0 else "normal", fontfamily=["DejaVu Sans"],
+    size, wide = (18.0, 96) if large else (14.0, 66)
+    words = size * 0.8
+    answer = fill(("✓ " if right else "▲ ") + sentence(sheet), wide)
+    more = fill(verdict(sheet), round(1.12 * wide))
+    lines = answer.count("\n") + more.count("\n") + 2
+    above = (1.3 * lines + 1.0) * words
+    axes.set_title(sheet.scene.title, loc="left", size=size, weight="bold", color=INK, pad=above)
+    up = (1.3 * (more.count("\n") + 1) + 0.5) * words
+    for text, color, bottom, bold in (
+        (answer, OK if right else WARN, up, True),
+        (more, QUIET, 0.5 * words, False),
+    ):
+        made = axes.annotate(
+            text, (0.0, 1.0), (0.0, bottom), xycoords="axes fraction", textcoords="offset points",
+            va="bottom", size=words if bold else 0.92 * words, color=color,
+            weight="bold" if bold else "normal",
         )  # fmt: skip
+        made.set_in_layout(False)
 
 
 def _tolerance(axes: Any, sheet: "Sheet", frame: Frame) -> None:

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 _NOTHING = {"": 1e-17, "m/s": 1e-9}
 _NS = 1e-3
 _MOST = 1e6
-_NARROW = 30.0
+# So far do errors go that only powers of ten tell them; so little do costs that 2 and 5 have ticks.
+_WIDE, _NARROW = 1e8, 160.0
 
 
 class Frame:
@@ -34,7 +35,11 @@ class Frame:
         self.top = 10.0 ** (high + air)
         costs = [p.ns_per_simulated_s * _NS for p in sheet.points]
         span = math.log10(max(costs) / min(costs))
-        self.left, self.right = min(costs) / 10 ** (0.05 + 0.05 * span), max(costs) * 10 ** (0.1 + 0.3 * span)
+        room = 0.05 if scene.step_s else 0.12
+        self.left, self.right = (
+            min(costs) / 10 ** (room * (1.0 + span)),
+            max(costs) * 10 ** (0.1 + 0.3 * span),
+        )
 
     def place(self, point: "Point") -> tuple[float, float]:
         """Return where a point is drawn."""
@@ -61,7 +66,7 @@ class Frame:
     def _across(self, axes: Any) -> None:
         from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-        subs = (1, 2, 5) if self.right / self.left < _NARROW**1.5 else (1,)
+        subs = (1, 2, 5) if self.right / self.left < _NARROW else (1,)
         ticks = [sub * 10.0**power for power in range(-2, 6) for sub in subs]
         axes.xaxis.set_major_locator(FixedLocator([t for t in ticks if self.left <= t <= self.right]))
         axes.xaxis.set_minor_locator(NullLocator())
@@ -74,7 +79,7 @@ class Frame:
 
         floor = self._zero * 1.5 if self.has_zero else self.bottom
         decades = math.log10(self.top / floor)
-        every = 1 if decades <= 8 else 3
+        every = 1 if self.top / self.bottom < _WIDE else 3
         subs = (1, 2, 5) if decades < 2.5 else (1,)
         powers = range(math.floor(math.log10(floor)), math.ceil(math.log10(self.top)) + 1)
         ticks = [sub * 10.0**power for power in powers if power % every == 0 for sub in subs]
@@ -86,8 +91,8 @@ class Frame:
     def _tick(self, value: float) -> str:
         if self.has_zero and math.isclose(value, self._zero):
             return "0"
-        if not self.unit and 1e-3 <= value < 10.0:
+        if not self.unit and 1e-3 <= value < 10.0 and self.top / self.bottom < _WIDE:
             return f"{100.0 * value:g} %"
-        if 1e-3 <= value < 1e4:
+        if 1e-3 <= value < 1e4 and (self.unit or value >= 1.0):
             return f"{value:g}"
         return f"$10^{{{round(math.log10(value))}}}$"

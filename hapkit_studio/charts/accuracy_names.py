@@ -1,6 +1,7 @@
 """Names in a picture of speed against accuracy: methods at their lines' ends, default, tolerance, front."""
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from hapkit_studio.analysis.accuracy.words import limit_words, name_words, rate_words, step_words
@@ -14,45 +15,55 @@ if TYPE_CHECKING:
 
 _SIZE = 12.0
 _AWAY, _RING = 11.0, 17.0
-# A line as short as this across, as a share of the frame, has a name at every point.
-_UPRIGHT = 0.2
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """A name that a point should have: bold for the default's; on its left or right."""
+
+    point: "Point"
+    text: str
+    color: str
+    bold: bool = False
+    left: bool = False
 
 
 def write_names(axes: Any, sheet: "Sheet", frame: Frame) -> None:
     """Write every name where it overlaps no other, a thin line to what it belongs to where it moved."""
-    made = [_beside(axes, frame, point, *words) for point, words in _wanted(sheet, frame)]
+    names = [_beside(axes, frame, wanted) for wanted in _wanted(sheet)]
     box = axes.get_window_extent()
-    names = [name for name in made if name is not None]
-    fixed = _corners(axes, sheet, frame, box)
-    spread([*names, *fixed], box.y0 + 2.0, box.y1 - 2.0)
-    for name in [*names, *fixed]:
+    names += _corners(axes, sheet, frame, box)
+    spread(names, box.y0 + 2.0, box.y1 - 2.0)
+    for name in names:
         _write(axes, name)
 
 
-def _wanted(sheet: "Sheet", frame: Frame) -> list[tuple["Point", tuple[str, str, bool]]]:
-    """Return which points have names: (text, colour, whether it is the default's)."""
-    found: list[tuple[Point, tuple[str, str, bool]]] = []
+def _wanted(sheet: "Sheet") -> list[_Wanted]:
+    """Return which points have names."""
     default = sheet.answer.default
-    if default is not None:
-        step = rate_words(default.step_s) if sheet.scene.step_s is None else step_words(default.step_s)
-        words = name_words(sheet.scene, default)
-        words = f"default: {step}" if sheet.scene.step_s is None else f"default: {words}, {step} step"
-        found.append((default, (words, ACCENT, True)))
+    found = [_Wanted(default, _default_words(sheet, default), ACCENT, bold=True)] if default else []
     for method in sheet.methods:
         points = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
         color = LIGHT[look(method.key)[1]]
-        if points and _upright(points, frame):
-            found += [(p, (p.label, color, False)) for p in points if p is not default]
+        others = [p for p in points if p is not default]
+        if points and _by_options(points):
+            found += [_Wanted(p, p.label, color) for p in others]
         elif points:
-            found.append((max(points, key=lambda p: p.ns_per_simulated_s), (method.label, color, False)))
+            found.append(_Wanted(max(points, key=lambda p: p.ns_per_simulated_s), method.label, color))
+        if sheet.scene.step_s is None and method.key == sheet.scene.default.method:
+            found += [_Wanted(p, rate_words(p.step_s), color, left=True) for p in others]
     return found
 
 
-def _upright(points: list["Point"], frame: Frame) -> bool:
-    """Return whether a line's points stand above each other."""
-    costs = [frame.place(p)[0] for p in points]
-    across = math.log(max(costs) / min(costs)) / math.log(frame.right / frame.left)
-    return len(points) == 1 or across < _UPRIGHT
+def _default_words(sheet: "Sheet", default: "Point") -> str:
+    if sheet.scene.step_s is None:
+        return f"default: {rate_words(default.step_s)}"
+    return f"default: {name_words(sheet.scene, default)}, {step_words(default.step_s)} step"
+
+
+def _by_options(points: list["Point"]) -> bool:
+    """Return whether a method's points differ in their options, not in their step: each has its name."""
+    return len({p.step_s for p in points}) == 1
 
 
 def _measure(axes: Any, text: str, bold: bool) -> tuple[float, float]:
@@ -62,14 +73,14 @@ def _measure(axes: Any, text: str, bold: bool) -> tuple[float, float]:
     return box.width, 1.12 * box.height
 
 
-def _beside(axes: Any, frame: Frame, point: "Point", text: str, color: str, default: bool) -> Name | None:
-    x, y = axes.transData.transform(frame.place(point))
-    width, height = _measure(axes, text, default)
-    box, scale = axes.get_window_extent(), axes.figure.dpi / 72.0
-    left = x + (_RING if default else _AWAY) * scale
-    if left + width > box.x1 - 4.0:
-        left = x - width - (_RING if default else _AWAY) * scale
-    return Name(text, color, left, y, width, height, (x, y), default)
+def _beside(axes: Any, frame: Frame, wanted: _Wanted) -> Name:
+    x, y = axes.transData.transform(frame.place(wanted.point))
+    width, height = _measure(axes, wanted.text, wanted.bold)
+    box = axes.get_window_extent()
+    away = (_RING if wanted.bold else _AWAY) * axes.figure.dpi / 72.0
+    left = x - width - away if wanted.left or x + away + width > box.x1 - 4.0 else x + away
+    left = min(max(left, box.x0 + 4.0), box.x1 - width - 4.0)
+    return Name(wanted.text, wanted.color, left, y, width, height, (x, y), wanted.bold)
 
 
 def _corners(axes: Any, sheet: "Sheet", frame: Frame, box: Any) -> list[Name]:

@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
 
-LEAST_TURNS, MOST_TURNS = 12, 60
+LEAST_TURNS, MOST_TURNS = 20, 80
 # Turns end once so many in a row made no candidate shorter by more than this.
-QUIET_TURNS, SHORTER = 5, 0.01
+QUIET_TURNS, SHORTER = 8, 0.01
 
 
 def shortest(prepares: Sequence[Prepare]) -> list[float]:
