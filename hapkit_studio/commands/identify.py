@@ -72,9 +72,9 @@ def _part(found, part) -> dict:
             {
                 "key": e.key,
                 "unit": e.term.unit,
-                "value": e.value,
-                "low": e.low,
-                "high": e.high,
+                "value": _finite(e.value),
+                "low": _finite(e.low),
+                "high": _finite(e.high),
                 "set": e.asked,
                 "expected": e.expected,
                 "told": e.told,

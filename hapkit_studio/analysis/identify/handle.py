@@ -64,15 +64,16 @@ def _fitted(
     if not released:
         force = force + windows.derivative(grid.hand, 0) + windows.held(grid.hand_held, 0.0)
     fit = solve(halves[0], halves[1], force, kept)
+    if fit is not None and not released and fit.beta[0] > 0.0:
+        force = force + windows.derivative(_jerks(grid, setup), 0) / fit.beta[0]
+        fit = solve(halves[0], halves[1], force, kept)
     if fit is None:
         return None
     columns = 0.5 * (halves[0] + halves[1])
     moved = sizes(grid.position, windows, kept)
-    truth, between = _truth(setup, released), {} if released else _between(setup, grid.period, moved.hertz)
+    truth = _truth(setup, released)
     estimates = tuple(
-        estimate(
-            name, fit.beta[i], fit.half[i] + between.get(name, 0.0), moved, truth.get(name), truth.get(name)
-        )
+        estimate(name, fit.beta[i], fit.half[i], moved, truth.get(name), truth.get(name))
         for i, name in enumerate(NAMES)
     )
     part = Part(
@@ -107,14 +108,22 @@ def _looseness(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> float
     return float(np.log(np.maximum(variance, 1e-300)).sum())
 
 
-def _between(setup: Setup, period: float, hertz: float) -> dict[str, float]:
-    """Return how much of the hand may seem to be the handle's: between samples nobody knows its force."""
+def _jerks(grid: Grid, setup: Setup) -> np.ndarray:
+    """Return what a hand's damper makes of the motor's and its own steps between samples, in N kg (n,).
+
+    Each step bends the speed, and a sum over samples of what bends is off by T^2 B2(u) / 2 times the bend for
+    one that lies u periods after a sample (Euler and Maclaurin; B2 the second Bernoulli polynomial).
+    """
     if setup.grip is None:
-        return {}
-    return {
-        "mass": setup.grip.stiffness * period**2 / 12.0,
-        "viscous": setup.grip.damping * (math.tau * hertz * period) ** 2 / 12.0,
-    }
+        return np.zeros(len(grid))
+    late = setup.delay / grid.period
+    whole = int(late + 1e-9)
+    u = late - whole
+    motor = np.zeros(len(grid))
+    motor[whole + 1 :] = np.diff(grid.commands)[: max(len(grid) - whole - 1, 0)]
+    own = np.diff(grid.hand_held, prepend=grid.hand_held[0])
+    bends = (u * u - u + 1.0 / 6.0) * motor + own / 6.0
+    return np.where(grid.held, -0.5 * setup.grip.damping * grid.period * bends, 0.0)
 
 
 def _truth(setup: Setup, released: bool) -> dict[str, float]:

@@ -11,7 +11,6 @@ from hapkit_studio.analysis.identify.part import TERMS, Estimate, Points
 from hapkit_studio.analysis.identify.regression import LEVEL, Fit
 from hapkit_studio.analysis.identify.windows import Windows
 
-
 # Sums over samples stand for integrals only so well: no interval is finer than that share of what is felt.
 _FINEST = 1e-3
 

@@ -5,6 +5,7 @@ is averaged over smooth windows, so speed comes without a difference of counts. 
 take from the damping is part of what was rendered.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -89,7 +90,10 @@ def _fitted(
 ) -> Part:
     columns, against = _columns(grid, windows, asked, names), -windows.held(grid.commands)
     left_out = {**grid.left_out, **_without_contact(grid, asked)}
-    fit = solve(columns, columns, against, kept)
+    there = columns[kept].any(axis=0) if kept.any() else np.zeros(len(names) + 1, bool)
+    absent = tuple(name for name, any_ in zip(names, there, strict=False) if not any_)
+    names, columns = tuple(name for name in names if name not in absent), columns[:, there]
+    fit = solve(columns, columns, against, kept) if there.any() else None
     if fit is None:
         return Part("rendered", advice=_why_not(grid, asked, names), left_out=left_out)
     moved = sizes(grid.position, windows, kept)
@@ -99,6 +103,7 @@ def _fitted(
         estimate(name, fit.beta[i], fit.half[i] + steps[i], moved, _set(name, asked), expected.get(name))
         for i, name in enumerate(names)
     ]
+    estimates += [estimate(name, 0.0, math.inf, moved, _set(name, asked)) for name in absent]
     estimates += _centre(fit, names, grid, asked, estimates)
     return Part(
         "rendered",

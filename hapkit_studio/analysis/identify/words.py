@@ -35,14 +35,23 @@ def number(value: float, decimals: int) -> str:
     return MINUS + text if value < 0.0 and float(text) != 0.0 else text
 
 
+def _read(estimate: Estimate) -> tuple[float, int]:
+    """Return how many of the unit a person reads one SI unit is, and the decimals that are known."""
+    scale = READ_UNITS.get(estimate.term.unit, ("", 1.0))[1]
+    return scale, _decimals(scale * estimate.half, _FINEST * scale * estimate.term.fine)
+
+
 def measured(estimate: Estimate) -> str:
     """Write "299.8 ± 0.1", in the unit a person reads."""
-    scale = READ_UNITS.get(estimate.term.unit, ("", 1.0))[1]
-    finest = _FINEST * scale * estimate.term.fine
-    value, half = scale * estimate.value, scale * estimate.half
-    decimals = _decimals(half, finest)
-    least = 10.0**-decimals if half > 0.0 else 0.0
-    return f"{number(value, decimals)} ± {max(half, least):.{decimals}f}"
+    scale, decimals = _read(estimate)
+    half = max(scale * estimate.half, 10.0**-decimals)
+    return f"{number(scale * estimate.value, decimals)} ± {half:.{decimals}f}"
+
+
+def alike(value: float, estimate: Estimate) -> str:
+    """Write another value as finely as the estimate, with its unit."""
+    scale, decimals = _read(estimate)
+    return f"{number(scale * value, decimals)} {unit_of(estimate)}"
 
 
 def plain(value: float | None, estimate: Estimate) -> str:
@@ -75,7 +84,7 @@ def why(estimate: Estimate, setup: Setup) -> str:
     worth = _WORTH_A_REASON * estimate.term.fine
     if estimate.holds(asked) or abs(estimate.value - asked) < worth:
         return ""
-    must = f"{plain(expected, estimate)} {unit_of(estimate)}"
+    must = alike(expected, estimate)
     if abs(estimate.value - expected) <= max(estimate.half, worth):
         return f"That is what the loop makes of it, {must}: its force is late."
     return f"Late as it is, the loop would make it {must}: something else acts too."

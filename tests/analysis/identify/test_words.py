@@ -1,0 +1,55 @@
+import math
+
+import pytest
+
+from hapkit_studio.analysis.identify.part import Estimate
+from hapkit_studio.analysis.identify.words import line, measured
+from tests.analysis.identify.motions import shaken
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "half", "text"),
+    [
+        ("stiffness", 287.31, 4.2, "287 ± 4"),
+        ("stiffness", 287.31, 1.6, "287.3 ± 1.6"),
+        ("stiffness", 299.98, 0.02, "300.0 ± 0.1"),
+        ("stiffness", 1234.0, 260.0, "1234 ± 260"),
+        ("damping", -0.4496, 0.0131, "−0.450 ± 0.013"),
+        ("damping", -0.0001, 0.02, "0.000 ± 0.020"),
+        ("mass", 0.0441, 0.0012, "44.1 ± 1.2"),
+        ("centre", 0.00502, 0.0001, "5.02 ± 0.10"),
+        ("coulomb", 0.1004, 0.004, "0.100 ± 0.004"),
+    ],
+)
+def test_a_number_is_written_as_fine_as_it_is_known(key, value, half, text):
+    assert measured(Estimate(key, value, half)) == text
+
+
+def test_what_was_set_and_what_was_rendered():
+    estimate = Estimate("stiffness", 287.31, 4.2, asked=300.0)
+    assert line(estimate, "rendered") == "Stiffness: you set 300 N/m, you rendered 287 ± 4 N/m."
+    assert line(Estimate("mass", 0.0441, 0.0012, asked=0.044), "handle") == (
+        "Mass: the device has 44 g, identified 44.1 ± 1.2 g."
+    )
+    assert line(Estimate("damping", 1.0, 0.1), "rendered") == "Damping: 1.00 ± 0.10 N·s/m."
+
+
+def test_what_is_not_told_says_what_to_do():
+    estimate = Estimate("damping", 0.0, math.inf, told=False, advice="Cannot tell. Move faster.")
+    assert line(estimate, "rendered") == "Damping: Cannot tell. Move faster."
+
+
+def test_the_loop_is_named_as_the_reason():
+    found = shaken(1, values={"stiffness": 400.0}, delay=1e-3)
+    text = "\n".join(found.sentences(found.rendered))
+    assert "you set 0 N·s/m, you rendered −0.6" in text
+    assert "That is what the loop makes of it, −0.6" in text
+    assert "1.5 ms on average: that takes 400 N/m × 1.5 ms = 0.6 N·s/m." in text
+
+
+def test_a_force_that_is_not_the_laws_is_said():
+    found = shaken(1, values={"stiffness": 400.0}, delay=1e-3)
+    part = found.rendered
+    moved = Estimate("stiffness", 350.0, 2.0, 400.0, 400.0)
+    other = type(part)(**{**vars(part), "estimates": (moved,)})
+    assert "something else acts too" in "\n".join(found.sentences(other))
