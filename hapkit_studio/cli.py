@@ -48,8 +48,8 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=__version__)
     made = top.add_subparsers(required=True, metavar="COMMAND")
     for command in commands.discover().values():
-        words = command.help
-        taking = made.add_parser(command.name, help=words, description=words[0].upper() + words[1:] + ".")
+        words, whole = command.help, command.help[0].upper() + command.help[1:] + "."
+        taking = made.add_parser(command.name, help=words.replace("%", "%%"), description=whole)
         taking.add_argument("--json", action="store_true", help="print one JSON object")
         taking.set_defaults(command=command.run)
         command.options(taking)
