@@ -84,6 +84,8 @@ class RunBar(QWidget):
         self._look()
 
     def _follow(self, done: int, of: int) -> None:
+        if not self._job.running:  # a last word of work that was cancelled
+            return
         self.progress.setRange(0, of)
         self.progress.setValue(done)
         self.say(f"{100 * done // max(of, 1)} %")

@@ -15,7 +15,7 @@ from hapkit_studio.gui.tabs.break_it_curve import CurveCard
 from hapkit_studio.gui.tabs.break_it_feel import Feel
 from hapkit_studio.gui.tabs.break_it_knob import KnobBar
 from hapkit_studio.gui.tabs.break_it_list import NARROW, WIDE, FailureList
-from hapkit_studio.gui.tabs.break_it_record import ABOVE, BELOW, Part, Record
+from hapkit_studio.gui.tabs.break_it_record import ABOVE, BELOW, HERE, Part, Record
 from hapkit_studio.gui.tabs.break_it_side import FailureSide
 from hapkit_studio.gui.tabs.break_it_traces import TraceCard
 from hapkit_studio.gui.tabs.break_it_verdict import Verdict
@@ -96,9 +96,9 @@ class BreakItPage(Page):
 
     def turn(self, share: float) -> None:
         """Turn the knob to a share of the limit and see what that does."""
-        self.record.share, self.record.here = share, None
+        self.record.turn(share)
         value = self.record.value
-        if value is not None:
+        if value is not None and self.record.ready:
             self.bench.try_at(self.record, value)
         self._show_knob()
 
@@ -111,7 +111,7 @@ class BreakItPage(Page):
     def feel_it(self) -> None:
         """Put what the knob stands at into the scene."""
         here = self.record.here
-        if here is None or here.live is None or not self._studio.simulated:
+        if here is None or here.live is None or HERE in self.record.old or not self._studio.simulated:
             return
         try:
             self.feel.put(self.record.failure.key, here.live)

@@ -41,7 +41,7 @@ class KnobBar(QWidget):
     def show_record(self, record: Record) -> None:
         """Show a failure's knob as it stands."""
         self._record = record
-        self.setEnabled(record.bounded)
+        self.setEnabled(record.ready)
         self.quantity = KnobQuantity.of_record(record)
         self.slider.take(self.quantity)
         self.box.take(self.quantity)

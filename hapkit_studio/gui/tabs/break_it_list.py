@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QAbstractItemView, QListWidget, QListWidgetItem, Q
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.tabs.break_it_record import Record, reading
+from hapkit_studio.gui.tabs.break_it_record import LIMIT, Record, reading
 from hapkit_studio.gui.theme import theme
 
 WIDE, NARROW = 244, 204
@@ -124,6 +124,8 @@ def _words(record: Record, busy: bool) -> str:
         return "Measuring…"
     if record.wrong:
         return "Could not be tried"
+    if LIMIT in record.old:
+        return "Conditions changed"
     if record.limit is None:
         return "Not tried yet"
     return f"Limit {reading(record.limit, record.failure.knob)}" if record.bounded else "No limit"

@@ -97,6 +97,8 @@ class CurvePainter:
         (low, high), _ = chart.shown()
         shown = [mark for mark in self._found.marks if low <= mark.x <= high]
         taken = [chart.at(mark.x, 1.0).x() for mark in shown]
+        if self.scale is not None and self._record.value is not None:
+            taken.append(chart.at(self._record.value * self.scale, 1.0).x())
         points = [point for line in self._found.lines for point in chart.points(line.x, line.y)]
         writer = Names(painter, box, points, taken)
         for row, place in enumerate(shown):

@@ -10,7 +10,7 @@ from hapkit_studio.parameters import Parameter
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures import Chart, Evidence, Failure, Live
 
-BELOW, ABOVE, CHART = "below", "above", "chart"
+BELOW, ABOVE, CHART, LIMIT, HERE = "below", "above", "chart", "limit", "here"
 _SAME = 1e-9
 
 
@@ -63,13 +63,20 @@ class Record:
         return self.limit is not None and math.isfinite(self.limit) and self.limit > 0.0
 
     @property
+    def ready(self) -> bool:
+        """Say whether the knob can be turned: the limit is known, and for these conditions."""
+        return self.bounded and LIMIT not in self.old
+
+    @property
     def complete(self) -> bool:
         """Say whether all of it was measured under the present conditions."""
-        return self.chart is not None and self.limit is not None and not self.old
+        return self.chart is not None and self.limit is not None and not self.old - {HERE}
 
     @property
     def signs(self) -> tuple[bool | None, bool | None]:
         """Return whether it held below the limit and above it; None where it was not tried."""
+        if self.wrong:
+            return None, None
         return (
             self.below.evidence.holds if self.below else None,
             self.above.evidence.holds if self.above else None,
@@ -79,9 +86,13 @@ class Record:
         """Change a condition; what was found until now is old."""
         if self.case[key] != value:
             self.case = {**self.case, key: value}
-            self.limit, self.wrong = None, ""
-            self.here = None
-            self.old = {BELOW, ABOVE, CHART}
+            self.wrong = ""
+            self.old = {BELOW, ABOVE, CHART, LIMIT, HERE}
+
+    def turn(self, share: float) -> None:
+        """Turn the knob; what it showed before is old."""
+        self.share, self.wrong = share, ""
+        self.old.add(HERE)
 
     def take(self, part: Part) -> None:
         """Keep what arrived, unless the conditions have changed since."""
@@ -89,6 +100,7 @@ class Record:
             return
         if part.limit is not None:
             self.limit, self.wrong = part.limit, ""
+            self.old.discard(LIMIT)
         if part.tried is not None:
             self._keep(part.tried)
         if part.chart is not None:
@@ -103,6 +115,7 @@ class Record:
         value = self.value
         if value is not None and abs(tried.value - value) <= _SAME * abs(value):
             self.here = tried
+            self.old.discard(HERE)
 
 
 def reading(value: float, parameter: Parameter) -> str:

@@ -16,6 +16,7 @@ from hapkit_studio.gui.value_slider import ValueSlider
 
 _HEIGHT, _MIDDLE, _GROOVE, _THUMB = 38, 12.0, 6.0, 8.0
 _STEPS_TO_LIMIT = 100
+_PALE = 0.4
 
 
 @dataclass(frozen=True)
@@ -60,10 +61,10 @@ class BoundarySlider(ValueSlider):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if not self.isEnabled():
+            painter.setOpacity(_PALE)
         limit, thumb = self._place(self._quantity.default), self._place(self._exact)
         self._paint_groove(painter, limit)
-        if not self.isEnabled():
-            return
         self._paint_words(painter, limit)
         painter.setPen(QPen(theme.color("ink"), 2))
         painter.drawLine(QPointF(limit, _MIDDLE - 8), QPointF(limit, _MIDDLE + 9))
@@ -79,9 +80,9 @@ class BoundarySlider(ValueSlider):
         top = _MIDDLE - _GROOVE / 2
         whole = QRectF(0.5, top, self.width() - 1, _GROOVE)
         painter.setPen(QPen(theme.color("edge"), 1))
-        painter.setBrush(theme.color("stable" if self.isEnabled() else "grid"))
+        painter.setBrush(theme.color("stable"))
         painter.drawRoundedRect(whole, 3, 3)
-        if self.isEnabled() and limit < self.width() - 1:
+        if limit < self.width() - 1:
             beyond = QRectF(limit, top, self.width() - 1 - limit, _GROOVE)
             for brush in (theme.color("unstable"), hatching("danger", 0.8)):
                 painter.setBrush(brush)

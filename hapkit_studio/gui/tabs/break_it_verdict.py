@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWi
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.tabs.break_it_record import Record, reading
+from hapkit_studio.gui.tabs.break_it_record import HERE, Record, reading
 from hapkit_studio.gui.tabs.break_it_traces import Sign, verdict
 from hapkit_studio.gui.theme import theme
 
@@ -23,7 +23,6 @@ class Verdict(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.sign, self.words, self.more = Sign(_SIGN), QLabel(), QLabel()
-        self.words.setFont(theme.font("readout"))
         self.words.setWordWrap(True)
         self.more.setWordWrap(True)
         self.feel, self.back = QPushButton("Feel it"), QPushButton("Take back")
@@ -48,15 +47,18 @@ class Verdict(QWidget):
         """Show a failure's verdict; felt: it is in the scene now; taken: there is something to take back."""
         here = record.here
         holds = here.evidence.holds if here and not record.wrong else None
+        fresh = here is not None and HERE not in record.old
         self.sign.show_sign(holds)
+        self.words.setFont(theme.font("strong" if record.wrong else "readout"))
         self.words.setText(self._headline(record))
-        token = "danger" if record.wrong or holds is False else "ink3" if holds is None else "ok"
+        token = "danger" if record.wrong else "ink3" if not fresh else "ok" if holds else "danger"
         dress(self.words, f"QLabel {{ color: @{token}; }}")
-        advice = here.live.advice if felt and here and here.live else ""
+        live = here.live if here else None
+        advice = live.advice if felt and live else ""
         self.more.setText(f"In the scene now. {advice}".strip() if felt else self._where(record))
         dress(self.more, f"QLabel {{ color: @{'accent' if felt else 'ink2'}; font-size: 12px; }}")
         self.feel.setVisible(record.failure.live is not None and not felt)
-        self.feel.setEnabled(simulated and here is not None and here.live is not None)
+        self.feel.setEnabled(simulated and fresh and live is not None and not record.wrong)
         self.feel.setToolTip(_FEEL if simulated else _BOARD)
         self.back.setVisible(taken)
 
@@ -66,16 +68,15 @@ class Verdict(QWidget):
             return record.wrong
         if record.here is not None:
             return verdict(record.here.evidence.words)[0]
-        return "Not tried yet" if record.limit is None and not record.old else "…"
+        return "Not tried yet"
 
     @staticmethod
     def _where(record: Record) -> str:
         """Return the knob's value as a share of the limit, and what else there is to say."""
-        if record.wrong or record.value is None or record.limit is None:
+        if record.wrong or not record.ready or record.value is None or record.limit is None:
             return f"{record.failure.summary}."
         knob = record.failure.knob
-        place = (
-            f"{reading(record.value, knob)}, {record.share:.2f} of the limit {reading(record.limit, knob)}"
-        )
+        limit = reading(record.limit, knob)
+        place = f"{reading(record.value, knob)}, {record.share:.2f} of the limit {limit}"
         rest = verdict(record.here.evidence.words)[1:] if record.here else []
         return " ".join(f"{part}." for part in [place, *rest])

@@ -1,0 +1,93 @@
+"""Failures made up for the page's tests: a swing whose growth is known, one that is slow, one that raises."""
+
+import math
+import threading
+
+import numpy as np
+
+from hapkit_studio.analysis.failures.base import Chart, Evidence, Failure, Line, Live, Mark
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import Choice, Parameter
+
+SECONDS, OMEGA = 4.0, 9.0
+KNOB = Parameter("stiffness", "Stiffness", "N/m", 100.0, 1.0, 1000.0, "Of the spring", "K")
+DAMPING = Parameter("damping", "Damping", "N·s/m", 2.0, 0.5, 8.0, "Of the handle", "b")
+
+
+def limit(case):
+    """Return a limit in proportion to the damping."""
+    return 100.0 * case["damping"]
+
+
+def probe(stiffness, case):
+    """Return a swing that grows by the share of the limit that is too much, or decays."""
+    rate = stiffness / limit(case) - 1.0
+    time = np.linspace(0.0, SECONDS, 400)
+    words = f"{'decays' if rate < 0.0 else 'grows'} by {abs(rate):.3g} 1/s; in truth it decays by 1 1/s"
+    trace = np.exp(rate * time) * np.cos(OMEGA * time)
+    return Evidence(time, trace, "position", "mm", rate < 0.0, rate, "1/s", words)
+
+
+def curve(case, progress):
+    """Return rate over stiffness, a straight line."""
+    x = limit(case) * np.linspace(0.5, 1.5, 5)
+    for done in range(1, len(x) + 1):
+        progress(done, len(x))
+    y = x / limit(case) - 1.0
+    lines = (Line("formula", x, y, "theory"), Line("measured", x, y))
+    return Chart("stiffness, N/m", "growth, 1/s", lines, (Mark("limit", limit(case)),), 0.0, "neither")
+
+
+def live(stiffness, case):
+    """Return a spring in the window."""
+    values = {"stiffness": stiffness, "damping": case["damping"]}
+    loop = {"rate": 500.0, "delay": 0.001, "estimator": "difference"}
+    return Live("spring", values, loop, "released", "Pull the handle.")
+
+
+def made(**given):
+    """Return the made-up failure, parts of it replaced."""
+    words = {"summary": "Above a stiffness it grows", "formula": "K < 100 b_h", "explanation": "So it is."}
+    parts = {"key": "grows", "title": "A spring too stiff", "knob": KNOB, "limit": limit, "probe": probe}
+    parts |= {"curve": curve, "options": (DAMPING, Choice("hand", "Hand", ("none", "firm"))), "live": live}
+    return Failure(**{**words, **parts, **given})
+
+
+class Gate:
+    """A curve that waits until it is let go, then says its progress."""
+
+    def __init__(self):
+        self.begun, self.go_on = threading.Event(), threading.Event()
+
+    def curve(self, case, progress):
+        """Wait, then measure."""
+        self.begun.set()
+        self.go_on.wait()
+        return curve(case, progress)
+
+
+def refuse(case):
+    """Raise as an analysis does that cannot take a case."""
+    raise ParameterError("Damping of 2 N·s/m has no limit here: choose 1 N·s/m or less.")
+
+
+def library(gate):
+    """Return four failures by key: ordinary, slow, refusing, and one felt nowhere over a step in s."""
+    step = Parameter("step", "Step", "s", 1e-3, 1e-5, 0.2, "Of the loop", "dt")
+    return {
+        "grows": made(),
+        "slow": made(key="slow", title="A spring measured slowly", curve=gate.curve),
+        "refuses": made(key="refuses", title="A limit that nobody knows", limit=refuse),
+        "step": made(
+            key="step", title="A step too long", knob=step, live=None, margin=0.05, span=(0.2, 2.0),
+            limit=lambda case: 2e-3,
+            probe=lambda value, case: probe(value * 1e5, {"damping": 2.0}),
+            curve=lambda case, progress: _in_ms(),
+        ),
+    }  # fmt: skip
+
+
+def _in_ms():
+    x = np.linspace(0.4, 4.0, 5)
+    lines = (Line("measured", x, np.where(x < 2.0, -1.0, math.inf)),)
+    return Chart("step, ms", "growth, 1/s", lines, (Mark("limit", 2.0),))
