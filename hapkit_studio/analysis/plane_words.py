@@ -31,13 +31,14 @@ def estimator_words(setting: Setting) -> str:
 
 def conditions(setting: Setting) -> list[tuple[str, str]]:
     """Return what the limits hold for, as pairs of a name and its value."""
-    return [
+    pairs = [
         ("Mass, friction", f"{setting.mass:g} kg, {setting.viscous:g} N·s/m"),
         ("Rate", f"{setting.rate:g} Hz"),
         ("Delay", f"{1e3 * setting.delay:.2f} ms"),
         ("Velocity filter", estimator_words(setting)),
         ("Hand", setting.hand if setting.hand == "released" else f"{setting.hand} grip"),
     ]
+    return [*pairs, ("Controller", "on")] if setting.controller else pairs
 
 
 def line(plane: Plane, key: str) -> tuple[str, str]:

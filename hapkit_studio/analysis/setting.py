@@ -63,7 +63,7 @@ class Setting:
     @property
     def loop(self) -> LoopSettings:
         """Return the loop as the headless batches take it."""
-        return LoopSettings(self.rate, self.delay, self.estimator)
+        return LoopSettings(self.rate, self.delay, self.estimator, self.controller)
 
     @property
     def linear(self) -> bool:

@@ -8,29 +8,32 @@ Box = tuple[float, float, float, float]
 
 _TRIES = 41
 _LEVELS = 7
+# Height that a place in the middle is worth, a share of the frame for one of the way to the side.
+_OFF = 0.2
 
 
 def room(
     low: np.ndarray, high: np.ndarray, size: tuple[float, float], taken: Sequence[Box] = ()
 ) -> Box | None:
-    """Return the roomiest box (left, bottom, right, top) of a size between two curves; None without room.
+    """Return a roomy box near the middle (left, bottom, right, top) of a size between two curves; None without room.
 
     Everything is a share of the frame: low and high are (n,) heights at n even places across, size is
     (width, height), taken are boxes to stay clear of.
     """
     places = np.linspace(0.0, 1.0, len(low))
-    best, most = None, 0.0
+    best, most = None, -np.inf
     for left in np.linspace(0.0, 1.0 - size[0], _TRIES):
         over = (places >= left - 0.02) & (places <= left + size[0] + 0.02)
         floor, ceiling = float(low[over].max()), float(high[over].min())
         gap = ceiling - floor - size[1]
-        if gap <= most:
+        liked = gap - _OFF * abs(left + 0.5 * size[0] - 0.5)
+        if gap <= 0.0 or liked <= most:
             continue
         for share in _from_the_middle():
             bottom = floor + share * gap
             box = (float(left), bottom, float(left) + size[0], bottom + size[1])
             if not any(_meet(box, other) for other in taken):
-                best, most = box, gap
+                best, most = box, liked
                 break
     return best
 

@@ -32,6 +32,7 @@ from hapkit_studio.figures import new_figure
 _SIZE = (13.5, 8.0)
 _DOTS = (1, 1.6)
 _NAME = 13
+_PASSIVE_NAME, _PASSIVE_SIZE = "passive: stable in any hand", (0.42, 0.06)
 # A quarter, as the last two digits of a colour.
 _FAINT = "40"
 
@@ -119,15 +120,23 @@ def _names(axes: Any, plane: Plane) -> None:
     hand = hand_words(plane.setting.hand).replace(" hand", "")
     taken = [_around_dot(plane), *_along(plane.damping / plane.width, plane.simple / plane.top)]
     exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
+    _passive_name(axes, plane, taken)
+    passive = np.minimum(_passive(plane), exact)
     for words, color, low, high in (
         (f"grows, {hand}", DANGER, exact, np.ones_like(exact)),
-        (f"stable, {hand}", OK, np.zeros_like(exact), exact),
+        (f"stable, {hand}", OK, passive, exact),
     ):
         box = room(low, high, (0.016 * len(words), 0.07), taken)
         if box is not None:
             _write(axes, plane, box, words, color)
             taken.append(box)
-    _passive_name(axes, plane, taken)
+
+
+def _passive(plane: Plane) -> np.ndarray:
+    """Return the passivity line as a share of the height in each column (n,)."""
+    if not plane.edge.size:
+        return np.zeros_like(plane.damping)
+    return np.interp(plane.damping, plane.edge_damping, plane.edge / plane.top, right=0.0)
 
 
 def _along(x: np.ndarray, y: np.ndarray) -> list[Box]:
@@ -160,14 +169,15 @@ def _passive_name(axes: Any, plane: Plane, taken: list[Box]) -> None:
     end = float(plane.edge_damping[-1]) / plane.width
     exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
     floor = np.interp(plane.damping, plane.edge_damping, np.clip(plane.edge / plane.top, 0.0, 1.0), right=0.0)
-    box = room(floor, np.minimum(exact, floor + 0.25), (0.42, 0.06), taken)
+    box = room(floor, np.minimum(exact, floor + 0.25), _PASSIVE_SIZE, taken)
     if box is None:
         return
+    taken.append(box)
     into = (0.35 * min(end, 1.0) * plane.width, 0.35 * min(plane.edge[0], plane.top))
     start = (box[0] * plane.width, 0.5 * (box[1] + box[3]) * plane.top)
     axes.plot([start[0], into[0]], [start[1], into[1]], color=VELOCITY, linewidth=1.2)
     axes.text(
-        *start, " passive: stable in any hand", va="center", size=_NAME, weight="bold", color=VELOCITY,
+        *start, f" {_PASSIVE_NAME}", va="center", size=_NAME, weight="bold", color=VELOCITY,
         zorder=6, path_effects=_rim(),
     )  # fmt: skip
 

@@ -32,7 +32,7 @@ class LoopFacts(QObject):
         """Say whether the velocity estimator has an exact limit."""
         return ESTIMATORS[self._studio.loop.estimator].response is not None
 
-    def setting(self, hand: str = "released", controller: bool = False) -> "Setting | None":
+    def setting(self, hand: str = "released") -> "Setting | None":
         """Return the device and loop in force under a hand; None while there is no device or no delay yet."""
         from hapkit_studio.analysis.setting import Setting
 
@@ -49,7 +49,7 @@ class LoopFacts(QObject):
             self.delay,
             wish.spec,
             hand,
-            controller,
+            wish.controller,
         )
 
     def note_health(self, health: "Health") -> None:

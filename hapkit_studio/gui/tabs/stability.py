@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 HANDS = ("released", "medium", "all")
 _HAND_WORDS = ("Released", "Medium grip", "All hands")
+_NAMES = {"Delay": "Delay, measured"}
 _ROOM_BESIDE = 560
 
 
@@ -45,7 +46,7 @@ class StabilityPage(Page):
         self._worker = MarginWorker(solve, self)
         self.lines: Lines | None = None
         self.measured: list[Measured] = []
-        self._seen = False
+        self._seen = self._wanted = False
         self.hands = Segmented("Hand", _HAND_WORDS)
         self.hands.show_index(0)
         self.real = QCheckBox("Friction and sensor steps")
@@ -71,8 +72,9 @@ class StabilityPage(Page):
 
     def measure(self) -> None:
         """Measure the map and the boundary for what is shown."""
+        self._wanted = self.lines is None
         if self.lines is None:
-            self.bar.say("Needs a device.", danger=True)
+            self.bar.say("Waits for the lines" if self._studio.engine else "Needs a device.")
             return
         plane = self.lines.plane
         self.job.start(measuring(plane.setting, self.real.isChecked(), (plane.width, plane.top)))
@@ -105,15 +107,10 @@ class StabilityPage(Page):
         environment = self._studio.environment
         return pair_of(environment, self._studio.values) if environment.impedance else None
 
-    @property
-    def controller(self) -> bool:
-        """Say whether the passivity controller is on."""
-        return bool(getattr(self._studio.loop, "controller", False))
-
     def question(self) -> Ask | None:
         """Return what to compute for what is in force; None without a device or its delay."""
         hand = HANDS[self.hands.index]
-        setting = self.facts.setting("released" if hand == "all" else hand, self.controller)
+        setting = self.facts.setting("released" if hand == "all" else hand)
         if setting is None:
             return None
         impedance = self._studio.environment.impedance
@@ -151,6 +148,8 @@ class StabilityPage(Page):
         self._show_conditions()
         self._show_measured()
         self._say_measured()
+        if self._wanted:
+            self.measure()
 
     def show_result(self, measured: Measured) -> None:
         """Take a measurement in beside the one with, or without, the controller."""
@@ -171,7 +170,6 @@ class StabilityPage(Page):
 
     def set_room(self, width: int, height: int) -> None:
         self.beside.setVisible(width >= _ROOM_BESIDE)
-        self.beside.set_height(height)
         self.side.set_room(self.side.width() < 300)
 
     def wait(self) -> None:
@@ -194,14 +192,16 @@ class StabilityPage(Page):
 
     def _show_measured(self) -> None:
         self.chart.show_measured(self.measured, self.job.running or self._outdated())
+        plain = [m for m in self.measured if not m.points.controller]
         if self.lines is not None:
             shown = {
                 "hands": bool(self.lines.hands),
-                "measured": any(not m.points.controller for m in self.measured),
-                "controlled": any(m.points.controller for m in self.measured),
+                "measured": bool(plain),
+                "controlled": len(plain) < len(self.measured),
                 "buzzes": bool(self.measured) and bool((self.measured[-1].cells.classes == 1).any()),
             }
-            self.beside.legend.show_lines(legend_words(self._with_measured(self.lines.plane), shown))
+            plane = replace(self.lines.plane, points=plain[-1].points if plain else None)
+            self.beside.show_legend(legend_words(plane, shown))
 
     def _with_measured(self, plane: "Plane") -> "Plane":
         """Return a plane with what was measured last."""
@@ -219,16 +219,15 @@ class StabilityPage(Page):
         from hapkit_studio.analysis.plane_words import conditions
 
         assert self.lines is not None
-        pairs = conditions(self.lines.plane.setting)
-        self.beside.show_conditions(
-            [(name.replace("Delay", "Delay, measured"), value) for name, value in pairs]
-        )
+        pairs = dict(conditions(self.lines.plane.setting))
+        pairs |= {"Hand": "all of them"} if self.lines.hands else {}
+        self.beside.show_conditions([(_NAMES.get(name, name), value) for name, value in pairs.items()])
 
     def _forget_lines(self) -> None:
         self.lines = None
-        self.chart.show_lines(None, False)
-        self.beside.legend.show_lines({})
+        self.chart.fade()
         self.beside.show_conditions([])
+        self.side.show_hands({}, 0.0)
         self.bar.export.setEnabled(False)
         why = "Half a second at zero force, on connecting." if self._studio.engine else "Needs a device."
         self.beside.show_reason("Measuring the delay" if self._studio.engine else "Not judged yet", why)
@@ -242,8 +241,7 @@ class StabilityPage(Page):
             words += " On a real Hapkit you are the hand: let go of it yourself."
         button = "Holding…" if self.trial.holding else "Release the handle here"
         self.side.show_trial(words, button, possible and not self.trial.holding)
-        has = hasattr(self._studio.loop, "controller")
-        self.side.show_controller(self.controller if has else None)
+        self.side.show_controller(self._studio.loop.controller)
 
     def _set_controller(self, on: bool) -> None:
         self._studio.set_loop(controller=on)

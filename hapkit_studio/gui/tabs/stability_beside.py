@@ -4,8 +4,8 @@ import math
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPointF, QRectF, QSize
-from PySide6.QtGui import QFontMetricsF, QPainter, QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtGui import QFontMetricsF, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from hapkit_studio.analysis.margin import Margin, hand_words, short, way_out
 from hapkit_studio.gui import icons
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 WIDTH = 276
 _MARGIN = 10
-# px: of the centre, for the explanations; and the smallest headline
-_ROOM_FOR_WORDS = 660
 _SMALLEST = 16
 _SAMPLE = QSize(26, 18)
 _SIGN = 24
@@ -121,7 +119,9 @@ class Beside(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setFixedWidth(WIDTH)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Ignored)
         self._sign = ("circle", "ink2")
+        self._known, self._line = False, rule()
         self.sign, self.headline, self.hand, self.out = QLabel(), QLabel(), hint(), QLabel()
         self.legend, self.conditions = Legend(), Pairs()
         self.heading = QLabel("Conditions")
@@ -158,11 +158,31 @@ class Beside(QWidget):
 
     def show_conditions(self, pairs: list[tuple[str, str]]) -> None:
         """Show what the limits hold for."""
+        self._known = bool(pairs)
         self.conditions.show_pairs(pairs)
+        self.fit()
 
-    def set_height(self, height: int) -> None:
-        """Fold the explanations where the window is low."""
-        self.legend.fold(height < _ROOM_FOR_WORDS)
+    def show_legend(self, words: dict[str, tuple[str, str]]) -> None:
+        """Show which lines there are, and what they mean."""
+        self.legend.show_lines(words)
+        self.fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.fit()
+
+    def fit(self) -> None:
+        """Leave away what there is no room for: explanations, then conditions, then the legend."""
+        layout = self.layout()
+        assert layout is not None
+        for level in range(4):
+            self.legend.fold(level >= 1)
+            for part in (self._line, self.heading, self.conditions):
+                part.setVisible(level < 2 and self._known)
+            self.legend.setVisible(level < 3)
+            layout.activate()
+            if layout.totalHeightForWidth(self.width()) <= self.height():
+                break
 
     def _show_out(self, words: str) -> None:
         self.out.setText(words)
@@ -198,7 +218,7 @@ class Beside(QWidget):
         column.addWidget(self.out)
         column.addSpacing(6)
         column.addWidget(self.legend)
-        column.addWidget(rule())
+        column.addWidget(self._line)
         column.addWidget(self.heading)
         column.addWidget(self.conditions)
         column.addStretch(1)

@@ -14,12 +14,11 @@ TOKENS = ("stable", "warnsoft", "unstable")
 _GROWS = 2
 
 
-def paint_cells(painter: QPainter, chart: Chart, measured: Measured, opacity: float) -> None:
+def paint_cells(painter: QPainter, chart: Chart, measured: Measured) -> None:
     """Paint cells over the axes they were measured on, clipped to the frame by the chart."""
     cells = measured.cells
     rows, columns = cells.classes.shape
     width, top = measured.axes[0] / columns, measured.axes[1] / rows
-    painter.setOpacity(opacity)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
     painter.setPen(QPen(Qt.PenStyle.NoPen))
     for column in range(columns):
@@ -31,7 +30,6 @@ def paint_cells(painter: QPainter, chart: Chart, measured: Measured, opacity: fl
             painter.fillRect(box, theme.color(TOKENS[kind]))
             if kind == _GROWS:
                 painter.fillRect(box, hatching("danger"))
-    painter.setOpacity(1.0)
 
 
 def runs(classes: np.ndarray) -> list[tuple[int, int, int]]:

@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainter
 
-from hapkit_studio.gui.tabs.chart import Chart
+from hapkit_studio.gui.tabs.chart import Chart, Layer
 from hapkit_studio.gui.tabs.marks import DASH_DOT, DOT, line, marker, region
 from hapkit_studio.gui.tabs.stability_cells import paint_cells
 from hapkit_studio.gui.tabs.stability_dot import paint_dot, paint_reading
@@ -15,6 +15,8 @@ from hapkit_studio.gui.tabs.stability_measure import Measured
 from hapkit_studio.gui.tabs.stability_names import paint_measured_names, paint_names
 
 _PALE = 0.4
+# The axes before anything is known.
+_EMPTY = (12.0, 2000.0)
 
 
 class StabilityChart(Chart):
@@ -25,24 +27,35 @@ class StabilityChart(Chart):
         self.lines: Lines | None = None
         self.dotted = False
         self.measured: list[Measured] = []
-        self.pale = False
+        self.pale = self.faded = False
         self._pointer: tuple[float, float] | None = None
         self.under += [self._regions, self._cells, self._passive]
         self.over += [self._curves, self._names]
         self.marks += [self._points, self._dot, self._read]
         self.hovered.connect(self._point)
+        self.set_range((0.0, _EMPTY[0]), (0.0, _EMPTY[1]))
 
     def show_lines(self, lines: Lines | None, dotted: bool) -> None:
         """Show other lines; dotted: the rendered impedance is one that can be shown."""
-        self.lines, self.dotted = lines, dotted
+        self.lines, self.dotted, self.faded = lines, dotted, False
         if lines is not None:
             self.set_range((0.0, lines.plane.width), (0.0, lines.plane.top))
+        self.redraw()
+
+    def fade(self) -> None:
+        """Keep what is shown, paler: it holds no more."""
+        self.dotted, self.faded = False, True
         self.redraw()
 
     def show_measured(self, measured: Sequence[Measured], pale: bool) -> None:
         """Show what was measured, the newest last; paler where other conditions hold now."""
         self.measured, self.pale = list(measured), pale
         self.redraw()
+
+    def _paint(self, painter: QPainter, layers: list[Layer]) -> None:
+        painter.setOpacity(_PALE if self.faded else 1.0)
+        super()._paint(painter, layers)
+        painter.setOpacity(1.0)
 
     # layers
 
@@ -57,7 +70,8 @@ class StabilityChart(Chart):
 
     def _cells(self, painter: QPainter, chart: Chart) -> None:
         if self.measured and self.lines is not None:
-            paint_cells(painter, self, self.measured[-1], _PALE if self.pale else 1.0)
+            self._pale(painter)
+            paint_cells(painter, self, self.measured[-1])
 
     def _passive(self, painter: QPainter, chart: Chart) -> None:
         if self.lines is not None and self.lines.plane.edge.any():
@@ -82,7 +96,7 @@ class StabilityChart(Chart):
     def _points(self, painter: QPainter, chart: Chart) -> None:
         """Paint the measured boundary; points on the frame stand over it, whole."""
         seen = self.frame().adjusted(-1.0, -1.0, 1.0, 1.0)
-        painter.setOpacity(_PALE if self.pale else 1.0)
+        self._pale(painter)
         for measured in self.measured if self.lines is not None else ():
             token = "applied" if measured.points.controller else "position"
             for place in self.points(measured.points.damping, measured.points.stiffness):
@@ -102,12 +116,16 @@ class StabilityChart(Chart):
         if self.lines is not None and self.dotted:
             paint_dot(painter, self, self.lines, self._pointer)
 
+    def _pale(self, painter: QPainter) -> None:
+        """Paint what follows paler, if it holds for other conditions."""
+        painter.setOpacity(painter.opacity() * (_PALE if self.pale else 1.0))
+
     def _point(self, place: tuple[float, float] | None) -> None:
         self._pointer = place
         self.redraw()
 
     def _read(self, painter: QPainter, chart: Chart) -> None:
-        if self.lines is not None and self._pointer is not None:
+        if self.lines is not None and self._pointer is not None and not self.faded:
             paint_reading(painter, self, self.lines, self._pointer, self.dotted)
 
 

@@ -24,10 +24,11 @@ def paint_names(painter: QPainter, chart: Chart, lines: Lines, dotted: bool) -> 
     exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
     hand = _hand(lines)
     taken += _name_hands(painter, chart, lines)
-    _name(painter, chart, f"grows, {hand}", "danger", (exact, np.ones_like(exact)), taken)
-    _name(painter, chart, f"stable, {hand}", "ok", (np.zeros_like(exact), exact), taken)
     if plane.edge.any():
         _name_passive(painter, chart, lines, taken)
+    passive = np.minimum(_passive(lines), exact)
+    _name(painter, chart, f"grows, {hand}", "danger", (exact, np.ones_like(exact)), taken)
+    _name(painter, chart, f"stable, {hand}", "ok", (passive, exact), taken)
 
 
 def paint_measured_names(
@@ -100,17 +101,30 @@ def _name_hands(painter: QPainter, chart: Chart, lines: Lines) -> list[Box]:
 def _name_passive(painter: QPainter, chart: Chart, lines: Lines, taken: list[Box]) -> None:
     """Name the passive region from beside it, with a line that leads into it."""
     plane = lines.plane
-    floor = np.interp(plane.damping, plane.edge_damping, plane.edge / plane.top, right=0.0)
+    floor = _passive(lines)
+    inside = np.zeros_like(floor), np.minimum(floor, 1.0)
+    if room(*inside, _size(chart, _PASSIVE), taken):
+        _name(painter, chart, _PASSIVE, "velocity", inside, taken)
+        return
     exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
     found = room(floor, np.minimum(exact, floor + 0.3), _size(chart, _PASSIVE), taken)
     if found is None:
         return
+    taken.append(found)
     box = chart.frame()
     left = box.left() + found[0] * box.width() + 6
     base = box.bottom() - 0.5 * (found[1] + found[3]) * box.height()
     into = chart.at(0.35 * min(plane.edge_damping[-1], plane.width), 0.35 * min(plane.edge[0], plane.top))
     line(painter, [QPointF(left - 4, base), into], "velocity", 1.2)
     write(painter, QPointF(left, base + 5), _PASSIVE, "velocity", _FONT)
+
+
+def _passive(lines: Lines) -> np.ndarray:
+    """Return the passivity line as a share of the height in each column (n,)."""
+    plane = lines.plane
+    if not plane.edge.size:
+        return np.zeros_like(plane.damping)
+    return np.interp(plane.damping, plane.edge_damping, plane.edge / plane.top, right=0.0)
 
 
 def _along(x: np.ndarray, y: np.ndarray) -> list[Box]:

@@ -27,12 +27,14 @@ class StabilitySide(SidePanel):
         self.title = PanelTitle(studio)
         self.rows = ParameterRows(studio, self.title.help)
         self._put(self.title, rule(), self.rows)
+        self.verticalScrollBar().rangeChanged.connect(self._make_way)
         self._trial()
         self._keep_stable()
         self.hands_heading = QLabel("Other hands")
         self.hands_heading.setProperty("role", "section")
         self.hands = Pairs()
-        self._put(rule(), self.hands_heading, self.hands)
+        self._hands_line = rule()
+        self._put(self._hands_line, self.hands_heading, self.hands)
 
     def show_hands(self, limits: dict[str, float], damping: float) -> None:
         """Show every hand's limit at the rendered damping."""
@@ -42,12 +44,10 @@ class StabilitySide(SidePanel):
         ]
         self.hands.show_pairs(pairs or [("Velocity filter", "not linear")])
 
-    def show_controller(self, on: bool | None) -> None:
-        """Show whether the controller is on; None: this loop has none."""
-        for part in self._controller_parts:
-            part.setVisible(on is not None)
+    def show_controller(self, on: bool) -> None:
+        """Show whether the controller is on."""
         blocked = self.controller.blockSignals(True)
-        self.controller.setChecked(bool(on))
+        self.controller.setChecked(on)
         self.controller.blockSignals(blocked)
 
     def show_trial(self, words: str, button: str, enabled: bool) -> None:
@@ -69,12 +69,17 @@ class StabilitySide(SidePanel):
         self.add(self.release)
 
     def _keep_stable(self) -> None:
-        line, heading, words = rule(), QLabel("Keep it stable"), hint(_CONTROLLER)
-        heading.setProperty("role", "section")
+        self.section("Keep it stable")
         self.controller = QCheckBox("Passivity controller")
         self.controller.toggled.connect(self.controller_chosen)
-        self._controller_parts: tuple[QWidget, ...] = (line, heading, self.controller, words)
-        self._put(*self._controller_parts)
+        self._put(self.controller, hint(_CONTROLLER))
+
+    def _make_way(self, _low: int, high: int) -> None:
+        """Let the scroll bar stand in the margin, so that no row moves when it comes and goes."""
+        margins = self._column.contentsMargins()
+        bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
+        margins.setRight(max(margins.left() - bar, 0))
+        self._column.setContentsMargins(margins)
 
     def _put(self, *parts: QWidget) -> None:
         for part in parts:
