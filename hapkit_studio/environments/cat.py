@@ -179,6 +179,7 @@ ENVIRONMENT = Environment(
     summary="Pet it. Gently.",
     parameters=PARAMETERS,
     force=force,
+    drives="The purr and the paw give energy by themselves.",
     shortcut="C",
     formula="<i>F</i> = fur − <i>b v</i> + <i>c F</i><sub>p</sub> sin <i>φ</i>",
     explanation="Stroke it slowly from head (left) to tail: it grows content and purrs. Haste, or strokes "

@@ -17,7 +17,9 @@ CHANNELS = {
     "asked": rows.ASKED,
     "applied": rows.APPLIED,
 }
+ENERGIES = ("energy", "energy_limit")  # not in the rows: the engine keeps them, nan where it has none
 _COLUMNS = np.array(list(CHANNELS.values()))
+_NAMES = (*CHANNELS, *ENERGIES)
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class History:
         self.capacity = -int(-seconds * rate // BLOCK) * BLOCK
         room = 2 * self.capacity + BLOCK
         self._time = np.empty(room)
-        self._data = np.empty((len(CHANNELS), room))
+        self._data = np.empty((len(_NAMES), room))
         self._pyramid = Pyramid(self._data)
         self.epoch = 0
         self.clear()
@@ -75,28 +77,33 @@ class History:
 
     def latest(self) -> dict[str, float]:
         """Return every channel's newest value; NaN when empty."""
-        newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(CHANNELS)
-        return dict(zip(CHANNELS, newest, strict=True))
+        newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(_NAMES)
+        return dict(zip(_NAMES, newest, strict=True))
 
     def last(self, channel: str) -> float:
         """Return a channel's newest value; NaN when empty."""
         return self.latest()[channel]
 
-    def append(self, new: np.ndarray) -> None:
-        """Take (n, ROW_WIDTH) telemetry rows, oldest first; a clock that goes back starts afresh."""
+    def append(self, new: np.ndarray, energies: np.ndarray | None = None) -> None:
+        """Take (n, ROW_WIDTH) telemetry rows, oldest first, and their (n, 2) energies and limits in J.
+
+        A clock that goes back starts afresh.
+        """
         if not len(new):
             return
         if len(self) and new[0, rows.HOST_TIME] < self.now:
             self.clear()
         for part in range(0, len(new), BLOCK):
-            self._take(new[part : part + BLOCK])
+            beside = 0.0 if energies is None else energies[part : part + BLOCK].T
+            self._take(new[part : part + BLOCK], beside)
 
-    def _take(self, new: np.ndarray) -> None:
+    def _take(self, new: np.ndarray, energies: np.ndarray | float) -> None:
         if self._end + len(new) > len(self._time):
             self._make_room()
         first, self._end = self._end, self._end + len(new)
         self._time[first : self._end] = new[:, rows.HOST_TIME]
-        self._data[:, first : self._end] = new[:, _COLUMNS].T
+        self._data[: len(CHANNELS), first : self._end] = new[:, _COLUMNS].T
+        self._data[len(CHANNELS) :, first : self._end] = energies
         self._note_breaks(new, first)
         self._pyramid.grow(first, self._end)
         self._forget()
@@ -156,7 +163,7 @@ class History:
         i = self._begin + int(np.searchsorted(self._time[self._begin : self._end], time, side="right")) - 1
         if i < self._begin:
             return None
-        return {name: float(self._data[row, i]) for row, name in enumerate(CHANNELS)}
+        return {name: float(self._data[row, i]) for row, name in enumerate(_NAMES)}
 
     def window(self, edges: np.ndarray, dense: bool | None = None) -> Window:
         """Return [edges[0], edges[-1]) with the samples between each two edges (s) reduced to a column.
@@ -172,9 +179,9 @@ class History:
     def _columns(self, edges: np.ndarray, places: np.ndarray) -> Window:
         filled = np.flatnonzero(places[1:] > places[:-1])
         if not len(filled):
-            return Window(np.empty(0), {name: np.empty(0) for name in CHANNELS}, True)
+            return Window(np.empty(0), {name: np.empty(0) for name in _NAMES}, True)
         first, stop = places[filled], places[filled + 1]
-        y = np.empty((len(CHANNELS), 2 * len(filled)))
+        y = np.empty((len(_NAMES), 2 * len(filled)))
         least, greatest = self._pyramid.extremes(first, stop)
         rising = self._data[:, stop - 1] >= self._data[:, first]
         y[:, 0::2] = np.where(rising, least, greatest)
@@ -200,4 +207,4 @@ class History:
     def _broken(self, x: np.ndarray, y: np.ndarray, cuts: np.ndarray, dense: bool) -> Window:
         if len(cuts):
             x, y = np.insert(x, cuts, np.nan), np.insert(y, cuts, np.nan, axis=1)
-        return Window(x, {name: y[row] for row, name in enumerate(CHANNELS)}, dense)
+        return Window(x, {name: y[row] for row, name in enumerate(_NAMES)}, dense)

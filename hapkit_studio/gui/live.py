@@ -1,5 +1,6 @@
 """The frame: sixty times a second rows go from the loop's ring into history, scene and plots."""
 
+import time
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,11 +36,14 @@ class Live(QObject):
         self.hidden = False
         self.lost = 0
         self.last: np.ndarray | None = None
+        self.changed_at = time.perf_counter()
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._frames.timeout.connect(self.tick)
         self._health = QTimer(self, interval=HEALTH_MS)
         self._health.timeout.connect(self.look)
         studio.engine_changed.connect(self._follow)
+        for changed in (studio.values_changed, studio.loop_changed, studio.engine_changed):
+            changed.connect(self._note_change)
 
     def start(self) -> None:
         """Begin; call once the window is up."""
@@ -74,7 +78,8 @@ class Live(QObject):
         self.lost = int(self._reader.lost)
         if len(new) == 0:
             return
-        self.history.append(new)
+        engine = self._studio.engine
+        self.history.append(new, None if engine is None else engine.energies(new[:, rows.TICK]))
         self.last = new[-1]
         clamped = bool(np.any(new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED))
         if not self.hidden:
@@ -87,6 +92,10 @@ class Live(QObject):
             health = engine.health()
             self._studio.note_health(health)
             self.health.emit(health)
+
+    def _note_change(self) -> None:
+        """Remember since when, by the rows' clock, all rows were rendered with the same settings."""
+        self.changed_at = time.perf_counter()
 
     def _follow(self) -> None:
         engine = self._studio.engine

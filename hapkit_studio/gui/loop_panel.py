@@ -1,4 +1,4 @@
-"""The loop as a student changes it: servo rate, added delay, velocity estimator, grip."""
+"""The loop as a student changes it: servo rate, added delay, velocity estimator, grip, controller."""
 
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
@@ -33,6 +33,11 @@ GRIP = Choice(
     "How firmly the simulated hand holds while you drag. A hand takes energy away: what buzzes when "
     "released may be calm in a firm grip.",
 )  # fmt: skip
+CONTROLLER = Choice(
+    "controller", "Passivity controller", ("off", "on"), "off",
+    "Adds damping only while the scene gives energy: more than it stored and the paddle's own damping takes.",
+    labels=("Off", "On"),
+)  # fmt: skip
 _ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
 
 
@@ -61,6 +66,10 @@ class LoopPanel(QWidget):
             for key, entry in ESTIMATORS.items()
         }
         self.grip = ChoiceRow(GRIP)
+        self.controller = ChoiceRow(CONTROLLER)
+        self.controller_words = QLabel("Adds damping only while the scene gives energy.")
+        self.controller_words.setProperty("role", "hint")
+        self.controller_words.setWordWrap(True)
         self.folded = False
         self._by_hand = False
         self._arrange()
@@ -98,6 +107,7 @@ class LoopPanel(QWidget):
                 row.setVisible(key == loop.estimator)
                 _show(row, given.get(row.parameter.key, row.parameter.default))
         self.grip.show_value(GRIP.options.index(self._studio.grip))
+        self.controller.show_value(float(loop.controller))
         self.fold.setText(self.summary() if self.folded else "Fold")
         self.fold.setAccessibleName(f"Loop: {self.summary()}")
         self._allow()
@@ -129,7 +139,8 @@ class LoopPanel(QWidget):
         body.setContentsMargins(0, 0, 0, 0)
         body.setSpacing(0)
         filters = [row for rows in self.options.values() for row in rows]
-        for row in (self.rate, self.delay, self.estimator, *filters, self.grip):
+        last = (self.grip, self.controller, self.controller_words)
+        for row in (self.rate, self.delay, self.estimator, *filters, *last):
             body.addWidget(row)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -146,6 +157,7 @@ class LoopPanel(QWidget):
             lambda _key, index: self._studio.set_loop(estimator=ESTIMATOR.options[int(index)], options=())
         )
         self.grip.changed.connect(lambda _key, index: self._studio.set_grip(GRIP.options[int(index)]))
+        self.controller.changed.connect(lambda _key, on: self._studio.set_loop(controller=bool(on)))
         for rows in self.options.values():
             for row in rows:
                 row.changed.connect(self._apply_option)

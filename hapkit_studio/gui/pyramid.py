@@ -31,10 +31,10 @@ class Pyramid:
             if b == a:
                 return
             for table, below, pick in zip(
-                self.levels[level], self.levels[level - 1], (np.min, np.max), strict=True
+                self.levels[level], self.levels[level - 1], (np.fmin, np.fmax), strict=True
             ):
                 span = below[:, a * BRANCH : b * BRANCH]
-                table[:, a:b] = pick(span.reshape(len(span), b - a, BRANCH), axis=2)
+                table[:, a:b] = pick.reduce(span.reshape(len(span), b - a, BRANCH), axis=2)
 
     def shift(self, by: int, end: int) -> None:
         """Move everything but the samples forward by a multiple of BLOCK; end is the samples' end before."""
@@ -75,8 +75,8 @@ class Pyramid:
         least, greatest = self.levels[level]
         empty = stop <= first
         return (
-            np.where(empty, np.nan, np.take(least, which, axis=1, mode="clip").min(axis=2)),
-            np.where(empty, np.nan, np.take(greatest, which, axis=1, mode="clip").max(axis=2)),
+            np.where(empty, np.nan, np.fmin.reduce(np.take(least, which, axis=1, mode="clip"), axis=2)),
+            np.where(empty, np.nan, np.fmax.reduce(np.take(greatest, which, axis=1, mode="clip"), axis=2)),
         )
 
     def _middle(self, level: int, first: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -87,6 +87,6 @@ class Pyramid:
         if full.any():
             span = slice(int(first[full][0]), int(stop[full][-1]))
             cuts = np.stack([first[full], stop[full]], axis=1).ravel()[:-1] - span.start
-            out[0][:, full] = np.minimum.reduceat(least[:, span], cuts, axis=1)[:, 0::2]
-            out[1][:, full] = np.maximum.reduceat(greatest[:, span], cuts, axis=1)[:, 0::2]
+            out[0][:, full] = np.fmin.reduceat(least[:, span], cuts, axis=1)[:, 0::2]
+            out[1][:, full] = np.fmax.reduceat(greatest[:, span], cuts, axis=1)[:, 0::2]
         return out[0], out[1]

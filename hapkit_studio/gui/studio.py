@@ -49,10 +49,11 @@ class Studio(Chosen):
     # loop and hand
 
     def set_loop(self, **changes: Any) -> None:
-        """Change rate, delay, estimator, options or model; raise ParameterError if the engine refuses."""
+        """Change rate, delay, estimator, options, model or controller; raise ParameterError if refused."""
         wish = replace(self.loop, **changes)
         if self.engine is not None:
-            changed: dict[str, Any] = {k: getattr(wish, k) for k in ("rate", "delay") if k in changes}
+            plain = ("rate", "delay", "controller")
+            changed: dict[str, Any] = {k: getattr(wish, k) for k in plain if k in changes}
             if "estimator" in changes or "options" in changes:
                 changed["estimator"] = wish.spec
             self.engine.set_loop(**changed)
@@ -171,7 +172,8 @@ class Studio(Chosen):
         self.engine = engine
         self._hold(engine)
         engine.set_environment(self.environment, self.values)
-        engine.set_loop(delay=self.loop.delay, estimator=self.loop.spec)
+        loop = self.loop
+        engine.set_loop(delay=loop.delay, estimator=loop.spec, controller=loop.controller)
         if engine.device.simulated:
             engine.set_loop(rate=self.loop.rate)
         engine.set_grip(self.grip)

@@ -19,6 +19,7 @@ from hapkit_studio.gui.live import Live
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own import OwnEnvironments
 from hapkit_studio.gui.parameter_panel import ParameterPanel
+from hapkit_studio.gui.passivity import Passivity
 from hapkit_studio.gui.pictures import Pictures
 from hapkit_studio.gui.room import Room
 from hapkit_studio.gui.sheets import about_sheet, priority_sheet
@@ -71,6 +72,7 @@ class MainWindow(QMainWindow):
         self.status, self.banners = StatusBar(), BannerStack()
         self.pictures = Pictures(studio, self.live, self.centre, self.status, self.panel.warnings)
         self.notices = Notices(studio, self.live, self.banners, self.stability)
+        self.passivity = Passivity(studio, self.live, self.banners)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self._arrange()
         self.views = Views(self)

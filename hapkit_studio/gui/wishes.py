@@ -18,13 +18,14 @@ class Link:
 
 @dataclass(frozen=True)
 class LoopWish:
-    """The loop as chosen: rate in Hz, added delay in s, estimator key and its options, what is modelled."""
+    """The loop as chosen: rate in Hz, added delay in s, estimator key and options, model, controller on."""
 
     rate: float = 1000.0
     delay: float = 0.0
     estimator: str = USUAL
     options: tuple[tuple[str, float], ...] = ()
     model: str = MODELS[0]
+    controller: bool = False
 
     @property
     def spec(self) -> Any:

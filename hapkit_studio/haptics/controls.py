@@ -16,6 +16,9 @@ from hapkit_studio.haptics.drivers import Driver
 from hapkit_studio.haptics.fences import load_acquire
 from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
 
+# Ticks whose energies are kept: what a window reads late is not known any more.
+ENERGIES = 1 << 13
+
 
 def _environment(named: str | Environment) -> Environment:
     return named if isinstance(named, Environment) else environments.named(named)
@@ -26,7 +29,7 @@ class Controls:
 
     def __init__(self, device, environment: str | Environment):
         self._block = block.new_block()
-        self._rig = rig.new_rig(*self._block)
+        self._rig = rig.new_rig(*self._block, energies=ENERGIES)
         self._lock = threading.RLock()
         self._driver: Driver | None = None
         # a law by its address, with the last generation of settings that wanted it
@@ -124,6 +127,11 @@ class Controls:
         if rate is not None and own_rate not in (None, rate):
             raise ParameterError(f"{self.device.title} sets the rate: {own_rate:g} Hz, not {rate:g} Hz.")
         self._changed(loop=self.loop.changed(rate, delay, estimator, controller))
+
+    @property
+    def max_force(self) -> float:
+        """Return the clamp in force in N: the device's own limit, or one below it."""
+        return float(self._wanted.max_force)
 
     def limit_force(self, newtons: float) -> None:
         """Clamp the force to so many N, the device's own limit at most; raise ParameterError, DeviceError."""

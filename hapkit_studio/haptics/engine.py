@@ -7,7 +7,7 @@ import numpy as np
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import StudioError
-from hapkit_studio.haptics import faults, histogram, priority, rig
+from hapkit_studio.haptics import block, faults, histogram, observer, priority, rig
 from hapkit_studio.haptics.controls import Controls
 from hapkit_studio.haptics.drivers import Driver, compile_ahead, driver_for
 from hapkit_studio.haptics.fences import load_acquire, store_release
@@ -133,6 +133,22 @@ class Engine(Controls):
     def reader(self) -> RingReader:
         """Return a reader of all rows from now on, with a cursor of its own."""
         return RingReader(self._ring)
+
+    def energies(self, ticks: np.ndarray) -> np.ndarray:
+        """Return (n, 2): the energy given and its limit in J at ticks (n,), nan where unknown."""
+        kept = self._rig.energies
+        ticks = ticks.astype(np.int64)
+        found = kept[ticks & (len(kept) - 1)]
+        found[int(self._rig.word[rig.TICK]) - ticks >= len(kept)] = np.nan
+        return found
+
+    @property
+    def excess(self) -> tuple[float, float]:
+        """Return the energy in J given beyond its limit, and how much of it means something."""
+        watch, quantum = self._rig.watch, float(self._rig.values[block.QUANTUM])
+        return float(watch[observer.EXCESS]), observer.FELT + observer.COUNTS * quantum * float(
+            watch[observer.PEAK]
+        )
 
     def health(self) -> Health:
         """Return how the loop is doing; call it at a few hertz."""

@@ -2,14 +2,12 @@
 
 The observer sums the energy given to handle and hand and compares it with a limit: what the law could give
 from where the observer began. The law itself is asked for that, at rest at every place, a few places a tick,
-its state held: the highest work of its force. What a law without a state could still give is known wherever
-the handle is, so for such a law the limit follows down, and energy that a damper took excuses nothing later.
-What the paddle's own damping takes of an excess lifts the limit. An excess above both makes the scene active.
+its state held: the highest work of its force. A law without a state can be told everywhere what it still may
+give, so its limit follows down, and energy that a damper took excuses nothing later; objects that move say
+what they hold. What the paddle's own damping takes of an excess lifts the limit.
 
-The sensor's steps feign no energy of their own: where the reading goes on by one count the handle is at the
-edge between the two, so a slow way in and out again, on the same edges, sums up to nothing.
-
-A scene with objects that move begins with what they hold, where it says so.
+Sensor steps feign no energy: where the reading goes on by one count the handle is at the edge between the
+two, so a slow way in and out again, on the same edges, sums up to nothing.
 """
 
 import math
@@ -122,20 +120,22 @@ def control(r, period):
 
 @inlined
 def judge(r, taken, position, period):
-    """Set the row's flags of this tick; begin anew after whatever changes what can be given."""
-    word = r.word
-    flags = word[rig.FLAGS]
+    """Set the row's flags, keep the energies; begin anew after whatever changes what can be given."""
+    w, word = r.watch, r.word
+    flags, place = word[rig.FLAGS], word[rig.TICK] & (r.energies.shape[0] - 1)
     if flags & HELD or r.real[rig.RAMP] < 1.0 or word[rig.RENEW]:
         word[rig.RENEW] = word[rig.ASKED] = 0
-        r.watch[GIVEN] = r.watch[LIMIT] = r.watch[EXCESS] = 0.0
+        w[GIVEN] = w[LIMIT] = w[EXCESS] = 0.0
+        r.energies[place, 0] = r.energies[place, 1] = math.nan
         return
     if word[rig.ASKED] <= CELLS:
         ask(r, position, period)
     if taken != 0.0:
         flags |= rows.DAMPED
-    if r.watch[EXCESS] > threshold(r):
+    if w[EXCESS] > threshold(r):
         flags |= rows.ACTIVE
     word[rig.FLAGS] = flags
+    r.energies[place, 0], r.energies[place, 1] = w[GIVEN], w[LIMIT]
 
 
 @internal

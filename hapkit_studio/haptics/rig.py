@@ -74,6 +74,7 @@ class Rig(NamedTuple):
     memory: np.ndarray  # the velocity estimator's
     fault: np.ndarray  # (native.FAULT_WORDS,), set by laws
     watch: np.ndarray  # the passivity observer's
+    energies: np.ndarray  # (n, 2), n a power of two: given and limit in J of the last n ticks, nan where none
     values: np.ndarray  # the block in force
     words: np.ndarray
     draft_values: np.ndarray  # the block being read, perhaps torn
@@ -83,8 +84,8 @@ class Rig(NamedTuple):
     control: np.ndarray
 
 
-def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
-    """Return a rig at rest that reads its settings from the given block."""
+def new_rig(block_values: np.ndarray, block_words: np.ndarray, energies: int = 1) -> Rig:
+    """Return a rig at rest that reads its settings from the given block and keeps so many energies."""
     values, words = block.new_block()
     draft_values, draft_words = block.new_block()
     return Rig(
@@ -98,6 +99,7 @@ def new_rig(block_values: np.ndarray, block_words: np.ndarray) -> Rig:
         memory=np.zeros(estimators.MEMORY),
         fault=np.zeros(native.FAULT_WORDS, dtype=np.int64),
         watch=np.zeros(WATCH),
+        energies=np.full((energies, 2), np.nan),
         values=values,
         words=words,
         draft_values=draft_values,

@@ -18,12 +18,16 @@ Theory = Callable[[object, Mapping[str, float], np.ndarray], np.ndarray | None]
 
 @dataclass(frozen=True)
 class Trace:
-    """One line of a time plot: which channel of the history, in which token's colour."""
+    """One line of a time plot: which channel of the history, in which token's colour.
+
+    dash: on and off, … in pixels, along the line.
+    """
 
     channel: str
     label: str
     color: str
     dashed: bool = False
+    dash: tuple[float, ...] = ()
     help: str = ""
 
 
@@ -32,6 +36,7 @@ class TimePlot:
     """A quantity over time; scale turns SI into the shown unit, reach is the least range shown.
 
     The last trace lies on top and gives the live value. share is the plot's part of the height in percent.
+    beside: it stands among the plots of force, not below the others.
     """
 
     key: str
@@ -46,6 +51,8 @@ class TimePlot:
     limits: bool = False
     surface: bool = False
     folds: bool = False
+    beside: bool = False
+    marker: str = "dot"
 
 
 @dataclass(frozen=True)
@@ -89,8 +96,13 @@ def discover() -> tuple[Plot, ...]:
 
 
 def time_plots() -> list[TimePlot]:
-    """Return the plots over time."""
-    return [plot for plot in discover() if isinstance(plot, TimePlot)]
+    """Return the plots over time that stand one below the other."""
+    return [plot for plot in discover() if isinstance(plot, TimePlot) and not plot.beside]
+
+
+def beside_plots() -> list[TimePlot]:
+    """Return the plots over time that stand among those of force."""
+    return [plot for plot in discover() if isinstance(plot, TimePlot) and plot.beside]
 
 
 def phase_plots() -> list[PhasePlot]:

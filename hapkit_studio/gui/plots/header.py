@@ -1,5 +1,7 @@
 """The line above a plot: its name, a sample of each line, the live value in the trace's colour."""
 
+import math
+
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QPainter, QPen
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
@@ -69,7 +71,8 @@ class Header(QWidget):
         self._row = row
         if len(plot.traces) > 1:
             for trace in reversed(plot.traces):
-                self._add(trace.color, 2.6, [2.5, 1.75] if trace.dashed else None, trace.label, trace.help)
+                dash = [d / 2.0 for d in trace.dash] or ([2.5, 1.75] if trace.dashed else None)
+                self._add(trace.color, 2.0 if trace.dash else 2.6, dash, trace.label, trace.help)
         if plot.limits:
             limit = "The force the motor may give at most; asked is cut there"
             self._add("danger", 1.6, [1.2, 2.6], "limit", limit)
@@ -103,6 +106,7 @@ class Header(QWidget):
 
     def show_value(self, value: float) -> None:
         """Show the live value, given in SI."""
-        text = number(value * self.plot.scale, self.plot.decimals, sign=True)
+        known = math.isfinite(value)
+        text = number(value * self.plot.scale, self.plot.decimals, sign=True) if known else "–"
         self.value.setText(f"{text} {self.plot.unit}")
         self.value.setAccessibleName(f"{self.plot.title} {text} {self.plot.unit}")

@@ -1,18 +1,19 @@
-"""Force over position or velocity: the last seconds on top of the theory."""
+"""Force over position or velocity, the last seconds on top of the theory; and energy over time."""
 
 import math
 from collections.abc import Mapping
 
 import numpy as np
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QStackedWidget, QVBoxLayout, QWidget
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.history import History
 from hapkit_studio.gui.plots.canvas import RIGHT
-from hapkit_studio.gui.plots.declared import PhasePlot, phase_plots
+from hapkit_studio.gui.plots.declared import PhasePlot, beside_plots, phase_plots
 from hapkit_studio.gui.plots.header import BandSample
 from hapkit_studio.gui.plots.phase_canvas import PhaseCanvas
+from hapkit_studio.gui.plots.time import TimePlots
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.theme import theme
 
@@ -20,7 +21,10 @@ _DEBOUNCE_MS = 30
 
 
 class ForcePosition(QWidget):
-    """The applied force over the handle's position or velocity, older parts paler, theory beneath."""
+    """The applied force over the handle's position or velocity, older parts paler, theory beneath.
+
+    One switch goes on to what stands beside: energy over time.
+    """
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
@@ -32,10 +36,12 @@ class ForcePosition(QWidget):
         self._odd = self._by_hand = False
         self.canvas = PhaseCanvas(self.plots[0])
         self.canvas.fit_wanted.connect(self.fit)
-        self.switch = Segmented("Force over", tuple(plot.title for plot in self.plots))
+        self.beside = [TimePlots(plots=[plot]) for plot in beside_plots()]
+        titles = [plot.title for plot in self.plots] + [pane.plots[0].title for pane in self.beside]
+        self.switch = Segmented("Plot of force or energy", tuple(titles))
         self.switch.show_index(0)
         self.switch.chosen.connect(self.choose)
-        title = QLabel("Force, N")
+        title = self.title = QLabel("Force, N")
         title.setFont(theme.font("strong"))
         head = QHBoxLayout()
         head.setContentsMargins(14, 6, RIGHT, 5)
@@ -53,7 +59,10 @@ class ForcePosition(QWidget):
         column.setContentsMargins(0, 0, 0, 6)
         column.setSpacing(0)
         column.addLayout(head)
-        column.addWidget(self.canvas, 1)
+        self._stack = QStackedWidget()
+        for pane in (self.canvas, *self.beside):
+            self._stack.addWidget(pane)
+        column.addWidget(self._stack, 1)
         self._later = QTimer(self)
         self._later.setSingleShot(True)
         self._later.setInterval(_DEBOUNCE_MS)
@@ -62,9 +71,13 @@ class ForcePosition(QWidget):
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self.canvas.set_history(history)
+        for pane in self.beside:
+            pane.set_history(history)
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Recompute theory and limits (N) for another environment or other values."""
+        for pane in self.beside:
+            pane.set_environment(environment, values, max_force)
         other = environment is not self._environment
         if not other and values == self._values and max_force == self._max_force:
             return
@@ -75,29 +88,50 @@ class ForcePosition(QWidget):
         self._max_force = max_force
         if other:
             self._by_hand = False
-            self._show(self._telling())
+            self._show(self.switch.index if self._pane() else self._telling())
         else:
             self._later.start()
 
     def choose(self, index: int) -> None:
-        """Show the plot a person wants: force over position, over velocity, …; it stays till the next law."""
+        """Show the plot a person wants; force over something stays till the next law, energy for good."""
         self._by_hand = True
         self._show(index)
 
     def _show(self, index: int) -> None:
         self.switch.show_index(index)
-        self.canvas.set_plot(self.plots[index])
-        self._take_theory()
-        self.canvas.fit_theory()
+        pane = self._pane()
+        self._stack.setCurrentWidget(pane or self.canvas)
+        self.title.setVisible(pane is None)
+        if pane is None:
+            self.canvas.set_plot(self.plots[index])
+            self._take_theory()
+            self.canvas.fit_theory()
+        else:
+            self._hide_theory()
+
+    def _pane(self) -> TimePlots | None:
+        """Return what is shown in place of a force plot."""
+        index = self.switch.index - len(self.plots)
+        return self.beside[index] if index >= 0 else None
+
+    def _hide_theory(self) -> None:
+        for part in self.theory:
+            part.hide()
 
     def fit(self) -> None:
         """Narrow the axes to what is shown."""
+        pane = self._pane()
+        if pane is not None:
+            pane.fit()
+            return
         self.canvas.fit()
         self.canvas.refresh()
 
     def set_paused(self, paused: bool) -> None:
         """Freeze the view; the history goes on filling."""
         self.canvas.set_paused(paused)
+        for pane in self.beside:
+            pane.set_paused(paused)
 
     def point(self, time: float | None) -> None:
         """Mark the place at a time in s, for the time plots' pointer; None for none."""
@@ -107,7 +141,7 @@ class ForcePosition(QWidget):
         """Draw the newest data; call once per frame, every other one counts."""
         self._odd = not self._odd
         if self._odd:
-            self.canvas.refresh()
+            (self._pane() or self.canvas).refresh()
 
     def _telling(self) -> int:
         """Return the plot in which this environment's law is a line, over velocity where it declares so."""
@@ -127,6 +161,8 @@ class ForcePosition(QWidget):
 
     def _compute(self) -> None:
         """Take over changed values, in another plot if only that one has a theory now."""
+        if self._pane() is not None:
+            return
         telling = self._telling()
         gone = self._theory(self.canvas.plot_of) is None and self._theory(self.plots[telling]) is not None
         if gone and not self._by_hand:

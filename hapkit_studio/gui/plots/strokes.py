@@ -66,8 +66,20 @@ def joined(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return ends[np.isfinite(ends).all(axis=1)]
 
 
-def dashed(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the dashes (n, 4) along a line, 5 on and 3.5 off; each run after a NaN starts with a dash."""
+def patterned(x: np.ndarray, y: np.ndarray, dash: tuple[float, ...]) -> np.ndarray:
+    """Return the dashes (n, 4) along a line, on and off by turns for so many pixels."""
+    begins = np.cumsum((0.0, *dash))
+    parts = [dashed(x, y, on, begins[-1], begin) for on, begin in zip(dash[::2], begins[:-1:2], strict=True)]
+    return np.concatenate(parts)
+
+
+def dashed(
+    x: np.ndarray, y: np.ndarray, on: float = ON, period: float = PERIOD, lead: float = 0.0
+) -> np.ndarray:
+    """Return the dashes (n, 4) along a line, 5 on and 3.5 off if not told otherwise, the first after a lead.
+
+    Each run after a NaN starts anew.
+    """
     good = np.isfinite(x) & np.isfinite(y)
     edges = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
     edges = edges[edges[:, 1] - edges[:, 0] > 1]
@@ -75,20 +87,27 @@ def dashed(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     if not len(edges) or along[-1] > _HAZE * max(np.nanmax(x) - np.nanmin(x), 1.0):
         return joined(x, y)
     lengths = along[edges[:, 1] - 1] - along[edges[:, 0]]
-    ends = np.cumsum(np.ceil(lengths / PERIOD) * PERIOD)  # runs put one behind the other, by whole periods
+    ends = np.cumsum(np.ceil(lengths / period) * period)  # runs put one behind the other, by whole periods
     begins = np.concatenate([[0.0], ends[:-1]])
-    start = np.arange(0.0, ends[-1] - 0.5 * PERIOD, PERIOD)
+    start = np.arange(0.0, ends[-1] - 0.5 * period, period)
     run = np.searchsorted(ends, start, side="right")
-    stop = np.minimum(start + ON, begins[run] + lengths[run])
+    full = begins[run] + lengths[run]
+    start = np.minimum(start + lead, full)
+    stop = np.minimum(start + on, full)
     which = np.repeat(np.arange(len(edges)), edges[:, 1] - edges[:, 0])
     points = np.concatenate([np.arange(a, b) for a, b in edges])
     place = along[points] - along[edges[which, 0]] + begins[which]
     return np.column_stack([np.interp(s, place, c[points]) for s in (start, stop) for c in (x, y)])
 
 
-def mark(painter: QPainter, at: QPointF, token: str, radius: float = 4.0) -> None:
-    """Draw a dot in a token's colour with a rim of the card's."""
+def mark(painter: QPainter, at: QPointF, token: str, radius: float = 4.0, shape: str = "dot") -> None:
+    """Draw a dot or a diamond in a token's colour with a rim of the card's."""
     painter.setPen(QPen(theme.color("surface"), 1.5))
     painter.setBrush(theme.color(token))
-    painter.drawEllipse(at, radius, radius)
+    if shape == "diamond":
+        r = 1.25 * radius
+        corners = [QPointF(0.0, -r), QPointF(r, 0.0), QPointF(0.0, r), QPointF(-r, 0.0)]
+        painter.drawPolygon([at + corner for corner in corners])
+    else:
+        painter.drawEllipse(at, radius, radius)
     painter.setBrush(Qt.BrushStyle.NoBrush)

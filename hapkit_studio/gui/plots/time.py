@@ -11,7 +11,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.history import History, Window
 from hapkit_studio.gui.plots.beginning import Beginning
-from hapkit_studio.gui.plots.declared import time_plots
+from hapkit_studio.gui.plots.declared import TimePlot, time_plots
 from hapkit_studio.gui.plots.header import HEIGHT, Header
 from hapkit_studio.gui.plots.trace_canvas import Shown, TraceCanvas
 from hapkit_studio.gui.reel import Reel
@@ -23,15 +23,15 @@ _FOLD_BELOW = 3 * HEIGHT + _AXIS + 160
 
 
 class TimePlots(QWidget):
-    """Three linked plots of a history's last seconds; frozen and free to pan and zoom while paused."""
+    """Linked plots of a history's last seconds; frozen and free to pan and zoom while paused."""
 
     span_changed = Signal(float)
     paused_changed = Signal(bool)
     pointed = Signal(object)
 
-    def __init__(self, parent: QWidget | None = None):
+    def __init__(self, parent: QWidget | None = None, plots: list[TimePlot] | None = None):
         super().__init__(parent)
-        self.plots = time_plots()
+        self.plots = time_plots() if plots is None else plots
         self.span, self.paused = 10.0, False
         self.shown = Shown()
         self._history = self._seen = History(seconds=1.0, rate=1.0)

@@ -117,7 +117,10 @@ class TraceCanvas(Canvas):
         lines = [self.to_pixels(x, self.values(trace.channel)) for trace in self.plot_of.traces]
         for index, (trace, (across, down)) in enumerate(zip(self.plot_of.traces, lines, strict=True)):
             color = theme.paler(trace.color, "plot", _PALE if self.shown.stale else 1.0)
-            if trace.dashed:
+            if trace.dash:
+                painter.setPen(strokes.pen(color, 2.0))
+                strokes.segments(painter, strokes.patterned(across, down, trace.dash))
+            elif trace.dashed:
                 painter.setPen(strokes.pen(color, 2.0))
                 above = lines[-1][1] if index + 1 < len(lines) else None
                 down = down if above is None else _apart(down, above)
@@ -130,13 +133,16 @@ class TraceCanvas(Canvas):
             return
         trace = self.plot_of.traces[-1]
         value = self.shown.now[trace.channel] * self.plot_of.scale
-        strokes.mark(painter, self.pixel(0.0, value), trace.color)
+        if np.isfinite(value):
+            strokes.mark(painter, self.pixel(0.0, value), trace.color, shape=self.plot_of.marker)
 
     def _pointer(self, painter: QPainter, box: QRectF) -> None:
         if self.shown.pointer is None or self.shown.pointed is None:
             return
         trace = self.plot_of.traces[-1]
         value = self.shown.pointed[trace.channel] * self.plot_of.scale
+        if not np.isfinite(value):
+            return
         place = self.pixel(self.shown.pointer, value)
         x = place.x()
         painter.setPen(QPen(theme.color("ink3"), 1))

@@ -1,0 +1,32 @@
+"""Energy given to handle and hand over time, and how much the scene could give."""
+
+from hapkit_studio.gui.plots.declared import TimePlot, Trace
+
+PLOT = TimePlot(
+    key="energy",
+    title="Energy",
+    unit="mJ",
+    scale=1e3,
+    decimals=2,
+    reach=2.0,
+    share=100,
+    order=50,
+    traces=(
+        Trace(
+            "energy_limit",
+            "limit",
+            "danger",
+            dash=(2.0, 4.0),
+            help="What was stored where the sum began, and what the paddle's own damping took of more",
+        ),
+        Trace(
+            "energy",
+            "to the hand",
+            "energy",
+            dash=(9.0, 4.0, 2.0, 4.0),
+            help="Force times way since the scene, its values or the loop last changed",
+        ),
+    ),
+    beside=True,
+    marker="diamond",
+)
