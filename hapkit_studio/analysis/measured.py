@@ -4,7 +4,7 @@ The rule is that of ``settling``; real=True renders the device's Coulomb frictio
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from functools import partial
 
@@ -16,7 +16,7 @@ from hapkit_studio.analysis.settling import BUZZES, DECAYS, GROWS, Rendered
 from hapkit_studio.analysis.sweeps import Progress, quiet, sweep
 from hapkit_studio.errors import ParameterError
 
-__all__ = ["BUZZES", "DECAYS", "GROWS", "boundary", "classes", "largest_stable", "rendered"]
+__all__ = ["BUZZES", "DECAYS", "GROWS", "boundary", "classes", "largest_stable", "maps", "rendered"]
 
 _STIFFEST = 1e9
 _PRECISION = 1e-4
@@ -47,6 +47,25 @@ def classes(
     return np.array(found, dtype=np.int8).reshape(lines.size, columns.size)
 
 
+def maps(
+    settings: Sequence[Setting],
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    *,
+    real: bool = False,
+    executor: Executor | None = None,
+    progress: Progress = quiet,
+) -> np.ndarray:
+    """Return the ``classes`` (s, m, n) int8 of many settings: one sweep, whose cell is a line of a map.
+
+    Raise ParameterError, and what progress raises.
+    """
+    columns, lines = _checked(damping, "virtual damping", "N·s/m"), _checked(stiffness, "stiffness", "N/m")
+    cells = [(rendered(setting, real), k) for setting in settings for k in lines.tolist()]
+    found = sweep(partial(_lines, columns), cells, executor=executor, progress=progress)
+    return np.array(found, dtype=np.int8).reshape(len(settings), lines.size, columns.size)
+
+
 def boundary(
     setting: Setting,
     damping: np.ndarray,
@@ -68,6 +87,10 @@ def boundary(
 def _classes(what: Rendered, cells: list[tuple[float, float]]) -> list[int]:
     stiffness, damping = np.array(cells).T
     return settling.judge(what, stiffness, damping).tolist()
+
+
+def _lines(damping: np.ndarray, cells: list[tuple[Rendered, float]]) -> list[np.ndarray]:
+    return [settling.judge(what, np.full(damping.size, k), damping) for what, k in cells]
 
 
 def _limits(what: Rendered, columns: list[float]) -> list[float]:

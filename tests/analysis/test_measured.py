@@ -141,6 +141,15 @@ def test_the_passivity_controller_raises_the_boundary(real, delay, threads):
     assert (beyond != GROWS).all()
 
 
+def test_many_maps_in_one_sweep_are_the_single_ones(threads):
+    settings = [Setting(), Setting(delay=1e-3), Setting(estimator="iir", hand="light")]
+    damping, stiffness = [0.0, 1.0, 7.0, 20.0], np.geomspace(200.0, 20_000.0, 6)
+    found = measured.maps(settings, damping, stiffness, real=True, executor=threads)
+    for one, setting in zip(found, settings, strict=True):
+        assert (one == measured.classes(setting, damping, stiffness, real=True, executor=threads)).all()
+    assert not (found[0] == found[1]).all()
+
+
 def test_progress_and_cancel(threads):
     said = []
     measured.classes(Setting(), [1.0, 2.0], [50.0, 60.0, 70.0], progress=lambda *now: said.append(now))
