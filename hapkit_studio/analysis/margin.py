@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 # Beyond this many times nobody asks how far.
 _FAR = 100.0
+# Below this, one decimal would hide on which side of 1 a ratio is.
+_NEXT_TO_ONE = 1.095
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,13 @@ def hand_words(hand: str) -> str:
 
 
 def times(ratio: float) -> str:
-    """Write a ratio of 1 or more as it is read aloud; one decimal."""
-    return f"{ratio:.1f} ×"
+    """Write a ratio of 1 or more: one decimal, two where it is next to 1."""
+    return f"{ratio:.{2 if ratio < _NEXT_TO_ONE else 1}f} ×"
+
+
+def factor(ratio: float) -> str:
+    """Write the way from the stiffness to the limit: "× 1.4", "÷ 1.3" from beyond it."""
+    return f"× {times(ratio)[:-2]}" if ratio >= 1.0 else f"÷ {times(1.0 / ratio)[:-2]}"
 
 
 def short(margin: Margin) -> str:

@@ -15,7 +15,7 @@ _OFF = 0.2
 def room(
     low: np.ndarray, high: np.ndarray, size: tuple[float, float], taken: Sequence[Box] = ()
 ) -> Box | None:
-    """Return a roomy box near the middle (left, bottom, right, top) of a size between two curves; None without room.
+    """Return a roomy box (left, bottom, right, top) of a size between two curves; None without room.
 
     Everything is a share of the frame: low and high are (n,) heights at n even places across, size is
     (width, height), taken are boxes to stay clear of.

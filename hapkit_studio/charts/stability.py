@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis.margin import hand_words, times
+from hapkit_studio.analysis.margin import factor, hand_words
 from hapkit_studio.analysis.plane import Plane
 from hapkit_studio.charts import stability_side
 from hapkit_studio.charts.placing import Box, room
@@ -201,17 +201,12 @@ def _dot(axes: Any, plane: Plane) -> None:
             "", (margin.damping, tip), (margin.damping, margin.stiffness), zorder=7,
             arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 2.2, "mutation_scale": 18},
         )  # fmt: skip
-        _say(axes, plane, 0.5 * (tip + margin.stiffness), _factor(margin.ratio), color)
+        _say(axes, plane, 0.5 * (tip + margin.stiffness), factor(margin.ratio), color)
     axes.plot(
         margin.damping, margin.stiffness, "o", markersize=14, color=color, markeredgecolor=SURFACE,
         markeredgewidth=2, zorder=8,
     )  # fmt: skip
     _say(axes, plane, margin.stiffness, f"{margin.stiffness:.0f} N/m, {margin.damping:.1f} N·s/m", color)
-
-
-def _factor(ratio: float) -> str:
-    """Write the way to the boundary: "× 1.4", or "÷ 1.3" from beyond it."""
-    return f"× {times(ratio)[:-2]}" if ratio >= 1.0 else f"÷ {times(1.0 / ratio)[:-2]}"
 
 
 def _say(axes: Any, plane: Plane, height: float, words: str, color: str) -> None:

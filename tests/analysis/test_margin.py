@@ -18,7 +18,8 @@ from hapkit_studio.analysis.scales import axes, height, nice_top, nice_width
         (1.0, 867.0, "firm", "Over 100 × below the limit; firm grip."),
         (0.0, 867.0, "light", "Stable, light grip."),
         (10.0, 0.0, "released", "Above the damping limit; released hand. Lower damping."),
-        (867.0, 867.0, "released", "1.0 × below the limit; released hand."),
+        (867.0, 867.0, "released", "1.00 × below the limit; released hand."),
+        (910.0, 867.0, "firm", "1.05 × above the limit; firm grip. Lower stiffness below 867 N/m."),
     ],
 )
 def test_the_sentence(stiffness, limit, hand, words):

@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainter
 
-from hapkit_studio.analysis.margin import Margin, short
+from hapkit_studio.analysis.margin import Margin, factor, short
 from hapkit_studio.gui.tabs.chart import Chart
 from hapkit_studio.gui.tabs.marks import arrow, line, marker, ring, write
 from hapkit_studio.gui.tabs.stability_lines import Lines
@@ -57,8 +57,7 @@ def _way(painter: QPainter, chart: Chart, lines: Lines, token: str) -> None:
         return
     arrow(painter, at + QPointF(0.0, -_RING if tip.y() < at.y() else _RING), tip, token)
     if abs(tip.y() - at.y()) > _ROOM_FOR_WORDS:
-        words = f"× {margin.ratio:.1f}" if margin.ratio >= 1.0 else f"÷ {1.0 / margin.ratio:.1f}"
-        _beside(painter, chart, (at + tip) * 0.5 + QPointF(0.0, 5.0), words, token)
+        _beside(painter, chart, (at + tip) * 0.5 + QPointF(0.0, 5.0), factor(margin.ratio), token)
 
 
 def _beside(painter: QPainter, chart: Chart, at: QPointF, words: str, token: str) -> None:

@@ -2,11 +2,12 @@
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.tabs.stability_pair import contact
 
-# How far the hand pulls into the stiffest place, in m, and for how long before it lets go.
-_PULL = 0.004
+# How hard the hand pulls at most in N, how far it goes in m, and for how long before it lets go.
+_FORCE, _FAR = 2.0, 0.010
 _HOLD_MS = 700
 _GRIP = "medium"
 
@@ -43,7 +44,9 @@ class Trial(QObject):
             self._grip = self._studio.grip
             self._studio.set_grip(_GRIP)
         place, direction = contact(self._studio.environment, self._studio.values)
-        self._studio.move_hand(place + _PULL * direction)
+        grip = grip_named(self._studio.grip)
+        pull = min(_FAR, _FORCE / grip.stiffness) if grip and grip.stiffness > 0.0 else _FAR
+        self._studio.move_hand(place + pull * direction)
         self._timer.start()
         self.changed.emit()
 
