@@ -16,8 +16,8 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, quiet, sweep, workers
+from hapkit_studio.analysis.zwidth_limits import SIMULATED_DAMPING
 from hapkit_studio.analysis.zwidth_protocol import (
-    USUAL_DAMPING,
     Protocol,
     conditions,
     levels_of,
@@ -44,7 +44,7 @@ def nobody(damping: float, point: Point) -> None:
 
 def compute(
     setting: Setting,
-    damping: Sequence[float] = USUAL_DAMPING,
+    damping: Sequence[float] = SIMULATED_DAMPING,
     protocol: Protocol | None = None,
     *,
     progress: Progress = quiet,

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.zwidth_protocol import PUSH, SPEED
+from hapkit_studio.analysis.zwidth_limits import CARE_FORCE, PUSH, SPEED
 from hapkit_studio.analysis.zwidth_result import FAST, LEAVES
 from hapkit_studio.errors import DeviceError, ParameterError, StudioError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.parameters import Parameter
 
 WALL = environments.named("wall")
-FORCE = Parameter("max_force", "Force limit", "N", 2.0, 0.1, 3.0, "No trial asks more of the motor")
 _STIFFNESS = WALL.parameters[0]
 # A wall that no Hapkit makes buzz.
 CALM = 100.0
@@ -33,7 +31,7 @@ class Care:
     factor, to the highest at most, and is found to a share of itself. Raise ParameterError.
     """
 
-    max_force: float = FORCE.default
+    max_force: float = CARE_FORCE.default
     push: float = PUSH.default
     hit: float = SPEED.default
     max_speed: float = 1.0
@@ -45,7 +43,7 @@ class Care:
     precision: float = 0.05
 
     def __post_init__(self) -> None:
-        FORCE.check(self.max_force)
+        CARE_FORCE.check(self.max_force)
         PUSH.check(self.push)
         SPEED.check(self.hit)
         if self.push > 0.6 * self.max_force:

@@ -15,13 +15,13 @@ from hapkit_studio.analysis.sweeps import Progress, quiet
 from hapkit_studio.analysis.zwidth import Arrived, nobody
 from hapkit_studio.analysis.zwidth_bench import Bench, Care, Interrupted, Unsafe
 from hapkit_studio.analysis.zwidth_hands import Person, Presser, SimulatedHand
+from hapkit_studio.analysis.zwidth_limits import DEVICE_DAMPING
 from hapkit_studio.analysis.zwidth_protocol import levels_of, linear_curve, linear_limits, loop_conditions
 from hapkit_studio.analysis.zwidth_result import BUZZES, GROWS, Condition, ZWidth
 from hapkit_studio.analysis.zwidth_search import Point, Verdict, stiffest
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 
-USUAL_DAMPING = (0.0, 1.0, 2.0, 5.0)
 # A buzz is faster than this; a hand's own tremor (8 to 12 Hz) is slower.
 _SLOW_SECONDS = 0.05
 _WINDOW_SECONDS = 0.25
@@ -38,7 +38,7 @@ def silent(words: str) -> None:
 
 def measure(
     engine: Engine,
-    damping: Sequence[float] = USUAL_DAMPING,
+    damping: Sequence[float] = DEVICE_DAMPING,
     care: Care | None = None,
     *,
     person: bool | None = None,
@@ -73,9 +73,8 @@ def setting_of(engine: Engine, grip: str) -> Setting:
     device = engine.modelled or engine.device
     coulomb = engine.modelled.coulomb_force if engine.modelled else 0.0
     loop, delay = engine.loop, engine.health().delay
-    return Setting(
-        device.mass, device.viscous, coulomb, device.quantum, loop.rate, delay, loop.estimator, grip
-    )
+    handle = device.mass, device.viscous, coulomb, device.quantum
+    return Setting(*handle, loop.rate, delay, loop.estimator, grip, loop.controller)
 
 
 def _conditions(engine: Engine, setting: Setting, care: Care) -> tuple[Condition, ...]:

@@ -8,15 +8,10 @@ import numpy as np
 
 from hapkit_studio.analysis.exact import checked_loop, stiffness_limits
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.zwidth_limits import DAMPING, MAX_FORCE, PUSH, SPEED
 from hapkit_studio.analysis.zwidth_result import Condition, estimator_words
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.parameters import Parameter
 
-DAMPING = Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 1000.0)
-SPEED = Parameter("speed", "Speed", "m/s", 0.1, 0.001, 3.0, "At which the handle hits the wall")
-PUSH = Parameter("push", "Push", "N", 1.0, 0.01, 20.0, "Constant force into the wall")
-MAX_FORCE = Parameter("max_force", "Force limit", "N", 3.0, 0.01, 100.0, "What the motor can do at most")
-USUAL_DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 _CURVE = 81
 
 
@@ -80,6 +75,7 @@ def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition,
     """Return everything about device and loop that a Z-width depends on; friction: whether it is known."""
     known, rubs = (setting.coulomb, f"{setting.coulomb:g} N") if friction else (math.nan, "not known")
     given, estimator = estimator_words(setting.estimator)
+    controller = "on" if setting.controller else "off"
     return (
         Condition("rate_Hz", setting.rate, "Period", f"{1e3 * setting.period:g} ms", "T"),
         Condition("delay", setting.delay, "Delay", f"{1e3 * setting.delay:.3g} ms"),
@@ -88,6 +84,7 @@ def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition,
         Condition("coulomb", known, "Friction", rubs),
         Condition("quantum", setting.quantum, "Sensor step", f"{1e6 * setting.quantum:.3g} µm"),
         Condition("estimator", given, "Velocity", estimator),
+        Condition("controller", controller, "Passivity controller", controller, "controller"),
     )
 
 

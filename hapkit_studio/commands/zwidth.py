@@ -7,8 +7,16 @@ import sys
 from hapkit_studio import devices
 from hapkit_studio.analysis import zwidth, zwidth_device
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.zwidth_bench import FORCE, Care
-from hapkit_studio.analysis.zwidth_protocol import MAX_FORCE, PUSH, SPEED, USUAL_DAMPING, Protocol
+from hapkit_studio.analysis.zwidth_bench import Care
+from hapkit_studio.analysis.zwidth_limits import (
+    CARE_FORCE,
+    DEVICE_DAMPING,
+    MAX_FORCE,
+    PUSH,
+    SIMULATED_DAMPING,
+    SPEED,
+)
+from hapkit_studio.analysis.zwidth_protocol import Protocol
 from hapkit_studio.analysis.zwidth_result import ZWidth, text
 from hapkit_studio.charts.zwidth import zwidth_figure
 from hapkit_studio.commands.base import Command, Result, progress_line
@@ -36,7 +44,7 @@ def options(command: argparse.ArgumentParser) -> None:
         ("delay", "S", f"from sample to force; {usual.delay:g}"),
         ("speed", "M/S", f"at which the wall is hit; {SPEED.default:g}"),
         ("push", "N", f"into the wall; {PUSH.default:g}"),
-        ("max-force", "N", f"the motor's limit; none, on a device {FORCE.default:g}"),
+        ("max-force", "N", f"the motor's limit; none, on a device {CARE_FORCE.default:g}"),
     )
     command.add_argument("--device", metavar="DEVICE", help="simulated, virtual, a port; without: simulation")
     command.add_argument("--damping", metavar="B,B,…", help="virtual dampings in N·s/m, e.g. 0,1,2,5")
@@ -44,6 +52,7 @@ def options(command: argparse.ArgumentParser) -> None:
         command.add_argument(f"--{name}", type=float, metavar=unit, help=words)
     command.add_argument("--estimator", metavar="NAME", help=ESTIMATOR_HELP)
     command.add_argument("--hand", metavar="GRIP", help=", ".join(GRIPS))
+    command.add_argument("--controller", action="store_true", help="with the passivity controller")
     command.add_argument("--plot", metavar="PATH", help="write a picture")
 
 
@@ -72,8 +81,8 @@ def _simulated(options: argparse.Namespace) -> ZWidth:
     given = _given(options, (*_HANDLE, "rate", "delay", "hand"))
     force = math.inf if options.max_force is None else MAX_FORCE.check(options.max_force)
     protocol = Protocol(**_given(options, ("speed", "push")), max_force=force)
-    levels = dampings(options.damping, USUAL_DAMPING)
-    setting = Setting(**given, **_estimator(options))
+    levels = dampings(options.damping, SIMULATED_DAMPING)
+    setting = Setting(**given, **_estimator(options), controller=options.controller)
     return zwidth.compute(setting, levels, protocol, progress=progress_line("damping"))
 
 
@@ -81,14 +90,15 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
     """Measure on a device of its own; Ctrl+C, too, leaves it with a zero command."""
     hit = {"hit": options.speed} if options.speed is not None else {}
     care = Care(**_given(options, ("max_force", "push")), **hit)
-    levels = dampings(options.damping, zwidth_device.USUAL_DAMPING)
+    levels = dampings(options.damping, DEVICE_DAMPING)
     device = _device(options)
     engine = Engine(device, "wall")
     if options.hand is not None:
         engine.set_grip(options.hand)
     engine.start()
     try:
-        engine.set_loop(**_given(options, ("rate", "delay")), **_estimator(options))
+        loop = {**_given(options, ("rate", "delay")), **_estimator(options)}
+        engine.set_loop(**loop, controller=options.controller)
         engine.set_model("everything")
         watch = progress_line("trial")
         return zwidth_device.measure(engine, levels, care, progress=watch, say=_say)

@@ -59,9 +59,9 @@ class Pictures(QObject):
 
     @property
     def max_force(self) -> float:
-        """Return the force limit of the device in N."""
+        """Return the force limit in force in N."""
         engine = self._studio.engine
-        return float(engine.device.max_force) if engine is not None else _MAX_FORCE
+        return engine.max_force if engine is not None else _MAX_FORCE
 
     def show_frame(self, row: np.ndarray, clamped: bool) -> None:
         """Show the newest row everywhere."""
