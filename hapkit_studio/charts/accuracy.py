@@ -81,7 +81,7 @@ def _draw(axes: Any, sheet: "Sheet", large: bool) -> Frame:
 def _head(axes: Any, sheet: "Sheet", large: bool) -> None:
     """Write title, answer with its sign, and what the default makes of it."""
     right = sheet.answer.right
-    size, wide = (18.0, 96) if large else (14.0, 66)
+    size, wide = (18.0, 96) if large else (15.0, 64)
     words = size * 0.8
     answer = fill(("✓ " if right else "▲ ") + sentence(sheet), wide)
     more = fill(verdict(sheet), round(1.12 * wide))

@@ -65,7 +65,7 @@ def limit_words(scene: Scene) -> str:
     """Write what a scene's tolerance asks for."""
     if scene.goal:
         return scene.goal
-    if scene.unit == "m/s":
+    if scene.unit == "m/s" or scene.tolerance < _SMALL:
         return f"within {error_words(scene.tolerance, scene.unit)}".replace(".0 ", " ")
     return f"within {100.0 * scene.tolerance:g} %"
 
