@@ -4,7 +4,11 @@ Workers may come and go: the scheduler gives a lost worker's chunks to another, 
 its ``allowed-failures``, the sweep sends again.
 """
 
+import contextlib
+import logging
+import math
 import socket
+import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -12,12 +16,41 @@ from typing import Any
 
 from hapkit_studio.errors import StudioError
 
+COUNT_SECONDS = 1.0
 CONNECT_SECONDS = 5.0
 WORKER_SECONDS = 10.0
+_DASK = "distributed"
 
 
 class ClusterError(StudioError):
     """A cluster cannot be used; the text says why and what to do."""
+
+
+class ClusterExecutor(Executor):
+    """A Dask client's executor that knows how many workers there are now, and what a lost chunk raises."""
+
+    def __init__(self, client: Any, lost: tuple[type[BaseException], ...]):
+        self.client, self.lost = client, lost
+        self._inner = client.get_executor(pure=False)
+        self._counted, self._counted_at = 0, -math.inf
+
+    def submit(self, fn, /, *args, **kwargs):
+        """Send a call to the scheduler; return its future."""
+        return self._inner.submit(fn, *args, **kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Take no more calls; wait for those under way, or cancel them."""
+        self._inner.shutdown(wait=wait and not cancel_futures)
+
+    @property
+    def _max_workers(self) -> int:
+        """Return the workers' threads, counted again after a second."""
+        now = time.monotonic()
+        if now - self._counted_at > COUNT_SECONDS:
+            self._counted_at = now
+            with contextlib.suppress(OSError, TimeoutError):  # the client tries to connect again meanwhile
+                self._counted = sum(self.client.ncores().values())
+        return self._counted
 
 
 @contextmanager
@@ -27,12 +60,23 @@ def cluster(address: str, timeout: float = CONNECT_SECONDS) -> Iterator[Executor
     Every worker needs the same version of the studio.
     """
     distributed = _distributed()
-    with _connected(distributed, address, timeout) as client:
+    with _silent(), _connected(distributed, address, timeout) as client:
         _check_workers(client, address)
-        executor = client.get_executor(pure=False)
-        executor._max_workers = sum(client.ncores().values())
-        executor.lost = (distributed.scheduler.KilledWorker,)
-        yield executor
+        yield ClusterExecutor(client, (distributed.scheduler.KilledWorker,))
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Keep Dask from printing tracebacks of its own: what matters comes out as an error of one line."""
+    loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(_DASK)]
+    before = [logger.disabled for logger in loggers]
+    for logger in loggers:
+        logger.disabled = True
+    try:
+        yield
+    finally:
+        for logger, disabled in zip(loggers, before, strict=True):
+            logger.disabled = disabled
 
 
 def _connected(distributed: Any, address: str, timeout: float) -> Any:

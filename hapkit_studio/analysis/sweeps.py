@@ -138,6 +138,8 @@ class _Sweep:
             if self._is_lost(future, first):
                 self._submit(first, last)
                 continue
+            if future.cancelled():
+                raise StudioError("The executor gave up a part of the work: it was shut down, or cut off.")
             results, seconds = future.result()
             if len(results) != last - first:
                 raise ValueError(f"The task gave {len(results)} results for {last - first} cells.")

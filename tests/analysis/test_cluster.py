@@ -14,6 +14,7 @@ from hapkit_studio.analysis import measured
 from hapkit_studio.analysis.cluster import ClusterError, cluster
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import sweep
+from hapkit_studio.errors import StudioError
 from tests.analysis import sweep_tasks
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -68,7 +69,7 @@ def test_same_numbers_and_nothing_is_lost_with_a_worker(dask):
         wanted = measured.boundary(setting, damping, executor=threads)
         roots = sweep(sweep_tasks.busy_roots, CELLS, executor=threads)
     with cluster(dask.address, timeout=30.0) as executor:
-        executor._client.wait_for_workers(2, timeout=60)
+        executor.client.wait_for_workers(2, timeout=60)
         assert (measured.boundary(setting, damping, executor=executor) == wanted).all()
         placed = sweep(sweep_tasks.roots_and_place, CELLS, executor=executor, chunk=100)
         assert {place for _, place in placed} == {worker.pid for worker in dask.workers}
@@ -87,6 +88,16 @@ def test_same_numbers_and_nothing_is_lost_with_a_worker(dask):
         assert [root for root, _ in placed] == roots
         assert said == sorted(said)
         assert said[-1] == len(CELLS)
+
+
+def test_a_scheduler_that_dies_is_said_in_one_line(dask, capfd):
+    def kill_it(done, of):
+        if done:
+            dask.scheduler.kill()
+
+    with cluster(dask.address, timeout=30.0) as executor, pytest.raises(StudioError, match="gave up a part"):
+        sweep(sweep_tasks.busy_roots, CELLS, executor=executor, progress=kill_it, chunk=50)
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def test_nobody_at_the_address_is_said_in_one_line():
