@@ -7,10 +7,11 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.sweeps import Progress, quiet
+from hapkit_studio.haptics.settings_writer import RATE
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
 
 __all__ = ["Case", "Chart", "Choice", "Evidence", "Failure", "Line", "Live", "Mark", "Parameter"]
-__all__ += ["Progress", "quiet", "within"]
+__all__ += ["Progress", "live_rate", "quiet", "within"]
 
 # One number for each option of a failure, a choice's as its index: what Failure.case returns.
 Case = Mapping[str, float]
@@ -95,9 +96,10 @@ class Failure:
     """One way in which a method fails; its file in this folder is found by the name ``FAILURE``.
 
     knob is what is turned, low to high all that may be tried; below limit(case) the method holds, above it
-    fails, for certain from ``margin`` (a share of the limit) on: 0.01 where the boundary is sharp. A case
-    has one number for each of options. probe tries one value of the knob by the code that renders; curve
-    measures many and draws the formula beside them. span: the shares of the limit worth turning to.
+    fails, for certain from ``margin`` (a share of the limit) on: 0.01 where the boundary is sharp. The limit
+    is inf where nothing fails, 0 where nothing holds. A case has one number for each of options. probe tries
+    one value of the knob by the code that renders; curve measures many and draws the formula beside them.
+    span: the shares of the limit worth turning to.
     """
 
     key: str
@@ -138,3 +140,8 @@ def within(key: str, values: Mapping[str, float]) -> dict[str, float]:
     """Return values of an environment, cut to what a person may set there."""
     declared = {p.key: p for p in environments.named(key).parameters}
     return {k: min(max(float(v), declared[k].low), declared[k].high) for k, v in values.items()}
+
+
+def live_rate(rate: float) -> float:
+    """Return a rate in Hz, cut to what a person may set."""
+    return min(max(rate, RATE.low), RATE.high)

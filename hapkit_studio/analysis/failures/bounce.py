@@ -116,7 +116,7 @@ FAILURE = Failure(
     key="bounce",
     title="The energy of a bounce",
     summary="A sampled wall gives energy at every bounce; beyond a stiffness its formula is off",
-    formula="E out/E in = exp(π (K (T/2 + td) − b)/(m ω)), 1 % up to ω T (1 + 2 td/T) = 0.4",
+    formula="E out/E in = exp(π (K (T/2 + td) − b)/(m ω)), about 1 % off at ω T (1 + 2 td/T) = 0.4",
     explanation="A wall is a spring met late and left late, by half a period and the delay, so a bounce "
     "comes back faster than it went in. The formula takes the bounce as half a swing that grows all "
     "along. For a soft wall that is within 1 %; a stiff one is met and left within a few samples, "

@@ -119,7 +119,7 @@ FAILURE = Failure(
     "mass m by F T²/(2 m) and leaves it with F T/m of speed; once that carries it over more than a "
     "count or so before the next look, each flip causes the next. A model that knows a place to "
     "hold, such as the implicit projection, rests.",
-    knob=Parameter("friction", "Friction", "N", 1.0, 0.0, 50.0, "Kinetic and static", "F"),
+    knob=Parameter("friction", "Friction", "N", 1.0, 0.0, 1e4, "Kinetic and static", "F"),
     limit=limit,
     probe=probe,
     curve=curve,

@@ -18,6 +18,7 @@ from hapkit_studio.analysis.failures.base import (
     Mark,
     Parameter,
     Progress,
+    live_rate,
 )
 from hapkit_studio.analysis.failures.numbers import before_lost, growth, text, thinned
 from hapkit_studio.analysis.failures.step_roots import growth_per_radian
@@ -76,7 +77,7 @@ def swing(method: str, step: float) -> tuple[np.ndarray, np.ndarray]:
     begin = math.ceil(RISE / step) + 2
     place = out[begin:, rows.STATE]
     at_rest = (SPRING * REST + CONTACT * (PRESSED + NUDGE)) / BOTH
-    n = before_lost(place - at_rest, PRESSED + NUDGE - at_rest)
+    n = max(before_lost(place - at_rest, PRESSED + NUDGE - at_rest), 2)
     return step * np.arange(n), (place - at_rest)[:n]
 
 
@@ -115,7 +116,7 @@ def curve(case: Case, progress: Progress) -> Chart:
 
 def live(step: float, case: Case) -> Live:
     """Return the course's scene in the window at this step."""
-    loop = {"rate": 1.0 / step}
+    loop = {"rate": live_rate(1.0 / step)}
     return Live("mass_spring_damper", values(_method(case)), loop, "firm", "Press the mass and hold still.")
 
 

@@ -1,5 +1,6 @@
 """Damping that makes it worse: behind a slow second-order filter it lowers the stable stiffness."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -34,7 +35,7 @@ def spec(case: Case) -> Spec:
 
 
 def limit(case: Case) -> float:
-    """Return the virtual damping in N·s/m up to which the spring of the case is stable; 0 if it never is."""
+    """Return the damping in N·s/m up to which the spring is stable: 0 if it never is, inf if always."""
     return _limit(tuple(case.items()))
 
 
@@ -46,7 +47,7 @@ def _limit(numbers: tuple) -> float:
         return 0.0
     last = int(np.flatnonzero(stable)[-1])
     if last == len(_SCAN) - 1:
-        return MOST
+        return math.inf
     low, high = _SCAN[last], _SCAN[last + 1]
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)

@@ -20,15 +20,18 @@ from hapkit_studio.analysis.failures.base import (
     Mark,
     Parameter,
     Progress,
+    live_rate,
     within,
 )
-from hapkit_studio.analysis.failures.numbers import before_lost, text, thinned
+from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import stiffness_limit
 from hapkit_studio.haptics import batch, block, headless, rows
 
 _NEAR, _POINTS = np.array([0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04, 1.06]), 24
 _HALVINGS = 50
+# What has become this small a share of its start is lost in rounding.
+DEAD = 1e-12
 _SCAN = 200
 
 
@@ -110,7 +113,8 @@ def swing(stiffness: float, case: Case, periods: tuple[float, ...]) -> tuple[np.
 def rate_of(stiffness: float, case: Case, seen: np.ndarray, seconds: float) -> float:
     """Return the growth in 1/s of rows (n, 2) of place and speed, ``seconds`` apart."""
     size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
-    half = len(size) // 2
+    half = alive(size, DEAD * loop.START) // 2
+    size = size[: 2 * half]
     # Seen once a pattern, the swing stands where it likes: its largest of each half is compared.
     return float(np.log(size[half:].max() / size[:half].max()) / (half * seconds)) if half else math.inf
 
@@ -154,7 +158,12 @@ def curve(case: Case, progress: Progress) -> Chart:
 def live(stiffness: float, case: Case) -> Live:
     """Return the spring in the window in a loop that is always as slow as this one is at times."""
     values = within("spring", {"stiffness": stiffness, "damping": 0.0, "center": 0.0})
-    loop_ = {"rate": 1.0 / max(pattern(case)), "delay": 0.0, "estimator": "difference", "options": ()}
+    loop_ = {
+        "rate": live_rate(1.0 / max(pattern(case))),
+        "delay": 0.0,
+        "estimator": "difference",
+        "options": (),
+    }
     return Live("spring", values, loop_, advice="Here every period is the long one. Pull the handle aside.")
 
 

@@ -66,7 +66,7 @@ FAILURE = Failure(
     key="limit_cycle",
     title="A buzz of less than a count",
     summary="Where half a count's force is more than dry friction holds, the handle never rests",
-    formula="K < 2 F_c/Δ (Abbott and Okamura 2005; σ = F_c/(K Δ) > ½ in Diolaiti's plane)",
+    formula="K < 2 F_c/Δ, while K < 2 b/T (Abbott and Okamura; σ = F_c/(K Δ) > ½ in Diolaiti's plane)",
     explanation="A sensor of steps Δ makes the spring's force a staircase of steps K Δ. Where the handle "
     "ought to rest on the edge of a step, the force is +½ K Δ on one side and −½ K Δ on the other, "
     "never 0. Dry friction F_c can hold that as long as ½ K Δ stays below it. Above, the handle is "

@@ -1,10 +1,12 @@
 """A failure shown: tried just inside its limit and just outside, and charted."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hapkit_studio.analysis.failures.base import Case, Chart, Evidence, Failure, quiet
 from hapkit_studio.analysis.sweeps import Progress
+from hapkit_studio.errors import ParameterError
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,11 @@ def show(
     chart: bool = True,
     progress: Progress = quiet,
 ) -> Shown:
-    """Return a failure tried on both sides of its limit; raise ParameterError for options it has not."""
+    """Return a failure tried on both sides of its limit; raise ParameterError for options without a limit."""
     case = failure.case(given)
+    if not 0.0 < failure.limit(case) < math.inf:
+        what = "fails" if failure.limit(case) else "holds"
+        raise ParameterError(f"{failure.title}: nothing {what} with these options, change one of them.")
     values = failure.inside(case), failure.outside(case)
     inside, outside = (Try(value, failure.probe(value, case)) for value in values)
     curve = failure.curve(case, progress) if chart else None

@@ -50,7 +50,9 @@ def thrown(speed: float, case: Case, phase: float) -> np.ndarray:
     start = BUMP - 0.5 * case["width"] - (1.0 + phase) * way
     device = SimulatedHapkit(case["mass"], 0.0, 0.0, 0.0, math.inf, start, speed)
     scene = headless.Scene(environments.named("bump_valley"), values, device, LoopSettings(case["rate"]))
-    return headless.render(scene, None, math.ceil(case["width"] / way) + 4)[0]
+    out = headless.render(scene, None, math.ceil(case["width"] / way) + 4)[0]
+    # beyond the middle the valley begins
+    return out[out[:, rows.TRUE_POSITION] < 0.0]
 
 
 def inside(out: np.ndarray) -> int:

@@ -108,15 +108,15 @@ def test_what_is_felt_live_can_be_set_by_a_person(key):
     if failure.live is None:
         assert key in ("limit_cycle", "texture_counts")
         return
-    case = failure.case()
-    for share in (*failure.span, 0.99, 1.01):
-        live = failure.live(share * failure.limit(case), case)
-        scene = environments.named(live.environment)
-        assert scene.values(live.values)
-        wish = LoopWish(**live.loop)
-        LoopSettings().changed(wish.rate, wish.delay, wish.spec)
-        assert live.grip in GRIPS
-        assert live.advice
+    extremes = [{}] + [{p.key: end} for p in failure.options for end in (p.low, p.high)]
+    for case in map(failure.case, extremes):
+        for value in (failure.knob.low, failure.knob.default, failure.knob.high):
+            live = failure.live(value, case)
+            assert environments.named(live.environment).values(live.values)
+            wish = LoopWish(**live.loop)
+            LoopSettings().changed(wish.rate, wish.delay, wish.spec)
+            assert live.grip in GRIPS
+            assert live.advice
 
 
 @pytest.mark.parametrize("key", KEYS)

@@ -9,6 +9,8 @@ from scipy.linalg import expm
 
 from hapkit_studio.analysis.failures import failures, loop
 from hapkit_studio.analysis.failures.filters import ESTIMATORS
+from hapkit_studio.analysis.failures.shown import show
+from hapkit_studio.errors import ParameterError
 
 SPRING, FILTERS, WORSE = (failures()[k] for k in ("sampled_spring", "filters", "filtered_damping"))
 
@@ -96,5 +98,12 @@ def test_its_damping_limit_is_where_the_table_has_that_stiffness(given):
     assert not WORSE.probe(WORSE.outside(case), case).holds
 
 
-def test_no_damping_helps_a_spring_beyond_every_limit():
-    assert WORSE.limit(WORSE.case({"stiffness": 5000.0})) == 0.0
+def test_where_there_is_no_limit_it_is_said():
+    """Beyond every limit no damping helps; a heavy handle is calm with any."""
+    for given, limit, words in (
+        ({"stiffness": 5000.0}, 0.0, "nothing holds"),
+        ({"mass": 1.0}, math.inf, "nothing fails"),
+    ):
+        assert WORSE.limit(WORSE.case(given)) == limit
+        with pytest.raises(ParameterError, match=words):
+            show(WORSE, given)
