@@ -5,8 +5,7 @@ import multiprocessing
 import os
 import sys
 import threading
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from functools import partial
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import pytest
 
@@ -14,48 +13,10 @@ from hapkit_studio.analysis import sweeps
 from hapkit_studio.analysis.sweeps import Cancelled, sweep
 from hapkit_studio.errors import ParameterError
 from tests.analysis import sweep_tasks
+from tests.analysis.sweep_executors import Forgetful, Held, Lost, Serial
 
 CELLS = [0.5 * i for i in range(997)]
 WANTED = [math.sqrt(x) for x in CELLS]
-
-
-class Serial(Executor):
-    """Computes at once, in the calling thread."""
-
-    def __init__(self):
-        self.chunks = 0
-
-    def submit(self, fn, /, *args, **kwargs):
-        self.chunks += 1
-        future: Future = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:
-            future.set_exception(error)
-        return future
-
-
-class Held(Executor):
-    """Keeps what it is given until told to go on."""
-
-    _max_workers = 3
-
-    def __init__(self):
-        self.given: list[tuple[Future, partial]] = []
-        self.most = 0
-
-    def submit(self, fn, /, *args, **kwargs):
-        future: Future = Future()
-        self.given.append((future, partial(fn, *args, **kwargs)))
-        self.most = max(self.most, sum(not f.done() for f, _ in self.given))
-        return future
-
-    def finish(self, which: int) -> None:
-        """Finish one of those under way, counted from the oldest."""
-        waiting = [pair for pair in self.given if not pair[0].done()]
-        if waiting:
-            future, call = waiting[which % len(waiting)]
-            future.set_result(call())
 
 
 @pytest.mark.parametrize("chunk", [None, 1, 7, 5000])
@@ -146,29 +107,6 @@ def test_a_task_s_error_comes_out_as_it_was(chunk):
         sweep(sweep_tasks.fails_at_thirty, CELLS, chunk=chunk)
     with pytest.raises(KeyError, match="cell thirty"):
         sweep(sweep_tasks.fails_at_thirty, CELLS, chunk=chunk, executor=Serial())
-
-
-class Lost(Exception):
-    """What an executor says of a chunk whose workers are gone."""
-
-
-class Forgetful(Serial):
-    """Loses the first chunks, so many times each."""
-
-    lost = (Lost,)
-    _max_workers = 1
-
-    def __init__(self, times: int):
-        super().__init__()
-        self.times = times
-
-    def submit(self, fn, /, *args, **kwargs):
-        self.chunks += 1
-        if self.chunks > self.times:
-            return super().submit(fn, *args, **kwargs)
-        future: Future = Future()
-        future.set_exception(Lost("gone"))
-        return future
 
 
 def test_a_lost_chunk_is_sent_again_but_not_for_ever():
