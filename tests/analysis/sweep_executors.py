@@ -1,4 +1,4 @@
-"""Executors that a sweep meets in the tests: one that computes at once, one that is held, one that forgets."""
+"""Executors that sweeps meet in the tests: one computes at once, one is held, one forgets."""
 
 from concurrent.futures import Executor, Future
 from functools import partial
