@@ -188,6 +188,9 @@ class History:
         y[:, 1::2] = np.where(rising, greatest, least)
         left, width = edges[filled], edges[filled + 1] - edges[filled]
         x = np.stack([left + 0.25 * width, left + 0.75 * width], axis=1).ravel()
+        begun = np.flatnonzero(np.isnan(self._data[-1, first[0] : stop[-1]])) + first[0]
+        anew = 2 * (np.searchsorted(first, begun, side="right") - 1)
+        y[len(CHANNELS) :, anew] = y[len(CHANNELS) :, anew + 1] = np.nan
         lost = self._breaks_in(int(first[0]), int(stop[-1]))
         return self._broken(x, y, np.unique(2 * (np.searchsorted(first, lost, side="right") - 1)), True)
 

@@ -48,6 +48,9 @@ class StabilityCard(QWidget):
         self.headline.setWordWrap(True)
         self.words.setWordWrap(True)
         self.words.setProperty("role", "hint")
+        self.drives = QLabel()
+        self.drives.setWordWrap(True)
+        self.drives.setProperty("role", "hint")
         self.map = StabilityMap()
         self._arrange()
         self._soon = QTimer(self, singleShot=True, interval=ASK_MS)
@@ -61,6 +64,8 @@ class StabilityCard(QWidget):
         ):
             signal.connect(self._ask_soon)
         theme.changed.connect(self._look)
+        studio.environment_changed.connect(self._tell_drives)
+        self._tell_drives()
         self._look()
         self.ask()
 
@@ -118,6 +123,11 @@ class StabilityCard(QWidget):
             return "No exact limit", f"{name} is not linear: only a run can tell."
         return "Measuring the delay", "Half a second at zero force, on connecting."
 
+    def _tell_drives(self) -> None:
+        words = self._studio.environment.drives
+        self.drives.setText(words)
+        self.drives.setVisible(bool(words))
+
     def _ask_soon(self) -> None:
         if not self._soon.isActive():
             self._soon.start()
@@ -144,6 +154,7 @@ class StabilityCard(QWidget):
         column.addWidget(self.heading)
         column.addLayout(row)
         column.addWidget(self.words)
+        column.addWidget(self.drives)
         column.addWidget(self.map)
 
 

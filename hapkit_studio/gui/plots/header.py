@@ -64,10 +64,11 @@ class Header(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, RIGHT, 0)
         row.setSpacing(7)
-        title = QLabel(plot.title)
-        title.setFont(theme.font("strong"))
-        row.addWidget(title)
-        row.addSpacing(3)
+        if not plot.beside:  # there the switch names it
+            title = QLabel(plot.title)
+            title.setFont(theme.font("strong"))
+            row.addWidget(title)
+            row.addSpacing(3)
         self._row = row
         if len(plot.traces) > 1:
             for trace in reversed(plot.traces):

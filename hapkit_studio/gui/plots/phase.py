@@ -60,7 +60,8 @@ class ForcePosition(QWidget):
         column.setSpacing(0)
         column.addLayout(head)
         self._stack = QStackedWidget()
-        for pane in (self.canvas, *self.beside):
+        self._stack.addWidget(self.canvas)
+        for pane in self.beside:
             self._stack.addWidget(pane)
         column.addWidget(self._stack, 1)
         self._later = QTimer(self)
