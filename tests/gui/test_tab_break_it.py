@@ -1,13 +1,17 @@
 """The page Break it: choosing, the knob, running, cancelling, a failure that cannot be tried."""
 
 import json
+import math
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QScrollArea
 
 from hapkit_studio.analysis import failures as package
 from hapkit_studio.gui import prepare
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.tabs.break_it import BreakItPage
 from hapkit_studio.gui.tabs.break_it_export import exports
 from tests.gui.break_it_support import Gate, library
 from tests.gui.test_layout import cut_off, settle
@@ -25,14 +29,31 @@ def gate(monkeypatch):
 
 
 @pytest.fixture
-def page(gate, idle_window, qtbot):
-    """Return the page in sight, its first failure measured."""
-    idle_window.views.show("break_it")
-    found = idle_window.views.page("break_it")
-    qtbot.waitUntil(lambda: found.record.complete and not found.bench.job.running, timeout=PATIENCE_MS)
+def page(gate, qtbot):
+    """Return the page by itself, its first failure measured."""
+    found = BreakItPage(Studio(list), None)
+    qtbot.addWidget(found)
+    found.resize(920, 430)
+    found.show()
+    found.set_shown(True)
+    measured(found, qtbot)
     yield found
     gate.go_on.set()
     found.end()
+
+
+@pytest.fixture
+def seen(gate, idle_window, qtbot):
+    """Return the page in the window."""
+    idle_window.views.show("break_it")
+    found = idle_window.views.page("break_it")
+    measured(found, qtbot)
+    return found
+
+
+def measured(page, qtbot):
+    """Wait until the failure in sight was measured."""
+    qtbot.waitUntil(lambda: page.record.complete and not page.bench.job.running, timeout=PATIENCE_MS)
 
 
 def settled(page, qtbot):
@@ -164,6 +185,15 @@ def test_a_failure_that_raises_is_said_in_one_line(page, qtbot):
     assert page.verdict.words.text() == "Decays by 0.01 1/s"
 
 
+@pytest.mark.parametrize(("bound", "what"), [(math.inf, "fails"), (0.0, "holds")])
+def test_conditions_without_a_limit_are_said(page, qtbot, bound, what):
+    object.__setattr__(page.record.failure, "limit", lambda case: bound)
+    page.run()
+    words = f"Nothing {what} under these conditions: change one."
+    qtbot.waitUntil(lambda: page.verdict.words.text() == words, timeout=PATIENCE_MS)
+    assert not page.verdict.feel.isEnabled()
+
+
 def test_a_probe_that_raises_is_said_and_the_next_value_is_tried(page, qtbot, monkeypatch):
     before = page.record.failure.probe
     object.__setattr__(page.record.failure, "probe", lambda value, case: 1 / 0)
@@ -185,22 +215,21 @@ def test_export_writes_both_tries_and_the_lines(page, tmp_path):
     assert (tmp_path / "failure.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_space_presses_no_button_and_controls_have_names(page):
-    page.knob.outside.setFocus()
-    QTest.keyClick(page.knob.outside, Qt.Key.Key_Space)
-    assert page.record.share == pytest.approx(0.99)
-    for part in (page.list, page.curve.chart, page.traces["below"].chart, page.knob.box, page.curve.key):
+def test_space_presses_no_button_and_controls_have_names(seen):
+    seen.knob.outside.setFocus()
+    QTest.keyClick(seen.knob.outside, Qt.Key.Key_Space)
+    assert seen.record.share == pytest.approx(0.99)
+    for part in (seen.list, seen.curve.chart, seen.traces["below"].chart, seen.knob.box, seen.curve.key):
         assert part.accessibleName()
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (1366, 768), (1440, 900), (1920, 1080)], ids=str)
-def test_nothing_is_cut_off(page, idle_window, qapp, size):
-    for key in page.records:
-        if key != "slow":
-            page.choose(key)
-        settle(qapp, idle_window, size)
-        assert cut_off(idle_window) == [], key
-        assert idle_window.rect().contains(
-            page.rect().translated(page.mapTo(idle_window, page.rect().topLeft()))
-        )
-    assert page.list.width() + page.curve.width() < page.width()
+def test_nothing_is_cut_off(seen, idle_window, qapp):
+    for size in ((1280, 720), (1366, 768), (1440, 900), (1920, 1080)):
+        for key in ("grows", "refuses", "step"):
+            seen.choose(key)
+            settle(qapp, idle_window, size)
+            assert cut_off(idle_window) == [], (size, key)
+        corner = seen.mapTo(idle_window, seen.rect().bottomRight())
+        assert idle_window.rect().contains(corner)
+        area = seen.findChild(QScrollArea)
+        assert area.verticalScrollBar().maximum() == area.horizontalScrollBar().maximum() == 0

@@ -1,5 +1,6 @@
 """The views beside Live: built when shown, room and panel shared, work in a thread that can be cancelled."""
 
+import math
 import threading
 
 import pytest
@@ -11,7 +12,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import tabs
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab
-from hapkit_studio.gui.tabs.chart import Chart, decades, power
+from hapkit_studio.gui.tabs.chart import Chart, decades, power, steps
 from hapkit_studio.gui.tabs.job import Job
 from tests.gui.window_support import PATIENCE_MS
 
@@ -201,3 +202,8 @@ def test_a_click_and_a_drag_come_in_data_units(qtbot):
 def test_powers_are_few_and_written_short():
     assert [power(k) for k in (-15, -1, 0, 2, 3)] == ["10⁻¹⁵", "0.1", "1", "100", "10³"]
     assert decades(-15.2, 3.1, 7) == [-15.0, -12.0, -9.0, -6.0, -3.0, 0.0, 3.0]
+
+
+def test_a_range_of_less_than_two_decades_has_more_ticks_than_the_powers():
+    found = [round(10.0**exponent, 6) for exponent in steps(math.log10(0.25), math.log10(6.0))]
+    assert found == [0.5, 1.0, 2.0, 5.0]

@@ -1,11 +1,12 @@
 """Tries failures off the window's thread: one with its curve, all of them, or one value of a knob."""
 
+import math
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.errors import StudioError
+from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.gui.tabs.break_it_record import Part, Record, Try
 from hapkit_studio.gui.tabs.job import Job, Progress
 
@@ -29,10 +30,12 @@ def measure(failure: "Failure", case: dict[str, float], share: float, progress: 
         say(Part(failure.key, case, **found))
 
     limit = failure.limit(case)
+    if not 0.0 < limit < math.inf:
+        raise ParameterError(f"Nothing {'fails' if limit else 'holds'} under these conditions: change one.")
     tell(limit=limit)
-    low, high = failure.knob.low, failure.knob.high
-    for part in dict.fromkeys((1.0 - failure.margin, 1.0 + failure.margin, share)):
-        value = min(max(part * limit, low), high)
+    here = min(max(share * limit, failure.knob.low), failure.knob.high)
+    beside = (1.0 - failure.margin) * limit, (1.0 + failure.margin) * limit
+    for value in dict.fromkeys((*beside, here)):
         tell(tried=attempt(failure, value, case))
     tell(chart=failure.curve(case, progress))
 

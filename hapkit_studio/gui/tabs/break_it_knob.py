@@ -53,7 +53,7 @@ class KnobBar(QWidget):
         value = self._record.value
         knob = self._record.failure.knob
         mark(self.box, "invalid", False)
-        if value is None or not self._record.bounded:
+        if value is None:
             with QSignalBlocker(self.box):
                 self.box.lineEdit().clear()
             return

@@ -128,4 +128,4 @@ def _words(record: Record, busy: bool) -> str:
         return "Conditions changed"
     if record.limit is None:
         return "Not tried yet"
-    return f"Limit {reading(record.limit, record.failure.knob)}" if record.bounded else "No limit"
+    return f"Limit {reading(record.limit, record.failure.knob)}"

@@ -25,7 +25,7 @@ _LIKELY = (1.0, 1000.0)  # the screen's unit over the knob's: itself, or thousan
 def scale_of(record: Record) -> float | None:
     """Return what turns the knob's unit into the chart's across; None where the chart runs over another."""
     chart, limit = record.chart, record.limit
-    if chart is None or not chart.marks or not record.bounded or limit is None:
+    if chart is None or not chart.marks or limit is None:
         return None
     ratio = chart.marks[0].x / limit
     return next((s for s in _LIKELY if math.isclose(ratio, s, rel_tol=1e-3)), None)
@@ -104,7 +104,7 @@ class CurvePainter:
         for row, place in enumerate(shown):
             x, y = chart.at(place.x, 1.0).x(), box.top() + _LINE * (row + 1)
             token = "ink" if place is self._found.marks[0] else "ink2"
-            writer.write(place.label, token, "label", [(x + 7, y, 0.0), (x - 7, y, 1.0)])
+            writer.write(place.label.replace("_", ""), token, "label", [(x + 7, y, 0.0), (x - 7, y, 1.0)])
         if self._found.level is not None and self._found.level_label:
             y = chart.at(low, self._found.level).y()
             ends = ((box.left() + 6, 0.0), (box.right() - 6, 1.0))

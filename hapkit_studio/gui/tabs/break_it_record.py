@@ -1,6 +1,5 @@
 """What is known of one failure: its conditions, where its knob stands, what was tried and measured."""
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -58,14 +57,9 @@ class Record:
         return min(max(self.share * self.limit, knob.low), knob.high)
 
     @property
-    def bounded(self) -> bool:
-        """Say whether there is a limit at all under these conditions."""
-        return self.limit is not None and math.isfinite(self.limit) and self.limit > 0.0
-
-    @property
     def ready(self) -> bool:
         """Say whether the knob can be turned: the limit is known, and for these conditions."""
-        return self.bounded and LIMIT not in self.old
+        return self.limit is not None and LIMIT not in self.old
 
     @property
     def complete(self) -> bool:
@@ -105,7 +99,7 @@ class Record:
             self._keep(part.tried)
         if part.chart is not None:
             self.chart = part.chart
-            self.old.discard(CHART)
+            self.old &= {HERE}
 
     def _keep(self, tried: Try) -> None:
         assert self.limit is not None

@@ -28,7 +28,7 @@ class KnobQuantity(Quantity):
         """Derive it from a failure whose limit is known; from the knob's own range where it has none."""
         knob = record.failure.knob
         plain = Quantity.of(knob)
-        if not record.bounded or record.limit is None:
+        if record.limit is None:
             return cls(**vars(plain))
         limit = record.limit * plain.factor
         low, high = (min(max(share * limit, plain.low), plain.high) for share in record.failure.span)

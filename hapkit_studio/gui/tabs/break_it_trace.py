@@ -6,6 +6,7 @@ from PySide6.QtGui import QPainter, QPen, QPolygonF
 
 from hapkit_studio.gui.plots import strokes
 from hapkit_studio.gui.tabs import marks
+from hapkit_studio.gui.tabs.break_it_names import Names
 from hapkit_studio.gui.tabs.chart import Chart
 from hapkit_studio.gui.theme import theme
 
@@ -59,8 +60,14 @@ class TraceChart(Chart):
         if len(x) < _FEW:
             for place in zip(x.tolist(), y.tolist(), strict=True):
                 marks.marker(painter, "circle", QPointF(*place), self._token, 3.2)
+        self._write_name(painter, [QPointF(*place) for place in zip(x.tolist(), y.tolist(), strict=True)])
+
+    def _write_name(self, painter: QPainter, points: list[QPointF]) -> None:
+        """Say what runs up, in the corner where least of the trace is."""
         box = self.frame()
-        marks.write(painter, QPointF(box.right() - 6, box.top() + 14), self._name, "axis", "hint", 1.0, box)
+        levels, ends = (box.top() + 14, box.bottom() - 6), ((box.right() - 6, 1.0), (box.left() + 6, 0.0))
+        spots = [(x, y, anchor) for x, anchor in ends for y in levels]
+        Names(painter, box, points, ()).write(self._name, "axis", "hint", spots)
 
     def _paint_area(self, painter: QPainter, x: np.ndarray, least: np.ndarray, most: np.ndarray) -> None:
         upper = [QPointF(*p) for p in zip(x.tolist(), least.tolist(), strict=True)]

@@ -77,6 +77,7 @@ class Verdict(QWidget):
             return f"{record.failure.summary}."
         knob = record.failure.knob
         limit = reading(record.limit, knob)
-        place = f"{reading(record.value, knob)}, {record.share:.2f} of the limit {limit}"
+        name = "" if knob.unit else f"{knob.symbol or knob.label} = "
+        place = f"{name}{reading(record.value, knob)}, {record.share:.2f} of the limit {limit}"
         rest = verdict(record.here.evidence.words)[1:] if record.here else []
         return " ".join(f"{part}." for part in [place, *rest])

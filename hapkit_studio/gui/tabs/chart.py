@@ -30,14 +30,24 @@ def decades(low: float, high: float, most: int) -> list[float]:
     return [float(k) for k in range(first, last + 1) if k % size == 0]
 
 
+def steps(low: float, high: float) -> list[float]:
+    """Return the exponents of 1, 2 and 5 times the powers of ten in [low, high]."""
+    whole = range(math.floor(low), math.ceil(high) + 1)
+    found = [k + math.log10(factor) for k in whole for factor in (1.0, 2.0, 5.0)]
+    return [value for value in found if low - 1e-9 <= value <= high + 1e-9]
+
+
 class LogAxis(Axis):
-    """An axis whose values are exponents of ten."""
+    """An axis whose values are exponents of ten; where less than two decades are seen, 2 and 5 as well."""
 
     def places(self, low: float, high: float, size: float) -> list[float]:
-        return decades(low, high, self.room(size)[0] + 3)
+        found = decades(low, high, self.room(size)[0] + 3)
+        return found if len(found) > 2 else steps(low, high)
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        texts = [power(round(value)) for value in values]
+        texts = [
+            power(round(v)) if math.isclose(v, round(v), abs_tol=1e-9) else f"{10.0**v:g}" for v in values
+        ]
         if self.unit and texts:
             texts[-1] += f" {self.unit}"
         return texts
