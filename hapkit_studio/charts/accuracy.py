@@ -28,7 +28,7 @@ from hapkit_studio.figures import new_figure
 if TYPE_CHECKING:
     from hapkit_studio.analysis.accuracy import Accuracy, Point, Sheet
 
-_LARGE, _SMALL = (12.0, 8.8), (7.6, 6.6)
+_LARGE, _SMALL = (12.0, 8.8), (7.6, 7.0)
 _KEY = (
     "Filled: the loop's own step.  Hollow: other steps.  Ring: the default.  Grey band: nothing is beyond it."
 )

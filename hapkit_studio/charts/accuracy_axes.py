@@ -13,7 +13,7 @@ _NOTHING = {"": 1e-17, "m/s": 1e-9}
 _NS = 1e-3
 _MOST = 1e6
 # So far do errors go that only powers of ten tell them; so little do costs that 2 and 5 have ticks.
-_WIDE, _NARROW = 1e8, 160.0
+_WIDE, _NARROW = 1e8, 300.0
 
 
 class Frame:
@@ -38,7 +38,7 @@ class Frame:
         room = 0.05 if scene.step_s else 0.12
         self.left, self.right = (
             min(costs) / 10 ** (room * (1.0 + span)),
-            max(costs) * 10 ** (0.1 + 0.3 * span),
+            max(costs) * 10 ** (0.12 + 0.34 * span),
         )
 
     def place(self, point: "Point") -> tuple[float, float]:
