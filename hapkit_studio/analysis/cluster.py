@@ -87,8 +87,8 @@ def _connected(distributed: Any, address: str, timeout: float) -> Any:
         return distributed.Client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError) as error:
         raise ClusterError(
-            f"No Dask scheduler answered at {address} within {timeout:g} s: start one with dask scheduler, "
-            "and give its address as tcp://host:8786."
+            f"No Dask scheduler answers at {address}: start one with dask scheduler, and give its address as "
+            "tcp://host:8786."
         ) from error
 
 
