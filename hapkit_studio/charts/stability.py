@@ -106,7 +106,7 @@ def _lines(axes: Any, plane: Plane) -> None:
         axes.axhline(plane.coulomb, color=WARN, linewidth=2, linestyle=(0, (6, 3)))
     if plane.points is not None:
         color = APPLIED if plane.points.controller else ACCENT
-        seen = plane.points.stiffness <= plane.top
+        seen = (plane.points.stiffness <= plane.top) & (plane.points.damping <= plane.width)
         axes.plot(
             plane.points.damping[seen], plane.points.stiffness[seen], "o", markersize=8, color=color,
             markerfacecolor=SURFACE, markeredgewidth=2, zorder=5, clip_on=False,

@@ -13,7 +13,10 @@ _GRIP = "medium"
 
 
 class Trial(QObject):
-    """Pulls the handle with the simulated hand, then lets go; ``changed`` when it begins and ends."""
+    """Pulls the handle with the simulated hand, then lets go; ``changed`` when it begins and ends.
+
+    holding: the hand is on the handle now.
+    """
 
     changed = Signal()
 
@@ -21,20 +24,16 @@ class Trial(QObject):
         super().__init__(parent)
         self._studio = studio
         self._grip: str | None = None
+        self.holding = False
         self._timer = QTimer(self, singleShot=True, interval=_HOLD_MS)
         self._timer.timeout.connect(self.let_go)
-        studio.engine_changed.connect(self.give_up)
+        studio.engine_changed.connect(self.let_go)
         studio.environment_changed.connect(self.let_go)
 
     @property
     def possible(self) -> bool:
         """Say whether there is a handle, and the hand on it is ours."""
         return self._studio.engine is not None and self._studio.hand_is_ours
-
-    @property
-    def holding(self) -> bool:
-        """Say whether the hand holds the handle now."""
-        return self._timer.isActive()
 
     def begin(self) -> None:
         """Take the handle to the stiffest place and a little farther."""
@@ -47,22 +46,17 @@ class Trial(QObject):
         grip = grip_named(self._studio.grip)
         pull = min(_FAR, _FORCE / grip.stiffness) if grip and grip.stiffness > 0.0 else _FAR
         self._studio.move_hand(place + pull * direction)
+        self.holding = True
         self._timer.start()
         self.changed.emit()
 
     def let_go(self) -> None:
-        """Let go now."""
+        """Let go now, and be as firm as before."""
         if self.holding:
+            self.holding = False
             self._timer.stop()
             self._studio.move_hand(None)
         if self._grip is not None:
             grip, self._grip = self._grip, None
             self._studio.set_grip(grip)
         self.changed.emit()
-
-    def give_up(self) -> None:
-        """Forget the trial: the device it was on is gone."""
-        if self.holding:
-            self.let_go()
-        else:
-            self.changed.emit()

@@ -1,0 +1,241 @@
+"""The stability map in the window: a dot that follows, clicks that set sliders, words, what is missing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from hapkit_studio.analysis.plane import hands
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.environments import discover
+from hapkit_studio.gui.tabs.stability_cells import runs
+from hapkit_studio.gui.tabs.stability_dot import reading
+from hapkit_studio.gui.tabs.stability_pair import contact, pair_of
+from hapkit_studio.gui.theme import theme
+from tests.gui.stability_support import follow
+from tests.gui.test_layout import cut_off
+from tests.gui.window_support import PATIENCE_MS
+
+
+@pytest.fixture
+def page(window, qtbot):
+    """Return the page in sight: the wall at 620 N/m and 2 N·s/m, iir, no delay."""
+    window.studio.set_loop(estimator="iir", options=())
+    window.studio.set_values({"stiffness": 620.0, "damping": 2.0, "damping_mode": 1.0})
+    window.views.show("stability")
+    shown = window.views.page("stability")
+    follow(shown, qtbot)
+    return shown
+
+
+def press(page, damping, stiffness, button=Qt.MouseButton.LeftButton):
+    """Click a point of the map; return where it is."""
+    place = page.chart.at(damping, stiffness).toPoint()
+    QTest.mouseClick(page.chart.viewport(), button, pos=place)
+    return place
+
+
+def test_it_judges_the_loop_in_force(page):
+    setting = Setting(estimator="iir")
+    limits = hands(setting, 2.0)
+    assert page.lines.plane.setting == setting
+    assert page.lines.plane.hands == limits
+    assert page.beside.headline.text() == f"{limits['released'] / 620.0:.1f} × below"
+    assert page.beside.hand.text() == "the limit; released hand."
+    shown = page.side.hands
+    assert f"{limits['firm']:.0f} N/m" in [label.text() for pair in shown._labels for label in pair]
+
+
+def test_the_dot_follows_the_sliders_and_the_axes_stay(page, window, qtbot):
+    before = page.chart.shown()
+    for stiffness in (800.0, 1000.0, 700.0):
+        window.studio.set_value("stiffness", stiffness)
+        assert follow(page, qtbot).margin.stiffness == stiffness
+        assert page.chart.shown() == before
+    window.studio.set_value("stiffness", 5000.0)
+    follow(page, qtbot)
+    assert page.chart.shown()[1][1] > 5000.0
+
+
+def test_above_the_limit_it_says_how_to_get_below(page, window, qtbot):
+    window.studio.set_value("stiffness", 5000.0)
+    limit = follow(page, qtbot).margin.limit
+    assert page.beside.headline.text() == f"{5000.0 / limit:.1f} × above"
+    assert page.beside.out.text() == f"Lower stiffness below {limit:.0f} N/m."
+
+
+def test_a_click_brings_both_sliders_there(page, window, qtbot):
+    (_, width), (_, top) = page.chart.shown()
+    press(page, 0.5 * width, 0.25 * top)
+    values = window.studio.values
+    assert values["damping"] == pytest.approx(0.5 * width, abs=0.06 + 0.005 * width)
+    assert values["stiffness"] == pytest.approx(0.25 * top, abs=6.0 + 0.005 * top)
+    margin = follow(page, qtbot).margin
+    assert (margin.stiffness, margin.damping) == (values["stiffness"], values["damping"])
+    press(page, 0.2 * width, 0.2 * top, Qt.MouseButton.RightButton)
+    assert window.studio.values["damping"] == values["damping"]
+
+
+def test_dragging_takes_the_sliders_along_and_stops_at_the_frame(page, window):
+    (_, width), (_, top) = page.chart.shown()
+    port, start = page.chart.viewport(), page.chart.at(0.3 * width, 0.3 * top).toPoint()
+    QTest.mousePress(port, Qt.MouseButton.LeftButton, pos=start)
+    for place in (page.chart.at(0.4 * width, 0.5 * top).toPoint(), QPoint(start.x(), -500)):
+        QTest.mouseMove(port, place)
+        moved = place if place.y() > 0 else None
+        if moved is not None:
+            assert window.studio.values["stiffness"] == pytest.approx(0.5 * top, rel=0.02)
+    QTest.mouseRelease(port, Qt.MouseButton.LeftButton, pos=start)
+    assert window.studio.values["stiffness"] <= top
+
+
+@pytest.mark.parametrize(
+    ("key", "stiffness", "damping"),
+    [
+        ("wall", "stiffness", "damping"),
+        ("spring", "stiffness", "damping"),
+        ("damping", None, "damping"),
+        ("puck", "contact_stiffness", "contact_damping"),
+        ("bump_valley", None, None),
+        ("free", None, None),
+    ],
+)
+def test_which_parameters_a_click_sets(key, stiffness, damping):
+    environment = discover()[key]
+    pair = pair_of(environment, environment.values({}))
+    found = tuple(p.key if p else None for p in (pair.stiffness, pair.damping))
+    assert found == (stiffness, damping)
+    assert set(pair.values(123.0, 4.0)) == {key for key in found if key}
+    assert pair.words.startswith("Click" if any(found) else "No slider")
+
+
+def test_a_point_beyond_a_slider_takes_it_to_its_end():
+    wall = discover()["wall"]
+    pair = pair_of(wall, wall.values({}))
+    assert pair.values(9e9, -3.0) == {"stiffness": 5000.0, "damping": 0.0}
+    wide = wall.values({"damping_mode": "none"})
+    assert pair_of(wall, wide).damping is None
+
+
+def test_where_the_force_is_met_first():
+    wall, spring, free = (discover()[key] for key in ("wall", "spring", "free"))
+    place, way = contact(wall, wall.values({"position": 0.012}))
+    assert (place, way) == (pytest.approx(0.012, abs=0.0006), 1.0)
+    place, way = contact(wall, wall.values({"position": 0.012, "side": "left"}))
+    assert (place, way) == (pytest.approx(0.012, abs=0.0006), -1.0)
+    assert contact(spring, spring.values({}))[0] == pytest.approx(0.0, abs=1e-9)
+    assert contact(free, free.values({})) == (0.0, 1.0)
+
+
+def test_an_environment_without_stiffness_has_no_dot(page, window, qtbot):
+    window.studio.choose("free")
+    qtbot.waitUntil(lambda: window.studio.environment.key == "free", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: page.beside.headline.text() == "No limit applies", timeout=PATIENCE_MS)
+    assert not page.chart.dotted
+    assert "renders no stiffness" in page.side.try_words.text()
+    press(page, 0.5, 500.0)
+    assert page.beside.headline.text() == "No limit applies"
+
+
+def test_an_adaptive_window_has_no_exact_limit_and_can_be_measured(page, window, qtbot):
+    window.studio.set_loop(estimator="foaw", options=())
+    follow(page, qtbot)
+    assert page.beside.headline.text() == "No exact limit"
+    assert page.beside.legend.rows["exact"].isHidden()
+    assert page.bar.run.isEnabled()
+    assert reading(page.lines, 1.0, 100.0)[1] == "No exact limit"
+
+
+def test_every_hand_has_its_boundary(page, qtbot):
+    page.hands.button(1).click()
+    medium = follow(page, qtbot)
+    assert medium.setting.hand == medium.margin.hand == "medium"
+    page.hands.button(2).click()
+    plane = follow(page, qtbot)
+    assert list(page.lines.hands) == ["released", "light", "medium", "firm"]
+    assert plane.margin.limit == min(plane.hands.values())
+    assert max(limits.max() for limits in page.lines.hands.values()) <= plane.top
+    assert not page.beside.legend.rows["hands"].isHidden()
+
+
+def test_the_pointer_reads_limit_and_margin(page):
+    plane = page.lines.plane
+    limit = plane.exact[60]
+    here, there = reading(page.lines, float(plane.damping[60]), 0.5 * float(limit))
+    assert there == f"limit {limit:.0f} N/m: 2.0 × below"
+    assert here.endswith(f"{plane.damping[60]:.1f} N·s/m")
+    QTest.mouseMove(page.chart.viewport(), page.chart.at(3.0, 100.0).toPoint())
+    page.chart.grab()
+
+
+def test_without_a_device_nothing_is_judged(idle_window):
+    idle_window.views.show("stability")
+    page = idle_window.views.page("stability")
+    assert page.beside.headline.text() == "Not judged yet"
+    assert not page.side.release.isEnabled()
+    assert not page.bar.export.isEnabled()
+    page.bar.run.click()
+    assert page.bar.status.text() == "Needs a device."
+    assert not page.job.running
+
+
+def test_a_device_that_goes_leaves_the_map_paler(page, window, qtbot):
+    engine, window.studio.engine = window.studio.engine, None
+    window.studio.engine_changed.emit()
+    assert page.lines is None
+    assert page.chart.faded
+    assert page.beside.headline.text() == "Not judged yet"
+    page.chart.grab()
+    window.studio.engine = engine
+    window.studio.engine_changed.emit()
+    follow(page, qtbot)
+    assert not page.chart.faded
+
+
+def test_out_of_sight_nothing_is_computed(page, window, qtbot):
+    window.views.show("live")
+    before = page.lines
+    window.studio.set_value("stiffness", 900.0)
+    page.wait()
+    assert page.lines is before
+    window.views.show("stability")
+    assert follow(page, qtbot).margin.stiffness == 900.0
+
+
+@pytest.mark.parametrize("mode", ["light", "dark", "contrast"])
+def test_the_regions_have_their_colours_in_every_theme(page, mode):
+    theme.set_mode(mode)
+    (_, width), (_, top) = page.chart.shown()
+    page.lines = replace(page.lines)
+    picture = page.chart.grab().toImage()
+    ratio = picture.devicePixelRatio()
+    low = page.chart.at(0.985 * width, 0.015 * top) * ratio
+    assert picture.pixelColor(low.toPoint()) == theme.color("stable")
+    corner = page.chart.at(0.005 * width, 0.99 * top) * ratio
+    around = {
+        picture.pixelColor(int(corner.x()) + i, int(corner.y()) + j).name()
+        for i in range(8)
+        for j in range(8)
+    }
+    assert theme.color("unstable").name() in around
+    assert len(around) > 1, "the unstable side is hatched as well"
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1440, 900), (960, 600), (800, 560)], ids=str)
+def test_nothing_is_cut_off(page, window, qapp, qtbot, size):
+    window.resize(*size)
+    window.studio.set_value("stiffness", 5000.0)
+    page.hands.button(2).click()
+    follow(page, qtbot)
+    for _ in range(3):
+        qapp.processEvents()
+    assert cut_off(page) == []
+    if page.side.isVisible():
+        assert cut_off(page.side) == []
+
+
+def test_stretches_of_equal_cells():
+    assert runs(np.array([0, 0, 1, 2, 2])) == [(0, 1, 0), (2, 2, 1), (3, 4, 2)]
+    assert runs(np.array([1])) == [(0, 0, 1)]

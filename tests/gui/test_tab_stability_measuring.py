@@ -1,0 +1,169 @@
+"""Measuring on the stability page: progress, cancel, what holds and what does not; the trial; saving."""
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.plane import exact_boundary
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.tabs import stability
+from hapkit_studio.gui.tabs.stability_measure import measuring
+from tests.gui.stability_support import follow, made_up
+from tests.gui.window_support import PATIENCE_MS
+
+
+@pytest.fixture
+def page(window, qtbot):
+    """Return the page in sight; the wall with little stiffness."""
+    window.views.show("stability")
+    shown = window.views.page("stability")
+    follow(shown, qtbot)
+    return shown
+
+
+def test_what_is_measured_is_the_exact_boundary_and_progress_reaches_the_end():
+    told = []
+    setting = Setting(viscous=0.18, delay=1e-3)
+    found = measuring(setting, False, (4.0, 3000.0), side=4)(lambda done, of: told.append((done, of)))
+    assert found.points.stiffness == pytest.approx(exact_boundary(setting, found.points.damping), rel=0.01)
+    limits = exact_boundary(setting, found.cells.damping)
+    assert np.array_equal(found.cells.classes == 0, found.cells.stiffness[:, np.newaxis] < limits)
+    assert found.words.startswith("4 × 4 cells, ")
+    assert told == sorted(told)
+    assert told[-1][0] == told[-1][1]
+
+
+def test_the_same_button_cancels_and_nothing_is_shown(page, qtbot, monkeypatch):
+    begun = threading.Event()
+
+    def endless(*_args):
+        def work(progress):
+            while True:
+                begun.set()
+                progress(1, 2)
+
+        return work
+
+    monkeypatch.setattr(stability, "measuring", endless)
+    page.job._needs = ""
+    page.bar.run.click()
+    assert begun.wait(PATIENCE_MS / 1000.0)
+    assert page.bar.run.text() == "Cancel"
+    page.bar.run.click()
+    page.job.wait()
+    assert not page.job.running
+    assert page.bar.status.text() == "Cancelled"
+    assert page.measured == []
+
+
+def test_a_measurement_pales_where_other_conditions_hold(page, window, qtbot):
+    page.show_result(made_up(page.lines.plane.setting))
+    assert page.bar.status.text() == "4 × 3 cells, 3.1 s"
+    assert not page.chart.pale
+    assert not page.beside.legend.rows["measured"].isHidden()
+    assert not page.beside.legend.rows["buzzes"].isHidden()
+    page.chart.grab()
+    window.studio.set_value("stiffness", 500.0)
+    follow(page, qtbot)
+    assert not page.chart.pale, "another dot is no other condition"
+    page.real.setChecked(True)
+    assert page.chart.pale
+    assert page.bar.status.text() == "Measured for other conditions"
+    page.real.setChecked(False)
+    assert not page.chart.pale
+    window.studio.set_loop(estimator="iir", options=())
+    follow(page, qtbot)
+    assert page.chart.pale
+    page.chart.grab()
+
+
+def test_the_old_map_is_paler_while_a_new_one_is_measured(page, monkeypatch):
+    page.show_result(made_up(page.lines.plane.setting))
+    go = threading.Event()
+    monkeypatch.setattr(stability, "measuring", lambda *_args: lambda _progress: go.wait() and None)
+    page.job._needs = ""
+    page.bar.run.click()
+    assert page.chart.pale
+    page.job.cancel()
+    go.set()
+    assert not page.chart.pale
+
+
+def test_before_and_after_the_controller_stand_side_by_side(page):
+    plain = page.lines.plane.setting
+    controlled = replace(plain, controller=True)
+    page.show_result(made_up(plain))
+    page.show_result(made_up(controlled))
+    assert [m.setting.controller for m in page.measured] == [False, True]
+    assert not page.beside.legend.rows["controlled"].isHidden()
+    page.show_result(made_up(controlled))
+    assert len(page.measured) == 2
+    page.show_result(made_up(replace(plain, rate=500.0)))
+    assert [m.setting.rate for m in page.measured] == [500.0]
+
+
+def test_the_switch_turns_the_controller_on(page, window, qtbot):
+    page.side.controller.click()
+    assert window.studio.loop.controller
+    assert follow(page, qtbot).setting.controller
+    window.studio.set_loop(controller=False)
+    assert not page.side.controller.isChecked()
+
+
+def test_measuring_before_the_lines_are_there_begins_with_them(page, qtbot, monkeypatch):
+    monkeypatch.setattr(stability, "measuring", lambda *args: lambda _progress: made_up(args[0]))
+    page.job._needs = ""
+    lines, page.lines = page.lines, None
+    page.bar.run.click()
+    assert not page.job.running
+    page.show_lines(lines)
+    qtbot.waitUntil(lambda: len(page.measured) == 1, timeout=PATIENCE_MS)
+
+
+def test_the_handle_is_pulled_and_let_go(page, window, qtbot, monkeypatch):
+    places = []
+    monkeypatch.setattr(window.studio, "move_hand", places.append)
+    window.studio.set_grip("released")
+    page.trial._timer.setInterval(1)
+    page.side.release.click()
+    assert window.studio.grip == "medium", "without a grip nothing would be pulled"
+    assert not page.side.release.isEnabled()
+    qtbot.waitUntil(lambda: places[-1:] == [None], timeout=PATIENCE_MS)
+    wall = window.studio.values["position"]
+    assert wall < places[0] <= wall + 0.0151
+    assert window.studio.grip == "released"
+    assert page.side.release.isEnabled()
+
+
+def test_leaving_the_page_lets_go(page, window, monkeypatch):
+    places = []
+    monkeypatch.setattr(window.studio, "move_hand", places.append)
+    page.side.release.click()
+    window.views.show("live")
+    assert places[-1] is None
+    assert not page.trial.holding
+
+
+def test_on_a_board_the_person_is_the_hand(page, monkeypatch):
+    monkeypatch.setattr(Studio, "hand_is_ours", False)
+    page._show_studio()
+    assert not page.side.release.isEnabled()
+    assert "On a real Hapkit you are the hand" in page.side.try_words.text()
+
+
+def test_picture_and_numbers_are_those_in_sight(page, tmp_path, monkeypatch):
+    page.show_result(made_up(page.lines.plane.setting))
+    taken = []
+    monkeypatch.setattr(page._export, "ask", lambda *args: taken.append(args))
+    page.bar.export.click()
+    figure, numbers = taken[0]
+    assert numbers()["measured"]["stiffness"] == [800.0, 900.0, 1000.0]
+    assert numbers()["stiffness"] == page.lines.plane.margin.stiffness
+    figure(str(tmp_path / "map.png"))
+    assert (tmp_path / "map.png").stat().st_size > 20_000
+    page.real.setChecked(True)
+    page.bar.export.click()
+    assert taken[1][1]()["measured"] is None
