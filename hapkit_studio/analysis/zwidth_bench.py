@@ -3,19 +3,28 @@
 import contextlib
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.zwidth_limits import CARE_FORCE, PUSH, SPEED
+from hapkit_studio.analysis.zwidth_limits import CARE_FORCE, DAMPING, PUSH, SPEED
 from hapkit_studio.analysis.zwidth_result import FAST, LEAVES
 from hapkit_studio.errors import DeviceError, ParameterError, StudioError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.parameters import Parameter
 
-WALL = environments.named("wall")
-_STIFFNESS = WALL.parameters[0]
+_PERSONS = environments.named("wall")
+_RANGES = {"stiffness": 1e6, "damping": DAMPING.high}
+# The person's wall beyond a person's limits: same law, same place.
+WALL = replace(
+    _PERSONS,
+    parameters=tuple(
+        replace(p, high=_RANGES[p.key]) if isinstance(p, Parameter) and p.key in _RANGES else p
+        for p in _PERSONS.parameters
+    ),
+)
 # A wall that no Hapkit makes buzz.
 CALM = 100.0
 _LOOK_SECONDS = 0.004
@@ -38,8 +47,8 @@ class Care:
     max_travel: float = 0.025
     counts: float = 3.0
     softest: float = 200.0
-    highest: float = _STIFFNESS.high
-    raised: float = 1.3
+    highest: float = 20_000.0
+    raised: float = 1.5
     precision: float = 0.05
 
     def __post_init__(self) -> None:
@@ -75,7 +84,7 @@ class Bench:
     def __init__(self, engine: Engine, care: Care, say: Callable[[str], None], look: Callable[[], None]):
         self.engine, self.care, self.say, self._look = engine, care, say, look
         self._before = engine.environment, engine.values, engine.grip
-        self._place = engine.values if engine.environment is WALL else WALL.values()
+        self._place = engine.values if engine.environment is _PERSONS else WALL.values()
         self.surface = self._place["position"]
         self.into = 1.0 if self._place["side"] == 0.0 else -1.0
         self._mine: dict[str, float] = {}

@@ -8,5 +8,8 @@ PUSH = Parameter("push", "Push", "N", 1.0, 0.01, 20.0, "Constant force into the 
 MAX_FORCE = Parameter("max_force", "Force limit", "N", 3.0, 0.01, 100.0, "What the motor can do at most")
 CARE_FORCE = Parameter("max_force", "Force limit", "N", 2.0, 0.1, 3.0, "No trial asks more of the motor")
 
+# Why the search at one damping ended where no stiffer wall was tried.
+HIGHEST = "highest"
+
 SIMULATED_DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 DEVICE_DAMPING = (0.0, 1.0, 2.0, 5.0)

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hapkit_studio.analysis.zwidth_limits import HIGHEST
 from hapkit_studio.dynamics.estimators import Spec, parse
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.zwidth_search import Point
 
 # Why the search at one damping ended.
-BUZZES, GROWS, LEAVES, FAST, HIGHEST = "buzzes", "grows", "leaves", "fast", "highest"
+BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"
 ENDED = {
     BUZZES: "it buzzes",
     GROWS: "its buzz grows",

@@ -86,13 +86,13 @@ class ZWidthPage(Page):
     def _begin(self, words: str) -> None:
         self._asked = False
         self.side.lock(True)
-        self.chart.begin()
+        self.chart.begin(_HIGHEST[self._mode])
         self.verdict.say(words, "hand", "accent")
 
     def show_point(self, damping: float, point: "Point") -> None:
         """Show a point that has just come."""
         if self.job.running:
-            self.chart.add(Spot(damping, point.stiffness, point.clamped), _HIGHEST[self._mode])
+            self.chart.add(Spot(damping, point.stiffness, point.clamped))
 
     def show_step(self, words: str) -> None:
         """Tell a person what to do."""

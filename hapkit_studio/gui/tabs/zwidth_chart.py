@@ -9,6 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, Signal
 from PySide6.QtGui import QPainter
 
 from hapkit_studio.analysis.scales import nice_top
+from hapkit_studio.analysis.zwidth_limits import HIGHEST
 from hapkit_studio.gui.tabs.chart import Chart
 from hapkit_studio.gui.tabs.marks import DASH, line, marker, region, ring, write
 
@@ -19,6 +20,8 @@ _PALE = 0.35
 _NEAR = 18.0  # px
 _ROOM = 1.18
 _NAME_ROOM = 50.0  # px
+# What the axes show before anything is known, N·s/m and N/m.
+_RIGHT, _LEAST = 10.0, 1000.0
 
 
 @dataclass(frozen=True)
@@ -39,39 +42,45 @@ class ZWidthChart(Chart):
         super().__init__("virtual damping B, N·s/m", "virtual stiffness K, N/m")
         self._spots: list[Spot] = []
         self._curve = np.empty((2, 0))
-        self._pale = False
-        self._done = False
+        self._pale = self._done = self._open = False
+        self._right = _RIGHT
         self.under += [self._below]
         self._trial: tuple[float, float] | None = None
         self.over += [self._linear, self._rendered, self._names, self._tried]
         self.hovered.connect(self._hover)
-        self._fit(10.0, 1000.0)
+        self._fit(_RIGHT, _LEAST)
 
     def show_result(self, result: "ZWidth") -> None:
         """Show what was found."""
         points = zip(result.damping, result.stiffness, result.clamped, strict=True)
         self._spots = [Spot(float(b), float(k), clamped) for b, k, clamped in points]
         self._curve, self._pale, self._done = result.curve, False, True
+        self._open = HIGHEST in result.ends
         self._fit(float(result.damping[-1]), 0.0)
 
-    def begin(self) -> None:
-        """Pale what is there; the first new point takes its place."""
-        self._pale, self._done = bool(self._spots), False
+    def begin(self, highest: float) -> None:
+        """Pale what is there; the first point, of a damping up to the highest, takes its place."""
+        self._pale, self._done, self._right = bool(self._spots), False, highest
+        if not self._pale:
+            self._fit(highest, _LEAST)
         self.redraw()
 
-    def add(self, spot: Spot, highest: float) -> None:
-        """Show one more point of a measurement that goes up to a damping."""
+    def add(self, spot: Spot) -> None:
+        """Show one more point of the measurement under way."""
         if self._pale or self._curve.size:
             self._spots, self._curve, self._pale = [], np.empty((2, 0)), False
         self._spots.append(spot)
-        self._fit(highest, 0.0)
+        self._fit(self._right, _LEAST)
 
     def show_trial(self, damping: float, stiffness: float) -> None:
         """Ring the wall that is being tried."""
         now = damping, stiffness
-        if now != self._trial:
-            self._trial = now
-            self.redraw()
+        if now == self._trial:
+            return
+        self._trial = now
+        if stiffness > self.shown()[1][1]:
+            self._fit(self._right, stiffness)
+        self.redraw()
 
     def settle(self) -> None:
         """Show what is there as it is; the measurement is over."""
@@ -132,7 +141,7 @@ class ZWidthChart(Chart):
         above = QPointF(middle.x() - 10.0, middle.y() - 14.0)
         write(painter, above, "rendered without buzzing", "position", anchor=1.0, inside=box)
         left = (points[0] + points[1]) / 2.0
-        if min(p.y() for p in points) - box.top() > _NAME_ROOM:
+        if not self._open and min(p.y() for p in points) - box.top() > _NAME_ROOM:
             write(painter, QPointF(left.x() + 24.0, box.top() + 26.0), "buzzes", "danger", inside=box)
 
     def _tried(self, painter: QPainter, _chart: Chart) -> None:
