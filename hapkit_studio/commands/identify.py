@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> Result:
 
         identify_figure(found, options.plot)
         written.append(str(options.plot))
-    return Result(_text(found, written), _as_json(found, written))
+    return Result(_text(found, written), {**found.as_json(), "written": written})
 
 
 def _text(found, written: list[str]) -> str:
@@ -55,43 +55,6 @@ def _handle_title(part) -> str:
     if not part.estimates:
         return "What the handle is"
     return "What the handle is, let go" if part.released else "What the handle is, the hand's mass with it"
-
-
-def _as_json(found, written: list[str]) -> dict:
-    return {
-        "from_s": found.begin,
-        "to_s": found.end,
-        "parts": {part.key: _part(found, part) for part in (found.rendered, found.handle)},
-        "written": written,
-    }
-
-
-def _part(found, part) -> dict:
-    return {
-        "estimates": [
-            {
-                "key": e.key,
-                "unit": e.term.unit,
-                "value": _finite(e.value),
-                "low": _finite(e.low),
-                "high": _finite(e.high),
-                "set": e.asked,
-                "expected": e.expected,
-                "told": e.told,
-            }
-            for e in part.estimates
-        ],
-        "explained": _finite(part.explained),
-        "motion_Hz": _finite(part.hertz),
-        "used_s": part.seconds,
-        "released": part.released,
-        "left_out": part.left_out,
-        "words": found.sentences(part),
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 COMMAND = Command("identify", _HELP, run, options, order=70)

@@ -50,6 +50,11 @@ class RingReader:
         self._cursor = int(_head(ring))
         self.lost = 0
 
+    def rewind(self, count: int) -> None:
+        """Go back, so that the next call of read gives up to so many rows more, as far as they are kept."""
+        oldest = max(int(_head(self._ring)) - self._ring.rows.shape[0] + 1, 0)
+        self._cursor = max(self._cursor - count, oldest)
+
     def read(self) -> np.ndarray:
         """Return the rows written since the last call, shape (n, ROW_WIDTH), oldest first."""
         capacity = self._ring.rows.shape[0]

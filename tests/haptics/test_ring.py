@@ -100,3 +100,18 @@ def test_a_writer_that_never_rests(capacity, pause):
     assert len(found) + reader.lost == out.control[rig.HEAD]
     assert np.all(np.diff(found[:, 0]) > 0.0)
     np.testing.assert_array_equal(found[:, 1:], np.repeat(found[:, :1], rows.ROW_WIDTH - 1, axis=1))
+
+
+def test_a_reader_goes_back_to_what_is_kept():
+    out = new_ring()
+    write(out, 0, 40)
+    reader = ring.RingReader(out)
+    reader.rewind(10)
+    np.testing.assert_array_equal(reader.read()[:, 0], np.arange(30, 40))
+    reader.rewind(1000)
+    np.testing.assert_array_equal(reader.read()[:, 0], np.arange(40))
+    write(out, 40, 200)
+    reader = ring.RingReader(out)
+    reader.rewind(1000)
+    np.testing.assert_array_equal(reader.read()[:, 0], np.arange(240 - 63, 240))
+    assert reader.lost == 0

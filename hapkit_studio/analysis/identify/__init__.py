@@ -4,8 +4,9 @@
 """
 
 from dataclasses import dataclass
+from typing import Any
 
-from hapkit_studio.analysis.identify import words
+from hapkit_studio.analysis.identify import numbers, words
 from hapkit_studio.analysis.identify.grid import lay
 from hapkit_studio.analysis.identify.handle import handle
 from hapkit_studio.analysis.identify.part import TERMS, Estimate, Part, Points, Term
@@ -34,6 +35,18 @@ class Identified:
     def sentences(self, part: Part) -> list[str]:
         """Return a part in words, a line each."""
         return words.sentences(part, self.setup, self.samples)
+
+    def notes(self, part: Part) -> list[str]:
+        """Return what a table of a part's numbers does not say, a line each."""
+        return words.notes(part, self.setup, self.samples)
+
+    def surprises(self, part: Part) -> bool:
+        """Return whether a number was rendered that neither the settings nor the loop explain."""
+        return part.key == "rendered" and any(words.surprising(e) for e in part.estimates)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything but the points, for programs."""
+        return numbers.as_json(self)
 
 
 def identify(

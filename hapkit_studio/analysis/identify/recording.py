@@ -86,10 +86,15 @@ class Recording:
 
 
 def of_rows(table: np.ndarray, setup: Setup) -> Recording:
-    """Return the recording of telemetry rows (n, ROW_WIDTH), oldest first, by the device's own clock."""
+    """Return the recording of telemetry rows (n, ROW_WIDTH), oldest first, by the device's own clock.
+
+    Where that clock went back, a connection began: only what follows counts. Raise ParameterError.
+    """
     table = np.asarray(table, dtype=float)
     if table.ndim != 2 or table.shape[1] != rows.ROW_WIDTH:
         raise ParameterError(f"Telemetry rows are {rows.ROW_WIDTH} numbers each, not {table.shape}.")
+    back = np.flatnonzero(np.diff(table[:, rows.BOARD_TIME]) <= 0.0)
+    table = table[back[-1] + 1 :] if len(back) else table
     hand = hand_parts(table[:, rows.HAND_FORCE], table[:, rows.HAND_TARGET], setup)
     return Recording(
         table[:, rows.BOARD_TIME],

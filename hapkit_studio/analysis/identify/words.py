@@ -76,18 +76,30 @@ def line(estimate: Estimate, part: str) -> str:
     )
 
 
-def why(estimate: Estimate, setup: Setup) -> str:
-    """Say in a line why another number was rendered than set, "" where it was not or nobody knows."""
+def differs(estimate: Estimate) -> bool:
+    """Return whether another number was rendered than set, by so much that it needs a reason."""
     asked, expected = estimate.asked, estimate.expected
     if not estimate.told or asked is None or expected is None or estimate.key == "centre":
+        return False
+    return not estimate.holds(asked) and abs(estimate.value - asked) >= _WORTH_A_REASON * estimate.term.fine
+
+
+def surprising(estimate: Estimate) -> bool:
+    """Return whether neither what was set nor what the loop makes of it was rendered."""
+    if not differs(estimate) or estimate.expected is None:
+        return False
+    least = max(estimate.half, _WORTH_A_REASON * estimate.term.fine)
+    return abs(estimate.value - estimate.expected) > least
+
+
+def why(estimate: Estimate) -> str:
+    """Say in a line why another number was rendered than set, "" where it was not or nobody knows."""
+    if not differs(estimate) or estimate.expected is None:
         return ""
-    worth = _WORTH_A_REASON * estimate.term.fine
-    if estimate.holds(asked) or abs(estimate.value - asked) < worth:
-        return ""
-    must = alike(expected, estimate)
-    if abs(estimate.value - expected) <= max(estimate.half, worth):
-        return f"That is what the loop makes of it, {must}: its force is late."
-    return f"Late as it is, the loop would make it {must}: something else acts too."
+    must = alike(estimate.expected, estimate)
+    if surprising(estimate):
+        return f"Late as it is, the loop would make it {must}: something else acts too."
+    return f"That is what the loop makes of it, {must}: its force is late."
 
 
 def lateness(part: Part, setup: Setup) -> str:
@@ -118,19 +130,34 @@ def left_out(part: Part, total: int) -> str:
     return f"Left out: {', '.join(shares)}."
 
 
+def remarks(part: Part, setup: Setup, total: int) -> list[str]:
+    """Return what is to be said of the whole part, a line each."""
+    rendered = part.key == "rendered"
+    reasons = rendered and any(differs(estimate) for estimate in part.estimates)
+    lines = [lateness(part, setup) if reasons else "", clamp(part)]
+    if part.estimates and part.explained < 0.9:
+        share = f"{100.0 * max(part.explained, 0.0):.0f} %"
+        lines.append(f"These terms make only {share} of the force: the law is more than that.")
+    return [line for line in (*lines, left_out(part, total)) if line]
+
+
+def notes(part: Part, setup: Setup, total: int) -> list[str]:
+    """Return what a table of the numbers does not say: what is not told, reasons, remarks."""
+    found = []
+    for estimate in part.estimates:
+        reason = why(estimate) if part.key == "rendered" else ""
+        if not estimate.told:
+            found.append(line(estimate, part.key))
+        elif reason:
+            found.append(f"{estimate.term.label}: {reason[0].lower()}{reason[1:]}")
+    return found + remarks(part, setup, total)
+
+
 def sentences(part: Part, setup: Setup, total: int) -> list[str]:
     """Return a part's lines: each estimate, why it differs, how well it fits, what was left out."""
-    if not part.estimates:
-        return [part.advice, *filter(None, [left_out(part, total)])]
-    found: list[str] = []
-    reasons = 0
+    found: list[str] = [] if part.estimates else [part.advice]
     for estimate in part.estimates:
         found.append(line(estimate, part.key))
-        reason = why(estimate, setup) if part.key == "rendered" else ""
+        reason = why(estimate) if part.key == "rendered" else ""
         found += ["  " + reason] if reason else []
-        reasons += bool(reason)
-    found += filter(None, [lateness(part, setup) if reasons else "", clamp(part)])
-    if part.explained < 0.9:
-        share = f"{100.0 * max(part.explained, 0.0):.0f} %"
-        found.append(f"These terms make only {share} of the force: the law is more than that.")
-    return found + list(filter(None, [left_out(part, total)]))
+    return found + remarks(part, setup, total)

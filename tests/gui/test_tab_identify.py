@@ -1,0 +1,156 @@
+"""The Identify view: the newest piece with the settings in force, both parts, a hand that shakes."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QLabel
+
+import hapkit_studio as hs
+from hapkit_studio.analysis.identify import from_run, identify
+from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.tabs.export import write
+from hapkit_studio.gui.tabs.identify_piece import newest
+from hapkit_studio.gui.theme import theme
+from tests.gui.window_support import PATIENCE_MS
+
+
+@pytest.fixture
+def page(idle_window):
+    idle_window.views.show("identify")
+    return idle_window.views.page("identify")
+
+
+@pytest.fixture(scope="module")
+def found():
+    run = hs.simulate("wall", {"stiffness": 300.0, "damping": 2.0}, hand="tap", seconds=3.0)
+    return identify(from_run(run))
+
+
+def test_nothing_is_shown_before_anything_was_identified(page):
+    assert page.verdict.words.text() == "Move the handle, then identify what was rendered."
+    assert not any(chart.isVisible() for chart in page.charts)
+    assert not page.bar.export.isEnabled()
+
+
+def test_without_a_device_a_line_says_so(page):
+    page.run()
+    assert page.bar.status.text() == "There is no device yet to take a piece from."
+    assert not page.shaking.isEnabled()
+
+
+def test_each_part_shows_its_terms(page, found):
+    page.show_found(found)
+    assert page.verdict.words.text().startswith("Stiffness: you set 300 N/m, you rendered 29")
+    assert [chart.isVisible() for chart in page.charts] == [True, True, True]
+    assert [chart.across for chart in page.charts][1:] == [
+        "velocity going in, mm/s",
+        "velocity going out, mm/s",
+    ]
+    assert page.table.words(found.rendered["damping_in"]).startswith("Damping, going in: Set 2 N·s/m, 2.0")
+    page.parts.button(1).click()
+    assert page.verdict.words.text().startswith("Mass: the device has 94 g, identified 9")
+    assert [chart.across for chart in page.charts] == [
+        "acceleration, m/s²",
+        "velocity, mm/s",
+        "direction of motion",
+    ]
+
+
+def test_every_point_lies_in_its_chart(page, found):
+    page.show_found(found)
+    for chart, name in zip(page.charts, found.rendered.points.names, strict=False):
+        across, up = chart.shown()
+        own, force = found.rendered.points.share(name)
+        assert across[0] < 1e3 * own.min() < 1e3 * own.max() < across[1]
+        assert up[0] < -force.max() < -force.min() < up[1]
+
+
+def test_what_is_not_told_is_a_warning(page):
+    page.show_found(identify(from_run(hs.simulate("wall", seconds=1.0))))
+    assert page.verdict.words.text() == "Cannot tell: the piece never touches. Push into the surface."
+    assert page.verdict._sign == ("triangle", "warn")
+    assert not any(chart.isVisible() for chart in page.charts)
+
+
+@pytest.mark.parametrize("mode", ["light", "dark", "contrast"])
+def test_it_is_drawn_in_every_theme(page, found, mode):
+    page.show_found(found)
+    theme.set_mode(mode)
+    picture = page.grab().toImage()
+    assert picture.pixelColor(picture.width() // 2, picture.height() - 3) == theme.color("surface")
+
+
+def test_words_fit_at_the_smallest_size(page, found, idle_window):
+    idle_window.resize(1280, 720)
+    page.show_found(found)
+    idle_window.grab()
+    assert page.verdict.words.sizeHint().width() <= page.verdict.words.width()
+    for widget in (page.bar.run, page.shaking, *page.pieces.buttons, *page.parts.buttons):
+        assert widget.sizeHint().width() <= widget.width()
+    for label in page.side.findChildren(QLabel):
+        assert label.wordWrap() or label.sizeHint().width() <= label.width() + 1
+    metrics = page.table.fontMetrics()
+    for estimate in found.rendered.estimates:
+        row = f"{estimate.term.label}  {page.table._asked(estimate)}"
+        assert metrics.horizontalAdvance(row) <= page.table.width()
+
+
+def test_picture_and_numbers(page, found, tmp_path):
+    page.show_found(found)
+    page.bar.export.setEnabled(True)
+    asked = []
+    page._export.ask = lambda figure, numbers: asked.append((figure, numbers))
+    page.export()
+    figure, numbers = asked[0]
+    write(tmp_path / "found.json", figure, numbers)
+    parts = json.loads((tmp_path / "found.json").read_text())["parts"]
+    assert parts["rendered"]["estimates"][0]["set"] == 300.0
+    write(tmp_path / "found.png", figure, numbers)
+    assert (tmp_path / "found.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_hand_shakes_about_the_surface_within_the_rail(page):
+    places = np.array([page.shake.target(t) for t in np.arange(0.0, 10.0, 0.01)])
+    assert places[0] == pytest.approx(0.005 + 0.003)
+    assert places.min() < 0.0
+    assert 0.015 < places.max() < 0.05
+
+
+def test_shaking_ends_in_what_was_rendered(window, qtbot):
+    window.live.start()
+    window.studio.choose("spring")
+    qtbot.waitUntil(lambda: window.studio.environment.key == "spring", timeout=PATIENCE_MS)
+    window.studio.set_values({"stiffness": 200.0})
+    window.views.show("identify")
+    page = window.views.page("identify")
+    page.pieces.button(0).click()
+    page.shaking.click()
+    assert page.shaking.text() == "Let go"
+    qtbot.waitUntil(lambda: page.found is not None, timeout=PATIENCE_MS)
+    stiffness = page.found.rendered["stiffness"]
+    assert stiffness.asked == 200.0
+    assert stiffness.value == pytest.approx(200.0, rel=0.02)
+    assert page.found.rendered["damping"].value == pytest.approx(-0.1, abs=0.02)
+    assert page.found.handle["mass"].value == pytest.approx(0.094, rel=0.05)
+    assert page.shaking.text() == "Shake"
+    # rows from before a change of settings are another piece
+    window.studio.set_values({"stiffness": 100.0})
+    with pytest.raises(StudioError, match=r"Only 0\.\d s since the settings changed"):
+        newest(window.studio, window.live, math.inf)()
+
+
+def test_a_stop_and_another_view_let_go(window, qtbot):
+    window.views.show("identify")
+    page = window.views.page("identify")
+    page.shaking.click()
+    window.studio.stop()
+    assert not page.shake.running
+    assert page.found is None
+    window.studio.release_stop()
+    page.shaking.click()
+    window.views.show("live")
+    assert not page.shake.running
+    window.studio.set_grip("released")
+    assert not page.shaking.isEnabled()
