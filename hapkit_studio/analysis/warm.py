@@ -1,10 +1,22 @@
 """Calls everything compiled that measuring needs, once and small, so that it is in numba's cache."""
 
-from hapkit_studio.analysis.failures import failures
-from hapkit_studio.analysis.failures.shown import show
+import math
+
+import numpy as np
+
+from hapkit_studio.analysis import accuracy, failures, measured
+from hapkit_studio.analysis.setting import Setting
 
 
 def warm_up() -> None:
     """Compile what the stability map, the charts and the protocols call."""
-    for failure in failures().values():
-        show(failure)
+    damping, stiffness = np.zeros(1), np.full(1, 100.0)
+    measured.classes(Setting(), damping, stiffness)
+    measured.classes(Setting(controller=True), damping, stiffness, real=True)
+    for plan in accuracy.plans().values():
+        accuracy.compute([plan.key], plan.scenes[-1].key)
+    for failure in failures.failures().values():
+        limit = failure.inside(failure.case())
+        if math.isfinite(limit):
+            failure.try_at(limit)
+    zwidth.trial(Setting(), 300.0, 1.0, Protocol(seconds=0.2, tail=0.1))
