@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.gui.tabs.break_it_lines import Key
 from hapkit_studio.gui.tabs.break_it_paint import CurvePainter
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 _ROOM = 0.06
 _NAMES = 0.05  # of the height, for each limit's name at the top
-_LEAST, _LEFT = (240, 150), 50
+_LEAST, _LEFT = (240, 170), 50
 Pair = tuple[float, float]
 
 
@@ -51,13 +52,11 @@ class CurveCard(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
+        self.setMinimumSize(*_LEAST)
         self.key = Key()
+        self.key.setParent(self)
         self._record: Record | None = None
         self._painter: CurvePainter | None = None
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(2)
-        self._column.addWidget(self.key)
         self.chart = self._new((False, False))
 
     def show_record(self, record: Record) -> None:
@@ -67,6 +66,7 @@ class CurveCard(QWidget):
         self._painter = CurvePainter(record, found) if found else None
         self.key.show_lines(found.y_label if found else "", found.lines if found else ())
         self._use((found.log_x, found.log_y) if found else (False, False))
+        self._place()
         self.chart.under = [self._painter.under] if self._painter else []
         self.chart.over = [self._painter.over] if self._painter else []
         if found:
@@ -80,19 +80,29 @@ class CurveCard(QWidget):
     def _use(self, log: tuple[bool, bool]) -> None:
         """Have axes of this kind."""
         if log != self.chart.log:
-            self._column.removeWidget(self.chart)
             self.chart.hide()
             self.chart.deleteLater()
             self.chart = self._new(log)
 
     def _new(self, log: tuple[bool, bool]) -> Chart:
         chart = Chart("", "", log)
-        chart.setMinimumSize(*_LEAST)
+        chart.setMinimumSize(120, 60)
         chart.left.setWidth(_LEFT)
         chart.clicked.connect(self._pick)
         chart.dragged.connect(self._pick)
-        self._column.addWidget(chart, 1)
+        chart.setParent(self)
+        chart.show()
         return chart
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._place()
+
+    def _place(self) -> None:
+        """Put the key above the chart, in the rows that it needs at this width."""
+        high = self.key.needed(self.width())
+        self.key.setGeometry(0, 0, self.width(), high)
+        self.chart.setGeometry(0, high + 2, self.width(), self.height() - high - 2)
 
     def _pick(self, x: float, _y: float) -> None:
         """Turn the knob to a place across, where the chart runs over the knob."""

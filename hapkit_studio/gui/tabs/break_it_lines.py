@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent
+from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.gui.tabs import marks
 from hapkit_studio.gui.theme import theme
@@ -59,7 +59,6 @@ class Key(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._entries: list[tuple[Look | None, str]] = []
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         theme.changed.connect(self.update)
 
     def show_lines(self, up: str, lines: "Sequence[Line]") -> None:
@@ -67,20 +66,12 @@ class Key(QWidget):
         pairs = zip(looks(lines), (line.label for line in lines), strict=True)
         self._entries = [(None, up), *pairs] if up else []
         self.setAccessibleName(", ".join(name for _, name in self._entries))
-        self._fit()
         self.update()
 
-    def sizeHint(self) -> QSize:
-        return QSize(200, _ROW)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        """Take the rows that the width asks for."""
-        places = self._places(self.width())
-        self.setFixedHeight(round(places[-1].bottom()) + 1 if places else _ROW)
+    def needed(self, width: int) -> int:
+        """Return the height that its rows take."""
+        places = self._places(width)
+        return round(places[-1].bottom()) + 1 if places else _ROW
 
     def _places(self, width: int) -> list[QRectF]:
         x, y, found = 0.0, 0.0, []

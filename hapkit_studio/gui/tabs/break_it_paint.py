@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.failures import Evidence
 
 _PALE = 0.35
-_LINE = 16.0
+_LINE, _ROWS = 16.0, 6
+_DOT = 30  # points that the dot of the knob stands for, where names are placed
 _BIG, _SMALL, _MANY = 3.8, 3.0, 40
 _LIKELY = (1.0, 1000.0)  # the screen's unit over the knob's: itself, or thousandths
 
@@ -96,15 +97,17 @@ class CurvePainter:
         box = chart.frame()
         (low, high), _ = chart.shown()
         shown = [mark for mark in self._found.marks if low <= mark.x <= high]
+        points = [point for line in self._found.lines for point in chart.points(line.x, line.y)]
         taken = [chart.at(mark.x, 1.0).x() for mark in shown]
         if self.scale is not None and self._record.value is not None:
             taken.append(chart.at(self._record.value * self.scale, 1.0).x())
-        points = [point for line in self._found.lines for point in chart.points(line.x, line.y)]
+        points += _DOT * [dot] if (dot := self._dot(chart)) is not None else []
         writer = Names(painter, box, points, taken)
         for row, place in enumerate(shown):
-            x, y = chart.at(place.x, 1.0).x(), box.top() + _LINE * (row + 1)
-            token = "ink" if place is self._found.marks[0] else "ink2"
-            writer.write(place.label.replace("_", ""), token, "label", [(x + 7, y, 0.0), (x - 7, y, 1.0)])
+            x, token = chart.at(place.x, 1.0).x(), "ink" if place is self._found.marks[0] else "ink2"
+            levels = [box.top() + _LINE * (row + 1 + lower) for lower in range(_ROWS)]
+            spots = [(x + side, y, float(side < 0)) for y in levels for side in (7, -7)]
+            writer.write(place.label.replace("_", ""), token, "label", spots)
         if self._found.level is not None and self._found.level_label:
             y = chart.at(low, self._found.level).y()
             ends = ((box.left() + 6, 0.0), (box.right() - 6, 1.0))
@@ -120,9 +123,16 @@ class CurvePainter:
         at = chart.at(x, 1.0).x()
         marks.line(painter, [QPointF(at, box.top()), QPointF(at, box.bottom())], "accent", 1.6, marks.DASH)
         marks.marker(painter, "up", QPointF(at, box.bottom() - 6), "accent", 6.0)
-        found = self._record.here.evidence if self._record.here else None
-        if found is not None and self._measures(found):
-            marks.marker(painter, "circle", chart.at(x, found.measure), "accent", 6.5)
+        dot = self._dot(chart)
+        if dot is not None:
+            marks.marker(painter, "circle", dot, "accent", 6.5)
+
+    def _dot(self, chart: Chart) -> QPointF | None:
+        """Return where the knob's present value was found, if the chart runs up over that."""
+        here = self._record.here
+        if here is None or self.scale is None or not self._measures(here.evidence):
+            return None
+        return chart.at(here.value * self.scale, here.evidence.measure)
 
     def _measures(self, found: "Evidence") -> bool:
         """Say whether the chart runs up over what a try is judged by."""
