@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from hapkit_studio.analysis import accuracy, failures, measured
+from hapkit_studio.analysis import accuracy, failures, measured, zwidth
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.zwidth_protocol import Protocol
 
 
 def warm_up() -> None:
