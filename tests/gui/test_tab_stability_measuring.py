@@ -56,7 +56,7 @@ def test_the_same_button_cancels_and_nothing_is_shown(page, qtbot, monkeypatch):
     page.job.wait()
     assert not page.job.running
     assert page.bar.status.text() == "Cancelled"
-    assert page.measured == []
+    assert page.results.all == []
 
 
 def test_a_measurement_pales_where_other_conditions_hold(page, window, qtbot):
@@ -97,12 +97,12 @@ def test_before_and_after_the_controller_stand_side_by_side(page):
     controlled = replace(plain, controller=True)
     page.show_result(made_up(plain))
     page.show_result(made_up(controlled))
-    assert [m.setting.controller for m in page.measured] == [False, True]
+    assert [m.setting.controller for m in page.results.all] == [False, True]
     assert not page.beside.legend.rows["controlled"].isHidden()
     page.show_result(made_up(controlled))
-    assert len(page.measured) == 2
+    assert len(page.results.all) == 2
     page.show_result(made_up(replace(plain, rate=500.0)))
-    assert [m.setting.rate for m in page.measured] == [500.0]
+    assert [m.setting.rate for m in page.results.all] == [500.0]
 
 
 def test_the_switch_turns_the_controller_on(page, window, qtbot):
@@ -120,7 +120,7 @@ def test_measuring_before_the_lines_are_there_begins_with_them(page, qtbot, monk
     page.bar.run.click()
     assert not page.job.running
     page.show_lines(lines)
-    qtbot.waitUntil(lambda: len(page.measured) == 1, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: len(page.results.all) == 1, timeout=PATIENCE_MS)
 
 
 def test_the_handle_is_pulled_and_let_go(page, window, qtbot, monkeypatch):

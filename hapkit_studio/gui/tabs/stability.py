@@ -1,6 +1,5 @@
 """The stability map: every limit of the loop in force, and the rendered impedance as a dot in it."""
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
@@ -13,19 +12,18 @@ from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.export import Export
 from hapkit_studio.gui.tabs.job import Job
-from hapkit_studio.gui.tabs.stability_beside import Beside, legend_words
+from hapkit_studio.gui.tabs.stability_beside import Beside
 from hapkit_studio.gui.tabs.stability_chart import StabilityChart
+from hapkit_studio.gui.tabs.stability_legend import legend_words
 from hapkit_studio.gui.tabs.stability_lines import Ask, Lines, solve
-from hapkit_studio.gui.tabs.stability_measure import Measured, measuring
+from hapkit_studio.gui.tabs.stability_measure import Measured, Results, measuring
 from hapkit_studio.gui.tabs.stability_pair import Pair, pair_of
 from hapkit_studio.gui.tabs.stability_side import StabilitySide
 from hapkit_studio.gui.tabs.stability_trial import Trial
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.plane import Plane
     from hapkit_studio.gui.live import Live
     from hapkit_studio.gui.studio import Studio
-    from hapkit_studio.haptics.health import Health
 
 HANDS = ("released", "medium", "all")
 _HAND_WORDS = ("Released", "Medium grip", "All hands")
@@ -45,7 +43,7 @@ class StabilityPage(Page):
         self.job, self.trial = Job(self), Trial(studio, self)
         self._worker = MarginWorker(solve, self)
         self.lines: Lines | None = None
-        self.measured: list[Measured] = []
+        self.results = Results()
         self._seen = self._wanted = False
         self.hands = Segmented("Hand", _HAND_WORDS)
         self.hands.show_index(0)
@@ -85,7 +83,7 @@ class StabilityPage(Page):
         lines = self.lines
         if lines is None:
             return
-        plane = lines.plane if self._outdated() else self._with_measured(lines.plane)
+        plane = lines.plane if self.outdated else self.results.put_into(lines.plane)
 
         def figure(path: str) -> None:
             from hapkit_studio.charts.stability import stability_figure
@@ -153,8 +151,7 @@ class StabilityPage(Page):
 
     def show_result(self, measured: Measured) -> None:
         """Take a measurement in beside the one with, or without, the controller."""
-        kept = [old for old in self.measured if old.setting != measured.setting and _same_loop(old, measured)]
-        self.measured = [*kept, measured]
+        self.results.take(measured)
         self._show_measured()
         self._say_measured()
 
@@ -183,37 +180,24 @@ class StabilityPage(Page):
 
     # inner
 
-    def _outdated(self) -> bool:
+    @property
+    def outdated(self) -> bool:
         """Say whether the newest measurement holds for other conditions than those shown."""
-        if not self.measured or self.lines is None:
-            return False
-        newest, plane = self.measured[-1], self.lines.plane
-        return newest.setting != plane.setting or newest.real != self.real.isChecked()
+        return self.lines is not None and self.results.outdated(
+            self.lines.plane.setting, self.real.isChecked()
+        )
 
     def _show_measured(self) -> None:
-        self.chart.show_measured(self.measured, self.job.running or self._outdated())
-        plain = [m for m in self.measured if not m.points.controller]
+        self.chart.show_measured(self.results.all, self.job.running or self.outdated)
         if self.lines is not None:
-            shown = {
-                "hands": bool(self.lines.hands),
-                "measured": bool(plain),
-                "controlled": len(plain) < len(self.measured),
-                "buzzes": bool(self.measured) and bool((self.measured[-1].cells.classes == 1).any()),
-            }
-            plane = replace(self.lines.plane, points=plain[-1].points if plain else None)
-            self.beside.show_legend(legend_words(plane, shown))
-
-    def _with_measured(self, plane: "Plane") -> "Plane":
-        """Return a plane with what was measured last."""
-        if not self.measured:
-            return plane
-        return replace(plane, points=self.measured[-1].points, cells=self.measured[-1].cells)
+            plane, marks = self.results.shown(self.lines.plane)
+            self.beside.show_legend(legend_words(plane, {**marks, "hands": bool(self.lines.hands)}))
 
     def _say_measured(self) -> None:
         """Say what the measured map is worth; not while the bar says how far the next one is."""
-        if self.measured and not self.job.running:
-            words = "Measured for other conditions" if self._outdated() else self.measured[-1].words
-            self.bar.say(words)
+        newest = self.results.newest
+        if newest is not None and not self.job.running:
+            self.bar.say("Measured for other conditions" if self.outdated else newest.words)
 
     def _show_conditions(self) -> None:
         from hapkit_studio.analysis.plane_words import conditions
@@ -243,12 +227,6 @@ class StabilityPage(Page):
         self.side.show_trial(words, button, possible and not self.trial.holding)
         self.side.show_controller(self._studio.loop.controller)
 
-    def _set_controller(self, on: bool) -> None:
-        self._studio.set_loop(controller=on)
-
-    def _note_health(self, health: "Health") -> None:
-        self.facts.note_health(health)
-
     def _arrange(self) -> None:
         self.bar.add(self.hands)
         self.bar.add(self.real)
@@ -274,23 +252,14 @@ class StabilityPage(Page):
         studio.loop_changed.connect(self._show_studio)
         self.trial.changed.connect(self._show_studio)
         self.side.release_pressed.connect(self.trial.begin)
-        self.side.controller_chosen.connect(self._set_controller)
-        live.health.connect(self._note_health)
+        self.side.controller_chosen.connect(lambda on: studio.set_loop(controller=on))
+        live.health.connect(self.facts.note_health)
         self.chart.clicked.connect(self.go)
         self.chart.dragged.connect(self.go)
         self.bar.run_pressed.connect(self.measure)
         self.bar.export_pressed.connect(self.export)
         self.job.finished.connect(self.show_result)
         self.job.running_changed.connect(self._show_measured)
-
-
-def _same_loop(one: Measured, other: Measured) -> bool:
-    """Say whether two measurements differ by the controller alone."""
-    from dataclasses import replace
-
-    return (
-        replace(one.setting, controller=other.setting.controller) == other.setting and one.real == other.real
-    )
 
 
 TAB = Tab("stability", "Stability", 10, StabilityPage)

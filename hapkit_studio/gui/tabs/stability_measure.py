@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,13 +10,15 @@ import numpy as np
 from hapkit_studio.gui.tabs.job import Progress, Work
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.plane import Cells, Points
+    from hapkit_studio.analysis.plane import Cells, Plane, Points
     from hapkit_studio.analysis.setting import Setting
 
 SIDE = 100
 COLUMNS = 13
 # Bisection takes about so many cells a column.
 _CELLS_A_COLUMN = 25
+# The class of what stays in motion, of the measured ones.
+_BUZZES = 1
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,51 @@ class Measured:
         """Say how much was measured, and how fast."""
         m, n = self.cells.classes.shape
         return f"{m} × {n} cells, {self.seconds:.1f} s"
+
+
+class Results:
+    """What was measured for one loop: without the passivity controller and with it, the newest last."""
+
+    def __init__(self) -> None:
+        self.all: list[Measured] = []
+
+    @property
+    def newest(self) -> Measured | None:
+        """Return the last measurement."""
+        return self.all[-1] if self.all else None
+
+    def take(self, measured: Measured) -> None:
+        """Take a measurement in; what was measured for another loop goes."""
+        others = [old for old in self.all if old.setting.controller != measured.setting.controller]
+        self.all = [*(old for old in others if _same_loop(old, measured)), measured]
+
+    def outdated(self, setting: "Setting", real: bool) -> bool:
+        """Say whether the newest holds for other conditions than these."""
+        newest = self.newest
+        return newest is not None and (newest.setting != setting or newest.real != real)
+
+    def put_into(self, plane: "Plane") -> "Plane":
+        """Return a plane with what was measured last."""
+        newest = self.newest
+        return replace(plane, points=newest.points, cells=newest.cells) if newest else plane
+
+    def shown(self, plane: "Plane") -> tuple["Plane", dict[str, bool]]:
+        """Return the plane as the legend names it, and which marks there are."""
+        plain = [m for m in self.all if not m.points.controller]
+        newest = self.newest
+        marks = {
+            "measured": bool(plain),
+            "controlled": len(plain) < len(self.all),
+            "buzzes": newest is not None and bool((newest.cells.classes == _BUZZES).any()),
+        }
+        return replace(plane, points=plain[-1].points if plain else None), marks
+
+
+def _same_loop(one: Measured, other: Measured) -> bool:
+    """Say whether two measurements differ by the controller alone."""
+    return (
+        replace(one.setting, controller=other.setting.controller) == other.setting and one.real == other.real
+    )
 
 
 def measuring(setting: "Setting", real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:
