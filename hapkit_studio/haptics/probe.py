@@ -1,14 +1,14 @@
 """Many runs of one scene with other numbers, judged as they go: the batch's samples without their rows.
 
-One rig and one plant serve all cells, brought back to their start in compiled code, so a thread computes
-hundreds of cells without Python. Every sample is the batch's, bit for bit.
+One rig and one plant serve all cells, so a thread computes hundreds of cells without Python. Their arrays are
+pieces of two flat ones: two copies bring everything back to the start, whatever a rig holds. Every sample is
+the batch's, bit for bit.
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import literal_unroll
 
 from hapkit_studio.devices import simulated
 from hapkit_studio.dynamics.hand import Grip
@@ -54,19 +54,35 @@ class Found(NamedTuple):
     samples: np.ndarray  # (n,) int64: rendered ones
 
 
+class Flat(NamedTuple):
+    """All numbers and all whole numbers of a rig and a plant."""
+
+    numbers: np.ndarray
+    words: np.ndarray
+
+
+def packed(r: rig.Rig, body: plant.Plant) -> tuple[rig.Rig, plant.Plant, Flat]:
+    """Return rig and plant anew, their arrays pieces of two flat ones, and these."""
+    arrays = [*r, *body]
+    flat = Flat(*(np.concatenate([a.ravel() for a in arrays if a.dtype == t]) for t in (float, np.int64)))
+    rest = {array.dtype: array for array in flat}
+    pieces = []
+    for array in arrays:
+        piece, rest[array.dtype] = np.split(rest[array.dtype], [array.size])
+        pieces.append(piece.reshape(array.shape))
+    return rig.Rig(*pieces[: len(r)]), plant.Plant(*pieces[len(r) :]), flat
+
+
 @internal
-def restart(r, body, values, words, numbers, start):
-    """Bring rig and plant back to where ``Scene.prepare`` makes them: block, other numbers, other start."""
-    for array in literal_unroll(r):
-        array[:] = 0
-    block.publish(r.block_values, r.block_words, values, words)
-    r.real[rig.GAIN] = 1.0
+def restart(r, body, flat, made, numbers, start):
+    """Bring rig and plant back to how they were made, with other numbers and another start."""
+    for i in range(flat.numbers.shape[0]):
+        flat.numbers[i] = made.numbers[i]
+    for i in range(flat.words.shape[0]):
+        flat.words[i] = made.words[i]
     for i in range(numbers.shape[0]):
         r.block_values[block.PARAMS + i] = numbers[i]
-    body.dev[:] = 0.0
-    body.queue[:] = 0.0
     body.dev[simulated.X] = start
-    body.constants[plant.HAND :] = math.nan
 
 
 @inlined
@@ -117,14 +133,14 @@ def _watch(r, body, row, samples, weight, limits, parts):
 
 
 @compiled
-def run(r, body, values, words, hand, cells, limits, row, found):
+def run(r, body, flat, made, hand, cells, limits, row, found):
     """Render every cell and fill found.
 
-    values and words are a copy of the rig's block, row (ROW_WIDTH,) is room for one sample; hand: mass,
-    damping, stiffness of one that rests at 0 m, zeros for none.
+    flat holds rig and plant, made is a copy of it as the scene made them; row (ROW_WIDTH,) is room for one
+    sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
     """
     for i in range(cells.starts.shape[0]):
-        restart(r, body, values, words, cells.numbers[i], cells.starts[i])
+        restart(r, body, flat, made, cells.numbers[i], cells.starts[i])
         plant.configure(body, r.block_values, hand[0], hand[1], hand[2])
         end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
         found.ends[i], found.samples[i] = end, done
@@ -132,11 +148,11 @@ def run(r, body, values, words, hand, cells, limits, row, found):
 
 def survey(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limits) -> Found:
     """Return what the runs of a scene with the cells' numbers left; a hand rests at 0 m, None: no hand."""
-    r, body = scene.prepare()
+    r, body, flat = packed(*scene.prepare())
+    made = Flat(*(array.copy() for array in flat))
     hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
     found = _new_found(len(cells.starts))
-    values, words = r.block_values.copy(), r.block_words.copy()
-    run(r, body, values, words, hand, cells, limits, np.zeros(rows.ROW_WIDTH), found)
+    run(r, body, flat, made, hand, cells, limits, np.zeros(rows.ROW_WIDTH), found)
     return found
 
 
