@@ -31,12 +31,12 @@ class ChoiceRow(QWidget):
             self.picker.addItems(words)
             self.picker.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             self.picker.activated.connect(self._take)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 3, 0, 3)
+        row = self._row = QHBoxLayout(self)
         row.setSpacing(6)
         row.addWidget(self.label, 1)
         row.addWidget(self.picker)
         self._formula = formula
+        self.set_compact(False)
         self.set_locked("")
         self.show_value(choice.default)
 
@@ -58,6 +58,11 @@ class ChoiceRow(QWidget):
         else:
             self.picker.setCurrentIndex(index)
         self._name(value)
+
+    def set_compact(self, compact: bool) -> None:
+        """Stand closer to the rows above and below where the window is low."""
+        margin = 1 if compact else 3
+        self._row.setContentsMargins(0, margin, 0, margin)
 
     def set_locked(self, reason: str) -> None:
         """Leave the option readable but fixed, and say why; no reason unlocks it."""

@@ -1,6 +1,6 @@
 """The loop as a student changes it: servo rate, added delay, velocity estimator, grip, controller."""
 
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL
 from hapkit_studio.dynamics.hand import GRIPS
@@ -33,12 +33,9 @@ GRIP = Choice(
     "How firmly the simulated hand holds while you drag. A hand takes energy away: what buzzes when "
     "released may be calm in a firm grip.",
 )  # fmt: skip
-CONTROLLER = Choice(
-    "controller", "Passivity controller", ("off", "on"), "off",
-    "Adds damping only while the scene gives energy: more than it stored and the paddle's own damping takes.",
-    labels=("Off", "On"),
-)  # fmt: skip
+CONTROLLER = "Adds damping only while the scene gives energy."
 _ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
+_LEAST_TARGET = 24
 
 
 def _show(row: ParameterRow, value: float) -> None:
@@ -66,8 +63,10 @@ class LoopPanel(QWidget):
             for key, entry in ESTIMATORS.items()
         }
         self.grip = ChoiceRow(GRIP)
-        self.controller = ChoiceRow(CONTROLLER)
-        self.controller_words = QLabel("Adds damping only while the scene gives energy.")
+        self.controller = QCheckBox("Passivity controller")
+        self.controller.setToolTip(CONTROLLER)
+        self.controller.setFixedHeight(_LEAST_TARGET)
+        self.controller_words = QLabel(CONTROLLER)
         self.controller_words.setProperty("role", "hint")
         self.controller_words.setWordWrap(True)
         self.folded = False
@@ -88,6 +87,9 @@ class LoopPanel(QWidget):
         for row in (self.rate, self.delay, *filters):
             row.set_narrow(narrow)
             row.set_compact(height < _ROOM_FOR_SLIDERS)
+        self.controller_words.setVisible(height >= _ROOM_FOR_SLIDERS)
+        for choice in (self.estimator, self.grip):
+            choice.set_compact(height < _ROOM_FOR_SLIDERS)
         if not self._by_hand:
             self.set_folded(height < _ROOM_FOR_ROWS)
 
@@ -107,7 +109,7 @@ class LoopPanel(QWidget):
                 row.setVisible(key == loop.estimator)
                 _show(row, given.get(row.parameter.key, row.parameter.default))
         self.grip.show_value(GRIP.options.index(self._studio.grip))
-        self.controller.show_value(float(loop.controller))
+        self.controller.setChecked(loop.controller)
         self.fold.setText(self.summary() if self.folded else "Fold")
         self.fold.setAccessibleName(f"Loop: {self.summary()}")
         self._allow()
@@ -144,7 +146,7 @@ class LoopPanel(QWidget):
             body.addWidget(row)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
+        column.setSpacing(0)
         column.addLayout(head)
         column.addWidget(self._body)
 
@@ -157,7 +159,7 @@ class LoopPanel(QWidget):
             lambda _key, index: self._studio.set_loop(estimator=ESTIMATOR.options[int(index)], options=())
         )
         self.grip.changed.connect(lambda _key, index: self._studio.set_grip(GRIP.options[int(index)]))
-        self.controller.changed.connect(lambda _key, on: self._studio.set_loop(controller=bool(on)))
+        self.controller.clicked.connect(lambda on: self._studio.set_loop(controller=on))
         for rows in self.options.values():
             for row in rows:
                 row.changed.connect(self._apply_option)
