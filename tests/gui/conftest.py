@@ -5,6 +5,7 @@ import pytest
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.window import MainWindow
+from tests.gui.break_it_fixtures import break_it_page, gate  # noqa: F401
 from tests.gui.plot_fixtures import history, phase, plots  # noqa: F401
 from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 

@@ -4,8 +4,8 @@ import pytest
 
 from hapkit_studio.analysis.failures import failures
 from hapkit_studio.gui.tabs.break_it_feel import Feel
+from tests.gui.break_it_fixtures import settled
 from tests.gui.break_it_support import live
-from tests.gui.test_tab_break_it import gate, settled  # noqa: F401
 from tests.gui.window_support import PATIENCE_MS
 
 
@@ -16,7 +16,7 @@ def state(studio):
 
 
 @pytest.fixture
-def felt(gate, window, qtbot):  # noqa: F811
+def felt(gate, window, qtbot):
     """Return the page on a running simulated Hapkit, its first failure measured."""
     window.views.show("break_it")
     page = window.views.page("break_it")

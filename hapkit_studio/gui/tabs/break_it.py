@@ -2,23 +2,19 @@
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.break_it_bench import Bench
-from hapkit_studio.gui.tabs.break_it_curve import CurveCard
+from hapkit_studio.gui.tabs.break_it_detail import Detail
 from hapkit_studio.gui.tabs.break_it_feel import Feel
-from hapkit_studio.gui.tabs.break_it_knob import KnobBar
 from hapkit_studio.gui.tabs.break_it_list import NARROW, WIDE, FailureList
-from hapkit_studio.gui.tabs.break_it_record import ABOVE, BELOW, HERE, Part, Record
+from hapkit_studio.gui.tabs.break_it_record import HERE, Part, Record
 from hapkit_studio.gui.tabs.break_it_side import FailureSide
-from hapkit_studio.gui.tabs.break_it_traces import TraceCard
-from hapkit_studio.gui.tabs.break_it_verdict import Verdict
 from hapkit_studio.gui.tabs.export import Export
 
 if TYPE_CHECKING:
@@ -27,24 +23,6 @@ if TYPE_CHECKING:
 
 _SETTLE_MS = 200
 _ROOM_FOR_LIST = 840
-_LEAST = (560, 316)
-
-
-class Sheet(QWidget):
-    """Gives what is on it all of its room, and never less than the least: it does not ask for more."""
-
-    def __init__(self, inside: QWidget):
-        super().__init__()
-        self._inside = inside
-        inside.setParent(self)
-        self.setMinimumSize(*_LEAST)
-        self.setObjectName("sheet")
-        dress(self, "#sheet { background: @surface; }")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._inside.setGeometry(self.rect())
 
 
 class BreakItPage(Page):
@@ -63,9 +41,8 @@ class BreakItPage(Page):
         self.bar = RunBar(self.bench.job, "Run", "Run again")
         self.all = QPushButton("Run all")
         self.list = FailureList(self.records.values())
-        self.knob, self.verdict = KnobBar(self.record), Verdict()
-        self.traces = {side: TraceCard(side) for side in (BELOW, ABOVE)}
-        self.curve, self.side = CurveCard(), FailureSide()
+        self.detail, self.side = Detail(self.record), FailureSide()
+        self.knob, self.verdict = self.detail.knob, self.detail.verdict
         self._export = Export(self, "break-it", self.bar.say)
         self._busy = ""
         self._seen = False
@@ -159,8 +136,6 @@ class BreakItPage(Page):
             return
         if part.limit is not None:
             self.knob.show_record(record)
-        if part.chart is not None:
-            self.curve.show_record(record)
         self._show_results()
         if self.feel.key == part.key and record.here is not None:
             self.feel_it()
@@ -200,9 +175,7 @@ class BreakItPage(Page):
         self._show_results()
 
     def _show_results(self) -> None:
-        for card in self.traces.values():
-            card.show_record(self.record)
-        self.curve.show_record(self.record)
+        self.detail.show_results(self.record)
         self._show_verdict()
         self.bar.export.setEnabled(self.record.complete)
 
@@ -218,7 +191,7 @@ class BreakItPage(Page):
         self.all.clicked.connect(self.run_all)
         self.list.chosen.connect(self.choose)
         self.knob.turned.connect(self.turn)
-        self.curve.picked.connect(self.turn)
+        self.detail.curve.picked.connect(self.turn)
         self.side.changed.connect(self.set_condition)
         self.bench.arrived.connect(self._take)
         self.bench.begun.connect(self._begin)
@@ -242,29 +215,8 @@ class BreakItPage(Page):
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
         row.addWidget(self.list)
-        row.addWidget(self._detail(), 1)
+        row.addWidget(self.detail, 1)
         self.column.addWidget(filled(self.bar, body))
-
-    def _detail(self) -> QScrollArea:
-        inside = QWidget()
-        column = QVBoxLayout(inside)
-        column.setContentsMargins(14, 8, 12, 10)
-        column.setSpacing(8)
-        column.addWidget(self.knob)
-        column.addWidget(self.verdict)
-        charts = QHBoxLayout()
-        charts.setSpacing(14)
-        left = QVBoxLayout()
-        left.setSpacing(6)
-        for card in self.traces.values():
-            left.addWidget(card, 1)
-        charts.addLayout(left, 5)
-        charts.addWidget(self.curve, 6)
-        column.addLayout(charts, 1)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
-        area.setWidget(Sheet(inside))
-        return area
 
 
 TAB = Tab("break_it", "Break it", 30, BreakItPage)
