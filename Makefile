@@ -14,7 +14,7 @@ CHECK := QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CURDIR)/$(CHECK_CACHE)
 help:
 	@echo "make run       set up and open the studio"
 	@echo "make test      set up and check everything"
-	@echo "make bench     measure, beside a reference each"
+	@echo "make bench     measure, beside a reference each; draw the charts of the README anew"
 	@echo "make pictures  take the pictures of README and docs anew"
 	@echo "make firmware  build the board's program and the virtual board"
 	@echo "make realtime  say what priority the loop obtains, and how to get more"
@@ -39,7 +39,7 @@ lint: $(VENV)/.test
 bench: $(VENV)/.bench
 	@.ci/system-packages.sh bench
 	@$(MAKE) --no-print-directory board
-	$(BIN)/python -m tests.bench
+	$(BIN)/python -m tests.bench --pictures assets/pictures
 
 pictures: $(VENV)/.run
 	@.ci/system-packages.sh run

@@ -1,6 +1,7 @@
 """Run every benchmark, or those named, print a table and write JSON: ``python -m tests.bench [NAME ...]``."""
 
 import argparse
+import inspect
 import sys
 from pathlib import Path
 
@@ -13,6 +14,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.bench", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(benchmarks))
     parser.add_argument("--output", type=Path, default=Path("bench-results"), help="folder for the JSON")
+    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="draw the charts into this folder")
     options = parser.parse_args()
     unknown = [name for name in options.names if name not in benchmarks]
     if unknown:
@@ -20,7 +22,8 @@ def main() -> int:
     rows = []
     for name in options.names or benchmarks:
         print(f"{name} ...", file=sys.stderr, flush=True)
-        rows += benchmarks[name]()
+        draws = inspect.signature(benchmarks[name]).parameters
+        rows += benchmarks[name](options.pictures) if draws else benchmarks[name]()
     print_table(rows)
     print(f"written to {save(rows, options.output)}")
     return int(any(row.ok is False for row in rows))

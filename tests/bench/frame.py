@@ -26,8 +26,11 @@ class Row:
     ok: bool | None = None
 
 
-def discover() -> dict[str, Callable[[], list[Row]]]:
-    """Return name -> run of every ``bench_*.py`` beside this file with a NAME, in their declared order."""
+def discover() -> dict[str, Callable[..., list[Row]]]:
+    """Return name -> run of every ``bench_*.py`` beside this file with a NAME, in their declared order.
+
+    One that draws takes the folder for its pictures.
+    """
     files = sorted(Path(__file__).parent.glob("bench_*.py"))
     modules = [importlib.import_module(f"tests.bench.{path.stem}") for path in files]
     modules = [module for module in modules if hasattr(module, "NAME")]

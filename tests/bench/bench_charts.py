@@ -1,0 +1,45 @@
+"""Time of each measuring command, as a person runs it; what it draws goes into a folder."""
+
+import contextlib
+import io
+import tempfile
+import time
+from pathlib import Path
+
+from hapkit_studio.cli import main
+from tests.bench.frame import Row
+
+NAME = "charts"
+ORDER = 46
+LOOP = ("--viscous", "0.18", "--delay", "0.001", "--estimator", "iir")
+RECORD = ("run", "spring", "-p", "stiffness=300", "-p", "damping=2", "--hand", "shake", "--seconds", "6")
+COMMANDS = {
+    "stability": ("stability", "-K", "620", "-B", "2", *LOOP, "--measure", "--map"),
+    "stability-real": ("stability", "-K", "620", "-B", "2", *LOOP, "--measure", "--map", "--real"),
+    "zwidth": ("zwidth",),
+    "bounce": ("break-it", "bounce"),
+    "filtered_damping": ("break-it", "filtered_damping"),
+    "identify": ("identify",),
+}
+
+
+def run(folder: Path | None = None) -> list[Row]:
+    """Run every command once to compile, then once for its time; draw into the folder."""
+    with tempfile.TemporaryDirectory() as scratch:
+        record = str(Path(scratch, "run.csv"))
+        _run(*RECORD, "--csv", record)
+        rows = []
+        for name, words in COMMANDS.items():
+            path = (folder or Path(scratch)) / f"{name}.png"
+            given = (*words, record) if name == "identify" else words
+            _run(*given)
+            begin = time.perf_counter()
+            _run(*given, "--plot", str(path))
+            rows.append(Row(f"hapkit-studio {' '.join(words)}, drawn", time.perf_counter() - begin, "s"))
+    return rows
+
+
+def _run(*words: str) -> None:
+    with contextlib.redirect_stdout(io.StringIO()):
+        if main(words):
+            raise RuntimeError(f"{' '.join(words)} failed")
