@@ -1,6 +1,7 @@
 """A running device on which walls are tried: watched row by row, limited in force, and put back as it was."""
 
 import contextlib
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -79,6 +80,7 @@ class Bench:
 
     The wall stands where the one in force stands; into: 1 where it is on the right, -1 on the left. say: told
     what a person should do; look: called some hundred times a second, and may raise to end it all.
+    clamped: set where a judged sample reached the force limit.
     """
 
     def __init__(self, engine: Engine, care: Care, say: Callable[[str], None], look: Callable[[], None]):
@@ -88,6 +90,8 @@ class Bench:
         self.surface = self._place["position"]
         self.into = 1.0 if self._place["side"] == 0.0 else -1.0
         self._mine: dict[str, float] = {}
+        self._samples, self._seconds = 0, 0.0
+        self.clamped = False
 
     def __enter__(self) -> "Bench":
         self.engine.limit_force(self.care.max_force)
@@ -115,6 +119,11 @@ class Bench:
         """Return what one count of the sensor is in m."""
         modelled = self.engine.modelled
         return float(self.engine.device.quantum if modelled is None else modelled.quantum)
+
+    @property
+    def rate(self) -> float:
+        """Return how many samples a second came so far, by the device's clock, nan before any."""
+        return self._samples / self._seconds if self._seconds > 0.0 else math.nan
 
     def wall(self, stiffness: float, damping: float) -> None:
         """Bring a wall into force, over 30 ms."""
@@ -144,10 +153,15 @@ class Bench:
                 if judged:
                     self._judge(new)
                 if new[-1, rows.BOARD_TIME] - first >= seconds - 1e-9:
-                    return np.concatenate(found)
+                    return self._counted(np.concatenate(found))
             elif time.monotonic() - heard > _SILENCE_SECONDS:
                 raise Interrupted(f"{self.engine.device.title} sends nothing. The measurement ended.")
-            time.sleep(_LOOK_SECONDS)
+            time.sleep(min(_LOOK_SECONDS, 0.05 * seconds))
+
+    def _counted(self, found: np.ndarray) -> np.ndarray:
+        self._samples += len(found) - 1
+        self._seconds += found[-1, rows.BOARD_TIME] - found[0, rows.BOARD_TIME]
+        return found
 
     @property
     def _untouched(self) -> bool:
@@ -164,6 +178,7 @@ class Bench:
             raise Interrupted("The settings were changed. The measurement ended.")
 
     def _judge(self, new: np.ndarray) -> None:
+        self.clamped = self.clamped or bool((new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())
         if np.abs(new[:, rows.VELOCITY]).max() > self.care.max_speed:
             raise Unsafe(FAST)
         if np.abs(new[:, rows.POSITION] - self.surface).max() > self.care.max_travel:

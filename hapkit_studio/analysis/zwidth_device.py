@@ -64,7 +64,7 @@ def measure(
             arrived(level, points[-1])
         setting = setting_of(engine, hand.grip)
     linear, curve = linear_limits(setting, levels), linear_curve(setting, levels[-1])
-    found = _conditions(engine, setting, care) + hand.conditions
+    found = _conditions(bench, setting) + hand.conditions
     return ZWidth.of(engine.device.title, levels, points, linear, curve, found)
 
 
@@ -77,14 +77,14 @@ def setting_of(engine: Engine, grip: str) -> Setting:
     return Setting(*handle, loop.rate, delay, loop.estimator, grip, loop.controller)
 
 
-def _conditions(engine: Engine, setting: Setting, care: Care) -> tuple[Condition, ...]:
+def _conditions(bench: Bench, setting: Setting) -> tuple[Condition, ...]:
     """Return device and loop as they are, how fast the loop really went, and the care taken."""
-    rate = engine.health().rate
+    rate, care = bench.rate, bench.care
     return (
-        *loop_conditions(setting, friction=engine.modelled is not None),
+        *loop_conditions(setting, friction=bench.engine.modelled is not None),
         Condition("measured_rate_Hz", rate, "Rate measured", f"{rate:.0f} Hz"),
         Condition("max_force", care.max_force, "Force limit", f"{care.max_force:g} N"),
-        Condition("precision", care.precision, "K found to", f"{100.0 * care.precision:g} %"),
+        Condition("precision", care.precision, "Stiffness to", f"{100.0 * care.precision:g} %"),
     )
 
 
@@ -130,16 +130,17 @@ class _Trials:
         """Try one wall; after it the last one that held is in force."""
         self._steps.next_trial()
         self._hand.begin()
+        self._bench.clamped = False
         self._bench.wall(stiffness, self._damping)
         try:
             self._hand.press(stiffness)
-            verdict = self._watched(stiffness)
+            why = self._watched(stiffness)
         except Unsafe as unsafe:
-            verdict = Verdict(unsafe.why)
-        if not verdict.why:
+            why = unsafe.why
+        if not why:
             self._held = stiffness
         self._soften()
-        return verdict
+        return Verdict(why, self._bench.clamped)
 
     def _soften(self) -> None:
         if self._held:
@@ -147,21 +148,20 @@ class _Trials:
         else:
             self._bench.calm()
 
-    def _watched(self, stiffness: float) -> Verdict:
-        """Watch until the motion has died out, or does not any more."""
+    def _watched(self, stiffness: float) -> str:
+        """Watch until the motion has died out, or does not any more; return why the wall fails."""
         limit = self._bench.care.counts * self._bench.quantum
-        clamped, calm, before = False, 0, math.inf
+        calm, before = 0, math.inf
         for window in range(_MOST_WINDOWS):
             found = self._window(stiffness)
-            clamped = clamped or bool((found[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())
             now = ripple(found[:, rows.POSITION], self._bench.engine.loop.rate)
             calm = calm + 1 if now <= limit else 0
             if calm == _QUIET_WINDOWS:
-                return Verdict("", clamped)
+                return ""
             if window > 1 and now > limit and now > _DYING * before:
-                return Verdict(GROWS if now > _GROWING * before else BUZZES, clamped)
+                return GROWS if now > _GROWING * before else BUZZES
             before = now
-        return Verdict(BUZZES, clamped)
+        return BUZZES
 
     def _window(self, stiffness: float) -> np.ndarray:
         """Return the next rows under a hand that presses; where it does not, it begins anew."""

@@ -81,11 +81,11 @@ class SimulatedHand:
         assert isinstance(grip, Grip)
         bench, care = self._bench, self._bench.care
         goal = care.push / grip.stiffness + care.push / stiffness
-        depth = -_AWAY
+        start, depth = bench.collect(_STEP_SECONDS)[-1, rows.BOARD_TIME], -_AWAY
         while depth < goal:
-            depth = min(depth + care.hit * _STEP_SECONDS, goal)
+            now = bench.collect(_STEP_SECONDS)[-1, rows.BOARD_TIME]
+            depth = min(care.hit * (now - start) - _AWAY, goal)
             bench.engine.move_hand(bench.surface + bench.into * depth)
-            bench.collect(_STEP_SECONDS)
 
     def presses(self, found: np.ndarray) -> bool:
         """Return whether it does: in a window somebody may have taken the handle away."""

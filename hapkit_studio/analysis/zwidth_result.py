@@ -40,7 +40,7 @@ class Condition:
     @property
     def words(self) -> str:
         """Return name and text for a line of many."""
-        return f"{self.short or self.name.lower()} {self.text}"
+        return f"{self.short or self.name[0].lower() + self.name[1:]} {self.text}"
 
 
 @dataclass(frozen=True)

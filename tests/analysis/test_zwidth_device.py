@@ -1,6 +1,7 @@
 """Z-width on running devices: the simulated one live, the virtual board, stops and limits, a person."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -54,6 +55,15 @@ def assert_as_before(engine, environment="spring"):
         assert last[rows.ASKED] == pytest.approx(expected, abs=1e-12)
 
 
+def hits(found, surface=0.005):
+    """Return the mean speed in m/s of the handle over the 20 samples before each hit of the wall."""
+    x, t = found[:, rows.POSITION], found[:, rows.BOARD_TIME]
+    into = np.flatnonzero((x[1:] > surface) & (x[:-1] <= surface))
+    far = [k for k in into if k > 30 and x[k - 30] < surface - 0.5e-3]
+    assert len(far) > 2
+    return np.mean([(x[k] - x[k - 20]) / (t[k] - t[k - 20]) for k in far])
+
+
 def after(calls, act):
     """Return a progress that acts once, at the so-manieth look, when a wall is in force and pressed."""
     seen = []
@@ -83,17 +93,23 @@ def test_the_live_device_agrees_with_the_simulation(running):
     assert conditions["delay"] == 2e-3
     assert conditions["hand"] == "light"
     assert conditions["max_force"] == 2.0
-    assert conditions["measured_rate_Hz"] > 0.0
+    assert conditions["measured_rate_Hz"] == pytest.approx(1000.0, rel=1e-6)
     assert_as_before(engine)
 
 
 @needs_board
 def test_the_virtual_board(running):
     engine = running(VirtualBoard("lockstep"), delay=1e-3)
-    found = zwidth_device.measure(engine, (0.0,), Care(softest=1000.0, raised=1.5, precision=0.2))
+    reader = engine.reader()
+    found = zwidth_device.measure(engine, (0.0,), Care(softest=1000.0, raised=1.5, precision=0.1))
+    assert hits(reader.read()) == pytest.approx(0.1, rel=0.3)
     conditions = {c.key: c.value for c in found.conditions}
     assert 1e-3 < conditions["delay"] < 2.5e-3  # what was asked for, and what the line takes
-    assert found.linear[0] < found.stiffness[0] < 3.5 * found.linear[0]
+    setting = replace(zwidth_device.setting_of(engine, "light"), coulomb=0.1)
+    simulated = zwidth.compute(setting, (0.0,), Protocol(max_force=2.0))
+    assert found.stiffness[0] == pytest.approx(simulated.stiffness[0], rel=0.2)
+    assert found.linear[0] == pytest.approx(simulated.linear[0], rel=0.01)
+    assert conditions["measured_rate_Hz"] == pytest.approx(1000.0, rel=1e-3)
     assert math.isnan(conditions["coulomb"])
     assert found.as_json()["conditions"]["coulomb"] is None
     assert_as_before(engine)
