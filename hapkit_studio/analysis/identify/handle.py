@@ -10,16 +10,18 @@ import math
 import numpy as np
 
 from hapkit_studio.analysis.identify.grid import Grid
-from hapkit_studio.analysis.identify.judging import estimate, points, sizes, speed_of
-from hapkit_studio.analysis.identify.part import Part
+from hapkit_studio.analysis.identify.judging import Sizes, estimate, points, sizes, speed_of
+from hapkit_studio.analysis.identify.part import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
-from hapkit_studio.analysis.identify.regression import solve
+from hapkit_studio.analysis.identify.regression import Fit, solve
 from hapkit_studio.analysis.identify.windows import Windows
 
 NAMES = ("mass", "viscous", "coulomb")
 PIECES = (2, 4, 8, 16, 32, 64)
 # While so many counts of the sensor go by, their errors are many and average out.
 _COUNTS = 40.0
+# 95 % of a normal error lie within so many standard deviations.
+_QUANTILE = 1.96
 UNKNOWN_HAND = (
     "Cannot tell: the hand's force is not known. Let go, and take a piece in which the handle moves freely."
 )
@@ -60,25 +62,15 @@ def _fitted(
     """Return (how little these windows tell, the part); None where they tell nothing."""
     sign = np.sign(windows.derivative(grid.sign, 0))
     halves = [_columns(grid, windows, sign, part) for part in (0, 1)]
-    force = windows.held(grid.commands)
-    if not released:
-        force = force + windows.derivative(grid.hand, 0) + windows.held(grid.hand_held, 0.0)
-    fit = solve(halves[0], halves[1], force, kept)
-    if fit is not None and not released and fit.beta[0] > 0.0:
-        force = force + windows.derivative(_jerks(grid, setup), 0) / fit.beta[0]
-        fit = solve(halves[0], halves[1], force, kept)
+    force, fit = _solved(grid, setup, windows, halves, kept, released)
     if fit is None:
         return None
     columns = 0.5 * (halves[0] + halves[1])
+    variances = _by_steps(windows, columns, kept)
     moved = sizes(grid.position, windows, kept)
-    truth = _truth(setup, released)
-    estimates = tuple(
-        estimate(name, fit.beta[i], fit.half[i], moved, truth.get(name), truth.get(name))
-        for i, name in enumerate(NAMES)
-    )
     part = Part(
         "handle",
-        estimates,
+        _estimates(fit, variances, moved, setup, released),
         explained=fit.explained,
         hertz=moved.hertz,
         seconds=float(kept.sum()) * windows.piece * grid.period,
@@ -86,7 +78,36 @@ def _fitted(
         points=points(grid, windows, NAMES, columns, force, kept, fit),
         left_out=grid.left_out,
     )
-    return _looseness(windows, columns, kept), part
+    # chosen by the variances and not by the intervals found, the windows do not favour small intervals
+    return float(np.log(np.maximum(variances, 1e-300)).sum()), part
+
+
+def _solved(
+    grid: Grid, setup: Setup, windows: Windows, halves: list[np.ndarray], kept: np.ndarray, released: bool
+) -> tuple[np.ndarray, Fit | None]:
+    """Return the windows' forces (windows,) in N and the fit to them."""
+    force = windows.held(grid.commands)
+    if released:
+        return force, solve(halves[0], halves[1], force, kept)
+    force = force + windows.derivative(grid.hand, 0) + windows.held(grid.hand_held, 0.0)
+    fit = solve(halves[0], halves[1], force, kept)
+    if fit is not None and fit.beta[0] > 0.0:
+        force = force + windows.derivative(_jerks(grid, setup), 0) / fit.beta[0]
+        fit = solve(halves[0], halves[1], force, kept)
+    return force, fit
+
+
+def _estimates(
+    fit: Fit, variances: np.ndarray, moved: Sizes, setup: Setup, released: bool
+) -> tuple[Estimate, ...]:
+    """Return the estimates; no interval is narrower than the sensor's steps alone make it."""
+    truth = _truth(setup, released)
+    steps = _QUANTILE * setup.quantum / math.sqrt(12.0) * abs(fit.beta[0]) * np.sqrt(variances)
+    half = np.maximum(fit.half[: len(NAMES)], steps)
+    return tuple(
+        estimate(name, fit.beta[i], half[i], moved, truth.get(name), truth.get(name))
+        for i, name in enumerate(NAMES)
+    )
 
 
 def _columns(grid: Grid, windows: Windows, sign: np.ndarray, part: int) -> np.ndarray:
@@ -96,16 +117,12 @@ def _columns(grid: Grid, windows: Windows, sign: np.ndarray, part: int) -> np.nd
     )
 
 
-def _looseness(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> float:
-    """Return the log of the variances that an independent error in every sample would cause.
-
-    Chosen by this and not by the intervals found, the windows do not favour small intervals.
-    """
+def _by_steps(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return the variances (p,) that independent errors of the samples cause, per their own and m^2."""
     used = columns * kept[:, None]
     of_samples = windows.back(used, windows.kernel(2))
     inverse = np.linalg.pinv(used.T @ used)
-    variance = np.diag(inverse @ (of_samples.T @ of_samples) @ inverse)[: len(NAMES)]
-    return float(np.log(np.maximum(variance, 1e-300)).sum())
+    return np.diag(inverse @ (of_samples.T @ of_samples) @ inverse)[: len(NAMES)]
 
 
 def _jerks(grid: Grid, setup: Setup) -> np.ndarray:

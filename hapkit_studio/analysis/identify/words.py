@@ -138,6 +138,8 @@ def remarks(part: Part, setup: Setup, total: int) -> list[str]:
     if part.estimates and part.explained < 0.9:
         share = f"{100.0 * max(part.explained, 0.0):.0f} %"
         lines.append(f"These terms make only {share} of the force: the law is more than that.")
+    if rendered and part.estimates and setup.handle is None:
+        lines.append("The force is what was sent to the motor: nothing measures it.")
     return [line for line in (*lines, left_out(part, total)) if line]
 
 

@@ -14,7 +14,7 @@ from hapkit_studio.gui.tabs.export import Export
 from hapkit_studio.gui.tabs.identify_chart import LeftOver, TermChart
 from hapkit_studio.gui.tabs.identify_piece import newest
 from hapkit_studio.gui.tabs.identify_shake import Shake
-from hapkit_studio.gui.tabs.identify_table import EstimateTable
+from hapkit_studio.gui.tabs.identify_table import EstimateTable, whole
 from hapkit_studio.gui.tabs.job import Job, Progress
 from hapkit_studio.gui.tabs.side import SidePanel, hint
 
@@ -31,11 +31,6 @@ _READ = (
     "Each dot is the mean over a short, smooth window. Line: what was found; its band: 95 %. Dotted: what "
     "was set. A clamped, stopped or fading force is left out."
 )
-
-
-def _whole(text: str) -> str:
-    """Keep numbers and their units on one line."""
-    return text.replace(" N", "\u00a0N").replace("/m", "/\u2060m").replace(" %", "\u00a0%")
 
 
 class IdentifyPage(Page):
@@ -120,7 +115,7 @@ class IdentifyPage(Page):
         lines = self.found.sentences(part)
         good = bool(part.estimates) and part.estimates[0].told and not self.found.surprises(part)
         self.verdict.say(lines[0], *(("check", "ok") if good else ("triangle", "warn")))
-        self.words.setText(_whole("\n\n".join(self.found.notes(part))))
+        self.words.setText(whole("\n\n".join(self.found.notes(part))))
 
     def export(self) -> None:
         """Save both parts as a picture, or as numbers."""
@@ -196,7 +191,7 @@ class IdentifyPage(Page):
         side.add(self.words)
         side.add(self.released)
         side.section("Read the charts")
-        side.add(hint(_whole(_READ)))
+        side.add(hint(whole(_READ)))
         return side
 
 

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 _ROW, _HEAD = 46, 22
 
 
+def whole(text: str) -> str:
+    """Keep numbers and their units on one line."""
+    return text.replace(" N", "\u00a0N").replace("/m", "/\u2060m").replace(" %", "\u00a0%")
+
+
 class EstimateTable(QWidget):
     """Names at the left; what was set and, below it, what was found at the right."""
 
