@@ -8,6 +8,9 @@ Box = tuple[float, float, float, float]
 
 _TRIES = 41
 _LEVELS = 7
+_STEPS = 60
+# Places across, so that even a short word has some under it.
+_FINE = 121
 # Height that a place in the middle is worth, a share of the frame for one of the way to the side.
 _OFF = 0.2
 
@@ -20,7 +23,8 @@ def room(
     Everything is a share of the frame: low and high are (n,) heights at n even places across, size is
     (width, height), taken are boxes to stay clear of.
     """
-    places = np.linspace(0.0, 1.0, len(low))
+    places = np.linspace(0.0, 1.0, max(len(low), _FINE))
+    low, high = (np.interp(places, np.linspace(0.0, 1.0, len(curve)), curve) for curve in (low, high))
     best, most = None, -np.inf
     for left in np.linspace(0.0, 1.0 - size[0], _TRIES):
         over = (places >= left - 0.02) & (places <= left + size[0] + 0.02)
@@ -36,6 +40,13 @@ def room(
                 best, most = box, liked
                 break
     return best
+
+
+def crosses(start: tuple[float, float], end: tuple[float, float], box: Box) -> bool:
+    """Return whether a straight line goes through a box; all in shares of the frame."""
+    parts = np.linspace(0.0, 1.0, _STEPS)
+    x, y = (a + parts * (b - a) for a, b in zip(start, end, strict=True))
+    return bool(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).any())
 
 
 def _from_the_middle() -> list[float]:

@@ -9,7 +9,7 @@ import numpy as np
 from hapkit_studio.analysis.margin import factor, hand_words
 from hapkit_studio.analysis.plane import Plane
 from hapkit_studio.charts import stability_side
-from hapkit_studio.charts.placing import Box, room
+from hapkit_studio.charts.placing import Box, crosses, room
 from hapkit_studio.charts.style import (
     ACCENT,
     APPLIED,
@@ -166,16 +166,17 @@ def _passive_name(axes: Any, plane: Plane, taken: list[Box]) -> None:
     """Name the passive region from beside it, with a line that leads into it."""
     if not plane.edge.size or not plane.edge.any():
         return
-    end = float(plane.edge_damping[-1]) / plane.width
     exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
     floor = np.interp(plane.damping, plane.edge_damping, np.clip(plane.edge / plane.top, 0.0, 1.0), right=0.0)
     box = room(floor, np.minimum(exact, floor + 0.25), _PASSIVE_SIZE, taken)
-    if box is None:
+    reach = float(plane.edge_damping[-1]) / plane.width
+    into = 0.35 * min(reach, 1.0), 0.35 * min(plane.edge[0] / plane.top, 1.0)
+    if box is None or crosses((box[0], 0.5 * (box[1] + box[3])), into, _around_dot(plane)):
         return
     taken.append(box)
-    into = (0.35 * min(end, 1.0) * plane.width, 0.35 * min(plane.edge[0], plane.top))
+    end = (into[0] * plane.width, into[1] * plane.top)
     start = (box[0] * plane.width, 0.5 * (box[1] + box[3]) * plane.top)
-    axes.plot([start[0], into[0]], [start[1], into[1]], color=VELOCITY, linewidth=1.2)
+    axes.plot([start[0], end[0]], [start[1], end[1]], color=VELOCITY, linewidth=1.2)
     axes.text(
         *start, f" {_PASSIVE_NAME}", va="center", size=_NAME, weight="bold", color=VELOCITY,
         zorder=6, path_effects=_rim(),

@@ -9,7 +9,7 @@ import pytest
 from hapkit_studio.analysis.plane import Cells, Points, plane
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.charts import stability as charts
-from hapkit_studio.charts.placing import room
+from hapkit_studio.charts.placing import crosses, room
 from hapkit_studio.cli import main
 
 LATE = ("--viscous", "0.18", "--delay", "0.001", "--estimator", "iir:cutoff=35.5", "-K", "620", "-B", "2")
@@ -137,3 +137,6 @@ def test_a_name_finds_room_between_two_curves_clear_of_what_is_there():
     assert box[2] <= 0.6
     assert box[3] <= np.interp(box[0], np.linspace(0, 1, 50), high)
     assert room(low, np.full(50, 0.05), (0.3, 0.1)) is None
+    assert room(np.zeros(2), np.ones(2), (0.02, 0.1)) is not None, "two columns are enough"
+    assert crosses((0.0, 0.0), (1.0, 1.0), (0.4, 0.3, 0.6, 0.7))
+    assert not crosses((0.0, 0.0), (0.3, 0.3), (0.4, 0.3, 0.6, 0.7))

@@ -71,7 +71,7 @@ def test_a_measurement_pales_where_other_conditions_hold(page, window, qtbot):
     assert not page.chart.pale, "another dot is no other condition"
     page.real.setChecked(True)
     assert page.chart.pale
-    assert page.bar.status.text() == "Measured for other conditions"
+    assert page.bar.status.text() == "Out of date"
     page.real.setChecked(False)
     assert not page.chart.pale
     window.studio.set_loop(estimator="iir", options=())
@@ -92,15 +92,21 @@ def test_the_old_map_is_paler_while_a_new_one_is_measured(page, monkeypatch):
     assert not page.chart.pale
 
 
-def test_before_and_after_the_controller_stand_side_by_side(page):
+def test_before_and_after_the_controller_stand_side_by_side(page, window, qtbot):
     plain = page.lines.plane.setting
     controlled = replace(plain, controller=True)
     page.show_result(made_up(plain))
     page.show_result(made_up(controlled))
-    assert [m.setting.controller for m in page.results.all] == [False, True]
+    assert {m.setting.controller for m in page.results.all} == {False, True}
     assert not page.beside.legend.rows["controlled"].isHidden()
     page.show_result(made_up(controlled))
     assert len(page.results.all) == 2
+    assert not page.outdated, "the controller is off, and there is a map without it"
+    window.studio.set_loop(controller=True)
+    follow(page, qtbot)
+    assert page.results.last.setting == controlled
+    assert not page.outdated
+    page.chart.grab()
     page.show_result(made_up(replace(plain, rate=500.0)))
     assert [m.setting.rate for m in page.results.all] == [500.0]
 

@@ -47,6 +47,7 @@ class StabilityPage(Page):
         self._seen = self._wanted = False
         self.hands = Segmented("Hand", _HAND_WORDS)
         self.hands.show_index(0)
+        self.hands.setMinimumWidth(self.hands.sizeHint().width())
         self.real = QCheckBox("Friction and sensor steps")
         self.real.setToolTip("Measure with the device's friction and sensor steps, or an ideal one")
         self.bar = RunBar(self.job)
@@ -188,6 +189,8 @@ class StabilityPage(Page):
         )
 
     def _show_measured(self) -> None:
+        if self.lines is not None:
+            self.results.prefer(self.lines.plane.setting, self.real.isChecked())
         self.chart.show_measured(self.results.all, self.job.running or self.outdated)
         if self.lines is not None:
             plane, marks = self.results.shown(self.lines.plane)
@@ -195,9 +198,9 @@ class StabilityPage(Page):
 
     def _say_measured(self) -> None:
         """Say what the measured map is worth; not while the bar says how far the next one is."""
-        newest = self.results.newest
+        newest = self.results.last
         if newest is not None and not self.job.running:
-            self.bar.say("Measured for other conditions" if self.outdated else newest.words)
+            self.bar.say("Out of date" if self.outdated else newest.words)
 
     def _show_conditions(self) -> None:
         from hapkit_studio.analysis.plane_words import conditions

@@ -40,14 +40,14 @@ class Measured:
 
 
 class Results:
-    """What was measured for one loop: without the passivity controller and with it, the newest last."""
+    """What was measured for one loop: without the passivity controller and with it, the one in sight last."""
 
     def __init__(self) -> None:
         self.all: list[Measured] = []
 
     @property
-    def newest(self) -> Measured | None:
-        """Return the last measurement."""
+    def last(self) -> Measured | None:
+        """Return the measurement in sight."""
         return self.all[-1] if self.all else None
 
     def take(self, measured: Measured) -> None:
@@ -55,24 +55,28 @@ class Results:
         others = [old for old in self.all if old.setting.controller != measured.setting.controller]
         self.all = [*(old for old in others if _same_loop(old, measured)), measured]
 
+    def prefer(self, setting: "Setting", real: bool) -> None:
+        """Put the measurement of these conditions last, if there is one."""
+        self.all.sort(key=lambda measured: (measured.setting, measured.real) == (setting, real))
+
     def outdated(self, setting: "Setting", real: bool) -> bool:
-        """Say whether the newest holds for other conditions than these."""
-        newest = self.newest
-        return newest is not None and (newest.setting != setting or newest.real != real)
+        """Say whether it holds for other conditions than these."""
+        last = self.last
+        return last is not None and (last.setting != setting or last.real != real)
 
     def put_into(self, plane: "Plane") -> "Plane":
         """Return a plane with what was measured last."""
-        newest = self.newest
-        return replace(plane, points=newest.points, cells=newest.cells) if newest else plane
+        last = self.last
+        return replace(plane, points=last.points, cells=last.cells) if last else plane
 
     def shown(self, plane: "Plane") -> tuple["Plane", dict[str, bool]]:
         """Return the plane as the legend names it, and which marks there are."""
         plain = [m for m in self.all if not m.points.controller]
-        newest = self.newest
+        last = self.last
         marks = {
             "measured": bool(plain),
             "controlled": len(plain) < len(self.all),
-            "buzzes": newest is not None and bool((newest.cells.classes == _BUZZES).any()),
+            "buzzes": last is not None and bool((last.cells.classes == _BUZZES).any()),
         }
         return replace(plane, points=plain[-1].points if plain else None), marks
 

@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFontMetricsF, QPainter
 
-from hapkit_studio.charts.placing import Box, room
+from hapkit_studio.charts.placing import Box, crosses, room
 from hapkit_studio.gui.tabs.chart import Chart
 from hapkit_studio.gui.tabs.marks import line, write
 from hapkit_studio.gui.tabs.stability_dot import TURNS, here
@@ -25,7 +25,7 @@ def paint_names(painter: QPainter, chart: Chart, lines: Lines, dotted: bool) -> 
     hand = _hand(lines)
     taken += _name_hands(painter, chart, lines)
     if plane.edge.any():
-        _name_passive(painter, chart, lines, taken)
+        _name_passive(painter, chart, lines, taken, dotted)
     passive = np.minimum(_passive(lines), exact)
     _name(painter, chart, f"grows, {hand}", "danger", (exact, np.ones_like(exact)), taken)
     _name(painter, chart, f"stable, {hand}", "ok", (passive, exact), taken)
@@ -98,7 +98,7 @@ def _name_hands(painter: QPainter, chart: Chart, lines: Lines) -> list[Box]:
     return taken
 
 
-def _name_passive(painter: QPainter, chart: Chart, lines: Lines, taken: list[Box]) -> None:
+def _name_passive(painter: QPainter, chart: Chart, lines: Lines, taken: list[Box], dotted: bool) -> None:
     """Name the passive region from beside it, with a line that leads into it."""
     plane = lines.plane
     floor = _passive(lines)
@@ -108,14 +108,17 @@ def _name_passive(painter: QPainter, chart: Chart, lines: Lines, taken: list[Box
         return
     exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
     found = room(floor, np.minimum(exact, floor + 0.3), _size(chart, _PASSIVE), taken)
+    into = 0.35 * min(plane.edge_damping[-1] / plane.width, 1.0), 0.35 * min(plane.edge[0] / plane.top, 1.0)
     if found is None:
+        return
+    if dotted and crosses((found[0], 0.5 * (found[1] + found[3])), into, _around_dot(chart, lines)):
         return
     taken.append(found)
     box = chart.frame()
     left = box.left() + found[0] * box.width() + 6
     base = box.bottom() - 0.5 * (found[1] + found[3]) * box.height()
-    into = chart.at(0.35 * min(plane.edge_damping[-1], plane.width), 0.35 * min(plane.edge[0], plane.top))
-    line(painter, [QPointF(left - 4, base), into], "velocity", 1.2)
+    end = chart.at(into[0] * plane.width, into[1] * plane.top)
+    line(painter, [QPointF(left - 4, base), end], "velocity", 1.2)
     write(painter, QPointF(left, base + 5), _PASSIVE, "velocity", _FONT)
 
 
