@@ -29,7 +29,7 @@ def found():
 
 
 def test_nothing_is_shown_before_anything_was_identified(page):
-    assert page.verdict.words.text() == "Move the handle, then identify what was rendered."
+    assert page.verdict.words.text() == "Move the handle or press Shake, then identify what was rendered."
     assert not any(chart.isVisible() for chart in page.charts)
     assert not page.bar.export.isEnabled()
     page.run()

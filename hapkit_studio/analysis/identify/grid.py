@@ -30,7 +30,8 @@ class Grid:
 
     there: recorded at all; law: the law's force was applied as asked; known: the force in effect is known;
     contact: the law pushed; slope: the speed of a line through 9 ms; sign: its direction, 0 where that cannot
-    be told; gone: how far it went that way, in m; seen and speed: what the law got as position and velocity.
+    be told; gone: how far it went that way, in m; seen and speed: what the law got as position and velocity;
+    clamped: by nothing but the force limit; damped: the passivity controller added damping.
     """
 
     period: float
@@ -50,6 +51,7 @@ class Grid:
     sign: np.ndarray
     gone: np.ndarray
     clamped: np.ndarray
+    damped: np.ndarray
     seen: np.ndarray
     speed: np.ndarray
     left_out: dict[str, int]
@@ -100,6 +102,7 @@ def lay(recording: Recording) -> Grid:
         sign=sign,
         gone=_gone(position, sign),
         clamped=there & (flags & _NOT_AS_ASKED == rows.CLAMPED),
+        damped=flags & rows.DAMPED != 0,
         seen=spread(recording.position),
         speed=spread(recording.velocity),
         left_out={word: number for word, number in left_out.items() if number},

@@ -129,7 +129,7 @@ class Part:
 
     explained is the share of the force's variance that the terms make; hertz the motion's own frequency,
     seconds the length of what was used; left_out counts samples by the reason, with_clamp what
-    is found with the clamped samples too.
+    is found with the clamped samples too, damped counts those in which the passivity controller damped.
     """
 
     key: str
@@ -142,6 +142,7 @@ class Part:
     points: Points | None = field(default=None, repr=False)
     left_out: dict[str, int] = field(default_factory=dict)
     with_clamp: tuple[Estimate, ...] = ()
+    damped: int = 0
 
     def __getitem__(self, key: str) -> Estimate:
         """Return an estimate by its key; raise KeyError."""

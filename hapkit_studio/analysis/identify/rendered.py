@@ -113,6 +113,7 @@ def _fitted(
         seconds=float(kept.sum()) * windows.piece * grid.period,
         points=points(grid, windows, names, columns, against, kept, fit),
         left_out=left_out,
+        damped=int(grid.damped.sum()),
     )
 
 

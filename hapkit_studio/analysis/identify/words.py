@@ -135,6 +135,10 @@ def remarks(part: Part, setup: Setup, total: int) -> list[str]:
     rendered = part.key == "rendered"
     reasons = rendered and any(differs(estimate) for estimate in part.estimates)
     lines = [lateness(part, setup) if reasons else "", clamp(part)]
+    if part.damped and total:
+        lines.append(
+            f"The passivity controller damped in {100.0 * part.damped / total:.2g} % of the samples."
+        )
     if part.estimates and part.explained < 0.9:
         share = f"{100.0 * max(part.explained, 0.0):.0f} %"
         lines.append(f"These terms make only {share} of the force: the law is more than that.")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
 PARTS = ("rendered", "handle")
 _MOST_CHARTS = 3
-_BEGIN = "Move the handle, then identify what was rendered."
+_BEGIN = "Move the handle or press Shake, then identify what was rendered."
 _READ = (
     "Each dot is the mean over a short, smooth window. Line: what was found; its band: 95 %. Dotted: what "
     "was set. A clamped, stopped or fading force is left out."

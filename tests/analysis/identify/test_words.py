@@ -2,6 +2,8 @@ import math
 
 import pytest
 
+import hapkit_studio as hs
+from hapkit_studio.analysis.identify import from_run, identify
 from hapkit_studio.analysis.identify.part import Estimate
 from hapkit_studio.analysis.identify.words import line, measured
 from tests.analysis.identify.motions import shaken
@@ -53,3 +55,12 @@ def test_a_force_that_is_not_the_laws_is_said():
     moved = Estimate("stiffness", 350.0, 2.0, 400.0, 400.0)
     other = type(part)(**{**vars(part), "estimates": (moved,)})
     assert "something else acts too" in "\n".join(found.sentences(other))
+
+
+def test_the_passivity_controller_is_named():
+    run = hs.simulate("spring", {"stiffness": 900.0}, hand="pluck", seconds=3.0, delay=2e-3, controller=True)
+    found = identify(from_run(run))
+    text = "\n".join(found.sentences(found.rendered))
+    assert "something else acts too" in text
+    assert "The passivity controller damped in" in text
+    assert found.surprises(found.rendered)
