@@ -118,9 +118,13 @@ def legend_words(plane: "Plane", shown: dict[str, bool]) -> dict[str, tuple[str,
         "passive": bool(plane.edge.any()),
         "coulomb": plane.coulomb < plane.top,
     }
+    above = "" if shown["controlled_seen"] else ", above this map"
     own = {
         "hands": ("Other hands", "light, medium and firm grip"),
-        "controlled": ("Measured, controlled", "with the passivity controller"),
+        "controlled": (
+            "Measured, controlled",
+            _CONTROLLED + ("" if shown["controlled_seen"] else ", above this map"),
+        ),
     }
     found = {key: own[key] if key in own else line(plane, key) for key, on in wanted.items() if on}
     assert set(found) - set(own) <= set(LINES)

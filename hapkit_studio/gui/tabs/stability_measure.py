@@ -76,6 +76,9 @@ class Results:
         marks = {
             "measured": bool(plain),
             "controlled": len(plain) < len(self.all),
+            "controlled_seen": any(
+                bool((m.points.stiffness <= plane.top).any()) for m in self.all if m.points.controller
+            ),
             "buzzes": last is not None and bool((last.cells.classes == _BUZZES).any()),
         }
         return replace(plane, points=plain[-1].points if plain else None), marks
