@@ -121,10 +121,7 @@ def legend_words(plane: "Plane", shown: dict[str, bool]) -> dict[str, tuple[str,
     above = "" if shown["controlled_seen"] else ", above this map"
     own = {
         "hands": ("Other hands", "light, medium and firm grip"),
-        "controlled": (
-            "Measured, controlled",
-            _CONTROLLED + ("" if shown["controlled_seen"] else ", above this map"),
-        ),
+        "controlled": ("Measured, controlled", f"with the passivity controller{above}"),
     }
     found = {key: own[key] if key in own else line(plane, key) for key, on in wanted.items() if on}
     assert set(found) - set(own) <= set(LINES)
