@@ -137,9 +137,9 @@ def test_damping_of_long_ago_excuses_nothing():
 
     def motion(t):
         return (
-            0.02 * math.sin(4.0 * t)
+            0.02 * math.sin(12.0 * t)
             if t < 5.0
-            else 0.02 * math.sin(20.0) + 2e-3 * math.sin(300.0 * (t - 5.0))
+            else 0.02 * math.sin(60.0) + 2e-3 * math.sin(300.0 * (t - 5.0))
         )
 
     scene = headless.Scene(
