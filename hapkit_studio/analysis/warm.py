@@ -1,6 +1,7 @@
 """Calls everything compiled that measuring needs, once and small, so that it is in numba's cache."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -12,8 +13,9 @@ from hapkit_studio.analysis.zwidth_protocol import Protocol
 def warm_up() -> None:
     """Compile what the stability map, the charts and the protocols call."""
     damping, stiffness = np.zeros(1), np.full(1, 100.0)
-    measured.classes(Setting(), damping, stiffness)
-    measured.classes(Setting(controller=True), damping, stiffness, real=True)
+    with ThreadPoolExecutor(1) as one:  # a sweep's own threads would wait for a busy machine
+        measured.classes(Setting(), damping, stiffness, executor=one)
+        measured.classes(Setting(controller=True), damping, stiffness, real=True, executor=one)
     for plan in accuracy.plans().values():
         accuracy.compute([plan.key], plan.scenes[-1].key)
     for failure in failures.failures().values():
