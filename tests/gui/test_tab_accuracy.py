@@ -48,7 +48,7 @@ def page(idle_window):
 
 
 def test_before_it_is_measured_it_says_so(page):
-    assert page.verdict.words.text() == "Measure to see what each method costs."
+    assert page.verdict.words.text() == "Run to see what each method costs."
     assert not page.bar.export.isEnabled()
     assert page.scenes.isHidden()
 
@@ -96,7 +96,7 @@ def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
     page.show_result(made_up("verlet"))
     page.charts.button(1).click()
     assert page.sheet is None
-    assert page.verdict.words.text() == "Measure to see what each method costs."
+    assert page.verdict.words.text() == "Run to see what each method costs."
     page.charts.button(0).click()
     assert page.sheet is not None
 

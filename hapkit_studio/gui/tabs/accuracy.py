@@ -2,10 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QComboBox
 
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.tabs.accuracy_chart import AccuracyChart
 from hapkit_studio.gui.tabs.accuracy_table import MethodTable
@@ -14,7 +12,7 @@ from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.export import Export
 from hapkit_studio.gui.tabs.job import Job, Progress
 from hapkit_studio.gui.tabs.side import Pairs, SidePanel, hint
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.accuracy import Chart, Point, Sheet
@@ -28,36 +26,11 @@ CHARTS = (
     ("friction", "Friction"),
 )
 _SCENE_WIDTH = 200
+_BEGIN = "Run to see what each method costs."
 _READ = (
     "Each line is a method, each marker a step; filled: the loop's own step. Further left is faster, further "
     "down more accurate. Nothing lies below and left of the grey front. The ring is what the studio uses."
 )
-
-
-class Verdict(QWidget):
-    """A sign and the answer in one sentence, above the chart."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._sign = ("circle", "ink2")
-        self.sign, self.words = QLabel(), QLabel()
-        dress(self.words, "QLabel { font-size: 14px; font-weight: 650; }")
-        row = QHBoxLayout(self)
-        row.setContentsMargins(16, 8, 16, 0)
-        row.setSpacing(8)
-        row.addWidget(self.sign)
-        row.addWidget(self.words, 1)
-        theme.changed.connect(self._look)
-        self.say("Measure to see what each method costs.", "circle", "ink2")
-
-    def say(self, text: str, sign: str, token: str) -> None:
-        """Show a sign and words."""
-        self.words.setText(text)
-        self._sign = (sign, token)
-        self._look()
-
-    def _look(self) -> None:
-        self.sign.setPixmap(icons.pixmap(self._sign[0], 18, self._sign[1], self.devicePixelRatioF()))
 
 
 class AccuracyPage(Page):
@@ -79,7 +52,7 @@ class AccuracyPage(Page):
         self.scenes.hide()
         self.bar.add(self.charts)
         self.bar.add(self.scenes)
-        self.verdict, self.chart, self.table = Verdict(), AccuracyChart(), MethodTable()
+        self.verdict, self.chart, self.table = VerdictLine(_BEGIN), AccuracyChart(), MethodTable()
         self.point, self.conditions, self.reason = hint(), Pairs(), hint()
         self.side = self._side()
         self.column.addWidget(filled(self.bar, self.verdict, self.chart))
@@ -136,7 +109,7 @@ class AccuracyPage(Page):
         self.point.setText("")
         self.bar.export.setEnabled(sheet is not None)
         if sheet is None:
-            self.verdict.say("Measure to see what each method costs.", "circle", "ink2")
+            self.verdict.say(_BEGIN)
             self.conditions.show_pairs([])
             self.reason.setText("")
             return

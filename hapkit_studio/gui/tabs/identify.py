@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QPushButton, QVBoxLayout, 
 
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.segmented import Segmented
-from hapkit_studio.gui.tabs.accuracy import Verdict
+from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.export import Export
@@ -53,7 +53,7 @@ class IdentifyPage(Page):
         self.shaking.setToolTip("The simulated hand moves so that every term shows, then it is identified")
         for widget in (self.pieces, self.shaking, self.parts):
             self.bar.add(widget)
-        self.verdict = Verdict()
+        self.verdict = VerdictLine(_BEGIN)
         self.charts = tuple(TermChart() for _ in range(_MOST_CHARTS))
         self.left_over = LeftOver()
         self.table, self.words = EstimateTable(), hint()
@@ -109,7 +109,7 @@ class IdentifyPage(Page):
 
     def _say(self, part: "Part | None") -> None:
         if part is None or self.found is None:
-            self.verdict.say(_BEGIN, "circle", "ink2")
+            self.verdict.say(_BEGIN)
             self.words.setText("")
             return
         lines = self.found.sentences(part)

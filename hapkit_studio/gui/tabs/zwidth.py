@@ -8,7 +8,7 @@ from hapkit_studio.analysis.zwidth_limits import DEVICE_DAMPING, SIMULATED_DAMPI
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.segmented import Segmented
-from hapkit_studio.gui.tabs.accuracy import Verdict
+from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.export import Export
@@ -49,7 +49,7 @@ class ZWidthPage(Page):
         self.where = Segmented("Where", ("Simulation", "This device"))
         self.where.show_index(SIMULATION)
         self.bar.add(self.where)
-        self.verdict, self.chart, self.side = Verdict(), ZWidthChart(), ZWidthSide()
+        self.verdict, self.chart, self.side = VerdictLine(_BEGIN), ZWidthChart(), ZWidthSide()
         self.column.addWidget(filled(self.bar, self.verdict, self.chart))
         self._export = Export(self, "z-width", self.bar.say)
         self._greet()
@@ -167,7 +167,7 @@ class ZWidthPage(Page):
         self._export.ask(figure, result.as_json)
 
     def _greet(self) -> None:
-        self.verdict.say(_BEGIN, "circle", "ink2")
+        self.verdict.say(_BEGIN)
 
     def _failed(self, words: str) -> None:
         self.verdict.say(words, "triangle", "danger")
