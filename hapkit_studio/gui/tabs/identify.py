@@ -7,7 +7,6 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QPushButton, QVBoxLayout, 
 
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.segmented import Segmented
-from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.export import Export
@@ -17,6 +16,7 @@ from hapkit_studio.gui.tabs.identify_shake import Shake
 from hapkit_studio.gui.tabs.identify_table import EstimateTable, whole
 from hapkit_studio.gui.tabs.job import Job, Progress
 from hapkit_studio.gui.tabs.side import SidePanel, hint
+from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Identified, Part

@@ -8,11 +8,11 @@ from hapkit_studio.analysis.zwidth_limits import DEVICE_DAMPING, SIMULATED_DAMPI
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.segmented import Segmented
-from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.export import Export
 from hapkit_studio.gui.tabs.job import Job
+from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 from hapkit_studio.gui.tabs.zwidth_chart import Spot, ZWidthChart
 from hapkit_studio.gui.tabs.zwidth_side import ZWidthSide
 from hapkit_studio.gui.tabs.zwidth_work import ZWidthWork
