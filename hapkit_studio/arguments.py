@@ -22,7 +22,7 @@ def window_parser() -> LineParser:
     parser.add_argument("--size", type=size, metavar="WxH", help="window size in pixels, e.g. 1280x720")
     parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then leave")
     parser.add_argument("--seconds", type=float, default=5.0, help="how long it runs before the picture")
-    parser.add_argument("--push", type=float, metavar="MM", help="for the picture: push the handle to MM")
+    parser.add_argument("--push", type=float, metavar="mm", help="for the picture: push the handle to MM")
     return parser
 
 

@@ -91,7 +91,9 @@ def _samples(plane: Plane) -> list[tuple[str, dict]]:
 def _conditions(axes: Any, plane: Plane, top: float) -> None:
     axes.text(0.0, top, "Conditions", size=13, weight="bold", color=INK2, va="center")
     pairs = plane_words.conditions(plane.setting)
-    pairs += [(f"Limit, {hand}", f"{limit:.0f} N/m") for hand, limit in plane.hands.items() if limit == limit]
+    limits = [f"{limit:.0f}" for limit in plane.hands.values() if limit == limit]
+    if limits:
+        pairs.append(("Limits by hand", f"{', '.join(limits)} N/m"))
     step = min(_MOST_LINE, top / (len(pairs) + 0.5))
     for index, (name, value) in enumerate(pairs):
         height = top - step * (index + 1)

@@ -12,8 +12,8 @@ _HELP = "what was rendered, and what the handle is, from a recording, with 95 % 
 def options(command: argparse.ArgumentParser) -> None:
     """Declare what ``identify`` takes."""
     command.add_argument("recording", metavar="CSV", help="a file written by: run … --csv run.csv")
-    command.add_argument("--from", dest="begin", type=float, metavar="S", help="where the piece begins")
-    command.add_argument("--to", dest="end", type=float, metavar="S", help="where the piece ends")
+    command.add_argument("--from", dest="begin", type=float, metavar="s", help="where the piece begins")
+    command.add_argument("--to", dest="end", type=float, metavar="s", help="where the piece ends")
     command.add_argument(
         "--terms", metavar="LIST", help="of the rendered force: stiffness,damping,friction; none: the scene's"
     )

@@ -19,8 +19,8 @@ TEST_SECONDS = Parameter("seconds", "Seconds", "s", 5.0, 0.1, 86_400.0)
 def options(command: argparse.ArgumentParser) -> None:
     """Declare what ``loop-test`` takes."""
     command.add_argument("device", nargs="?", default="simulated", help="a device's key or a port")
-    command.add_argument("--rate", type=float, default=1000.0, metavar="HZ")
-    command.add_argument("--seconds", type=float, default=5.0, metavar="S")
+    command.add_argument("--rate", type=float, default=1000.0, metavar="Hz")
+    command.add_argument("--seconds", type=float, default=5.0, metavar="s")
 
 
 def loop_test(options: argparse.Namespace) -> Result:

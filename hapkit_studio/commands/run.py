@@ -18,9 +18,9 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--hand", metavar="SCRIPT", help="press, tap, stroke, …; without it the handle is free"
     )
-    command.add_argument("--seconds", type=float, default=2.0, metavar="S")
-    command.add_argument("--rate", type=float, default=1000.0, metavar="HZ")
-    command.add_argument("--delay", type=float, default=0.0, metavar="S")
+    command.add_argument("--seconds", type=float, default=2.0, metavar="s")
+    command.add_argument("--rate", type=float, default=1000.0, metavar="Hz")
+    command.add_argument("--delay", type=float, default=0.0, metavar="s")
     command.add_argument("--estimator", default="difference", metavar="NAME", help=ESTIMATOR_HELP)
     command.add_argument("--seed", type=int, default=0)
     command.add_argument("--csv", metavar="PATH", help="write every sample")

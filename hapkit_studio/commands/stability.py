@@ -11,50 +11,33 @@ import numpy as np
 from hapkit_studio.analysis import plane_numbers, plane_words
 from hapkit_studio.analysis.margin import hand_words, sentence
 from hapkit_studio.analysis.plane import Plane, measure_cells, measure_points, plane
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import ESTIMATOR_HELP, estimator_spec
-from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.commands.given import setting, setting_options
 from hapkit_studio.errors import ParameterError
 
 COLUMNS = 13
 SIDE = 100
-_USUAL = Setting()
-_NUMBERS = (
-    ("mass", "KG", "the handle's mass"),
-    ("viscous", "N·S/M", "the handle's own damping"),
-    ("coulomb", "N", "its Coulomb friction"),
-    ("quantum", "M", "the sensor's steps"),
-    ("rate", "HZ", "of the loop"),
-    ("delay", "S", "from a sample to its force"),
-)
 
 
 def options(command: argparse.ArgumentParser) -> None:
     """Declare what ``stability`` takes."""
-    for name, unit, words in _NUMBERS:
-        usual = getattr(_USUAL, name)
-        command.add_argument(f"--{name}", type=float, default=usual, metavar=unit, help=f"{words}; {usual:g}")
-    command.add_argument("--estimator", default=_USUAL.estimator, metavar="NAME", help=ESTIMATOR_HELP)
-    command.add_argument("--hand", default=_USUAL.hand, metavar="GRIP", help=", ".join(GRIPS))
+    setting_options(command)
     command.add_argument(
-        "-K", "--stiffness", type=float, default=300.0, metavar="N/M", help="what is rendered"
+        "-K", "--stiffness", type=float, default=300.0, metavar="N/m", help="what is rendered"
     )
-    command.add_argument("-B", "--damping", type=float, default=0.0, metavar="N·S/M", help="what is rendered")
-    command.add_argument("--to", type=float, metavar="N·S/M", help="the largest damping shown")
+    command.add_argument("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered")
+    command.add_argument("--to", type=float, metavar="N·s/m", help="the largest damping shown")
     command.add_argument("--measure", action="store_true", help="find the boundary by rendering, too")
     command.add_argument("--map", action="store_true", help=f"render {SIDE} × {SIDE} cells of the plane")
     command.add_argument("--real", action="store_true", help="measure with friction and sensor steps")
-    command.add_argument("--controller", action="store_true", help="measure with the passivity controller")
     command.add_argument("--scheduler", metavar="ADDRESS", help="measure on a cluster: tcp://…")
     command.add_argument("--plot", metavar="PATH", help="draw the map")
 
 
 def run(options: argparse.Namespace) -> Result:
     """Judge a loop; measure where asked."""
-    setting = _setting(options)
     _check(options)
-    found = plane(setting, options.stiffness, options.damping, width=options.to)
+    found = plane(setting(options), options.stiffness, options.damping, width=options.to)
     begin = time.monotonic()
     with _executor(options.scheduler) as executor:
         found = _measured(options, found, executor)
@@ -67,12 +50,6 @@ def run(options: argparse.Namespace) -> Result:
         written.append(str(options.plot))
     as_json = {**plane_numbers.as_json(found), "measuring_seconds": seconds, "written": written}
     return Result(_text(found, seconds) + "".join(f"\nwrote {path}" for path in written), as_json)
-
-
-def _setting(options: argparse.Namespace) -> Setting:
-    numbers = {name: getattr(options, name) for name, _, _ in _NUMBERS}
-    spec = estimator_spec(options.estimator)
-    return Setting(**numbers, estimator=spec, hand=options.hand, controller=options.controller)
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -103,17 +80,17 @@ def _executor(scheduler: str | None) -> AbstractContextManager[Any]:
 
 def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane:
     """Return the plane with what was asked to be measured."""
-    setting = found.setting
+    loop = found.setting
     if options.measure:
         damping = np.linspace(0.0, found.width, COLUMNS)
         points = measure_points(
-            setting, damping, real=options.real, executor=executor, progress=progress_line("columns")
+            loop, damping, real=options.real, executor=executor, progress=progress_line("columns")
         )
         found = replace(found, points=points)
     if options.map:
         across, up = (middles(end, SIDE) for end in (found.width, found.top))
         cells = measure_cells(
-            setting, across, up, real=options.real, executor=executor, progress=progress_line("cells")
+            loop, across, up, real=options.real, executor=executor, progress=progress_line("cells")
         )
         found = replace(found, cells=cells)
     return found

@@ -6,7 +6,6 @@ import sys
 
 from hapkit_studio import devices
 from hapkit_studio.analysis import zwidth, zwidth_device
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth_bench import Care
 from hapkit_studio.analysis.zwidth_limits import (
     CARE_FORCE,
@@ -20,10 +19,9 @@ from hapkit_studio.analysis.zwidth_protocol import Protocol
 from hapkit_studio.analysis.zwidth_result import ZWidth, text
 from hapkit_studio.charts.zwidth import zwidth_figure
 from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import ESTIMATOR_HELP, estimator_spec
+from hapkit_studio.commands.given import of_options, setting, setting_options
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.figures import new_figure
 from hapkit_studio.haptics.engine import Engine
@@ -35,15 +33,8 @@ _SHORT = {"virtual": "virtual-board"}
 
 def options(command: argparse.ArgumentParser) -> None:
     """Declare what ``zwidth`` takes."""
-    usual = Setting()
     numbers = (
-        ("mass", "KG", f"of the handle; {usual.mass:g}"),
-        ("viscous", "N·S/M", f"the handle's own damping; {usual.viscous:g}"),
-        ("coulomb", "N", f"the handle's friction; {usual.coulomb:g}"),
-        ("quantum", "M", f"step of the sensor; {usual.quantum:g}"),
-        ("rate", "HZ", f"of the loop; {usual.rate:g}"),
-        ("delay", "S", f"from sample to force; {usual.delay:g}"),
-        ("speed", "M/S", f"at which the wall is hit; {SPEED.default:g}"),
+        ("speed", "m/s", f"at which the wall is hit; {SPEED.default:g}"),
         ("push", "N", f"into the wall; {PUSH.default:g}"),
         ("max-force", "N", f"the motor's limit; none, on a device {CARE_FORCE.default:g}"),
     )
@@ -51,9 +42,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--damping", metavar="B,B,…", help="virtual dampings in N·s/m, e.g. 0,1,2,5")
     for name, unit, words in numbers:
         command.add_argument(f"--{name}", type=float, metavar=unit, help=words)
-    command.add_argument("--estimator", metavar="NAME", help=ESTIMATOR_HELP)
-    command.add_argument("--hand", metavar="GRIP", help=", ".join(GRIPS))
-    command.add_argument("--controller", action="store_true", help="with the passivity controller")
+    setting_options(command)
     command.add_argument("--plot", metavar="PATH", help="write a picture")
 
 
@@ -70,27 +59,17 @@ def run(options: argparse.Namespace) -> Result:
     return Result("\n".join(words), {**result.as_json(), "written": written})
 
 
-def _given(options: argparse.Namespace, names: tuple[str, ...]) -> dict:
-    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-
-
-def _estimator(options: argparse.Namespace) -> dict:
-    return {} if options.estimator is None else {"estimator": estimator_spec(options.estimator)}
-
-
 def _simulated(options: argparse.Namespace) -> ZWidth:
-    given = _given(options, (*_HANDLE, "rate", "delay", "hand"))
     force = math.inf if options.max_force is None else MAX_FORCE.check(options.max_force)
-    protocol = Protocol(**_given(options, ("speed", "push")), max_force=force)
+    protocol = Protocol(**of_options(options, ("speed", "push")), max_force=force)
     levels = dampings(options.damping, SIMULATED_DAMPING)
-    setting = Setting(**given, **_estimator(options), controller=options.controller)
-    return zwidth.compute(setting, levels, protocol, progress=progress_line("damping"))
+    return zwidth.compute(setting(options), levels, protocol, progress=progress_line("damping"))
 
 
 def _on_device(options: argparse.Namespace) -> ZWidth:
     """Measure on a device of its own; Ctrl+C, too, leaves it with a zero command."""
     hit = {"hit": options.speed} if options.speed is not None else {}
-    care = Care(**_given(options, ("max_force", "push")), **hit)
+    care = Care(**of_options(options, ("max_force", "push")), **hit)
     levels = dampings(options.damping, DEVICE_DAMPING)
     device = _device(options)
     engine = Engine(device, "wall")
@@ -98,7 +77,7 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
         engine.set_grip(options.hand)
     engine.start()
     try:
-        loop = {**_given(options, ("rate", "delay")), **_estimator(options)}
+        loop = of_options(options, ("rate", "delay", "estimator"))
         engine.set_loop(**loop, controller=options.controller)
         engine.set_model("everything")
         watch = progress_line("trial")
@@ -109,7 +88,7 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
 
 def _device(options: argparse.Namespace) -> object:
     device = devices.named(_SHORT.get(options.device, options.device))
-    given = _given(options, _HANDLE)
+    given = of_options(options, _HANDLE)
     if not isinstance(device, SimulatedHapkit):
         if given:
             raise ParameterError(f"{device.title} has its own {next(iter(given))}; leave the option out.")  # type: ignore[attr-defined]

@@ -1,6 +1,7 @@
 """A chart of what was measured: linear or logarithmic axes with titles, pointer, and painted layers."""
 
 import math
+import traceback
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -152,7 +153,10 @@ class Chart(Canvas):
         for layer in layers:
             painter.save()
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            layer(painter, self)
+            try:
+                layer(painter, self)
+            except Exception:  # a defect that left the painter open would take the program down
+                traceback.print_exc()
             painter.restore()
 
     # pointer
