@@ -112,7 +112,8 @@ def test_the_picture_says_regions_verdict_and_conditions(drawn):
     setting = Setting(viscous=0.18, delay=1e-3, estimator="iir")
     words = drawn(plane(setting, 620.0, 2.0))
     wanted = ["1.4 × below", "the limit; released hand.", "grows, released", "stable, released", "× 1.4"]
-    wanted += [" passive: stable in any hand", "Simple rule, hopeful here", "867, 2039, 3359, 6023 N/m", "IIR, 35.5 Hz"]
+    wanted += [" passive: stable in any hand", "Simple rule, hopeful here", "IIR, 35.5 Hz"]
+    wanted += ["867, 2039, 3359, 6023 N/m"]
     assert set(wanted) <= set(words)
     assert "Measured boundary" not in words
     assert "÷ 1.7" in drawn(plane(setting, 1500.0, 2.0))
