@@ -65,7 +65,8 @@ class Room(QWidget):
         rail = width - gallery.WIDE - parameter_panel.WIDE < _ROOM_FOR_GALLERY
         parts.gallery.set_rail(rail)
         parts.panel.set_room(rail, height)
-        self._side.setFixedWidth(parts.panel.width())
+        if self._side is not parts.panel:
+            self._side.setFixedWidth(parts.panel.maximumWidth())
         wide = not small if self._drawer_open is None else self._drawer_open
         self._place_banners(width < _ROOM_BESIDE_PANEL and wide)
         self._side.setVisible(wide)

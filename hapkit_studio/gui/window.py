@@ -35,7 +35,8 @@ _SHEET = """
 #header { border-bottom: 1px solid @line; }
 #status { border-top: 1px solid @line; }
 #gallery { border-right: 1px solid @line; }
-#panel { border-left: 1px solid @line; }
+#panel { border: none; }
+#panelBody { border-left: 1px solid @line; }
 #centre { background: @canvas; }
 QFrame[rule="true"] { background: @line; border: none; }
 QLabel[role="section"] { color: @ink2; font-size: 12px; font-weight: 600; }
