@@ -48,8 +48,12 @@ class Views(QObject):
         return self._pages[key]
 
     def show(self, key: str) -> None:
-        """Bring a view into sight."""
+        """Bring a view into sight; where its scene is in sight, the arrow keys move the hand."""
         self._bar.setCurrentIndex(self._index(key))
+        if self._centre.scene.isVisible():
+            self._centre.scene.setFocus()
+        elif self._shown is not None:
+            self._shown.setFocus()
 
     def show_law(self, on: bool) -> None:
         """Bring the editor into sight, its tab with it, or take both away."""

@@ -4,15 +4,17 @@ import math
 import threading
 
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QEvent, QPointF, Qt
+from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLabel
+from PySide6.QtWidgets import QFileDialog, QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import tabs
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab
 from hapkit_studio.gui.tabs.chart import Chart, decades, power, steps
+from hapkit_studio.gui.tabs.export import Export
 from hapkit_studio.gui.tabs.job import Job
 from tests.gui.window_support import PATIENCE_MS
 
@@ -207,3 +209,63 @@ def test_powers_are_few_and_written_short():
 def test_a_range_of_less_than_two_decades_has_more_ticks_than_the_powers():
     found = [round(10.0**exponent, 6) for exponent in steps(math.log10(0.25), math.log10(6.0))]
     assert found == [0.5, 1.0, 2.0, 5.0]
+
+
+def test_a_drag_goes_on_in_the_axes_of_its_press(qtbot):
+    chart = Chart("across", "up")
+    qtbot.addWidget(chart)
+    chart.resize(640, 420)
+    chart.show()
+    chart.set_range((0.0, 10.0), (0.0, 100.0))
+    heard = []
+    chart.dragged.connect(lambda x, y: heard.append((x, y)))
+    begin, end = chart.at(5.0, 50.0).toPoint(), chart.at(5.0, 60.0).toPoint()
+    wanted = chart.value(QPointF(end))
+    QTest.mousePress(chart.viewport(), Qt.MouseButton.LeftButton, pos=begin)
+    chart.set_range((0.0, 10.0), (0.0, 500.0))
+    chart.resize(640, 366)
+    drag(chart, end)
+    assert heard[-1] == pytest.approx(wanted, rel=1e-6)
+
+
+def drag(chart, place):
+    """Move the pointer with the left button held; QTest sends no buttons along."""
+    pointer = QPointF(place)
+    event = QMouseEvent(
+        QEvent.Type.MouseMove, pointer, QPointF(chart.viewport().mapToGlobal(place)),
+        Qt.MouseButton.NoButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier,
+    )  # fmt: skip
+    chart.mouseMoveEvent(event)
+
+
+def test_many_words_take_a_line_of_their_own(job, qtbot):
+    bar = RunBar(job)
+    qtbot.addWidget(bar)
+    bar.resize(700, bar.sizeHint().height())
+    low = bar.sizeHint().height()
+    bar.say("The folder nowhere cannot be written: no such file or directory.", danger=True)
+    assert bar.sizeHint().height() > low
+    bar.say("508 points, 4.1 s")
+    assert bar.sizeHint().height() == low
+
+
+def test_enter_presses_and_space_does_not(job, qtbot, idle_window):
+    bar = RunBar(job)
+    bar.setParent(idle_window)
+    bar.show()
+    heard = []
+    bar.run_pressed.connect(lambda: heard.append(True))
+    bar.run.setFocus()
+    QTest.keyClick(bar.run, Qt.Key.Key_Return)
+    assert heard == [True]
+
+
+def test_the_e_stop_is_within_reach_while_a_file_is_named(idle_window):
+    export = Export(idle_window, "chart", lambda *_words, **_kinds: None)
+    export.ask(lambda path: None, dict)
+    dialog = idle_window.findChild(QFileDialog)
+    assert dialog.isVisible()
+    assert not dialog.isModal()
+    idle_window.header.stop.click()
+    assert idle_window.studio.stopped
+    dialog.close()

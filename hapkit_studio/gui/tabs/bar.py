@@ -22,6 +22,8 @@ QPushButton:hover { background: @accent; }
 QPushButton:disabled { background: @grid; color: @ink3; border-color: @line; }
 QPushButton:focus { border: 2px solid @ink; }
 """
+# more letters than that find no room beside the buttons; where the words stand among them
+_BESIDE, _STATUS = 26, 2
 _PLAIN = "QPushButton { font-weight: 600; }"
 
 
@@ -38,8 +40,10 @@ class RunBar(QWidget):
         self.status = QLabel()
         self.status.setProperty("role", "hint")
         self.run = QPushButton(words)
+        self.run.setAutoDefault(True)  # Enter presses it; Space is Pause
         self.run.clicked.connect(self._press)
         self.export = QPushButton("Export")
+        self.export.setAutoDefault(True)
         self.export.setProperty("flat", True)
         self.export.setEnabled(False)
         self.export.clicked.connect(self.export_pressed)
@@ -55,17 +59,33 @@ class RunBar(QWidget):
     def add(self, widget: QWidget) -> None:
         """Put a widget to the right of those added before; it keeps the width that its words need."""
         widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        for button in (widget, *widget.findChildren(QPushButton)):
+            if isinstance(button, QPushButton):
+                button.setAutoDefault(True)
         self._left.addWidget(widget)
 
     def say(self, text: str, danger: bool = False) -> None:
-        """Show a line of words beside the button."""
+        """Show words beside the button, or on a line of their own where they are many."""
+        self._give_room(len(text) > _BESIDE)
         self.status.setText(text)
         dress(self.status, f"QLabel {{ color: @{'danger' if danger else 'ink3'}; font-size: 12px; }}")
+
+    def _give_room(self, below: bool) -> None:
+        """Put the words below the row, or back into it."""
+        if below == self._below.isEmpty():
+            self._below.removeWidget(self.status)
+            self._row.removeWidget(self.status)
+            self.status.setWordWrap(below)
+            if below:
+                self._below.addWidget(self.status)
+            else:
+                self._row.insertWidget(_STATUS, self.status)
+        self._below.setContentsMargins(14, 0, 14, 6 if below else 0)
 
     def _join(self) -> None:
         job = self._job
         job.running_changed.connect(self._look)
-        job.preparing.connect(lambda: self.say("Preparing, once only"))
+        job.preparing.connect(lambda: self.say("Preparing, once only: up to a minute"))
         job.progressed.connect(self._follow)
         job.failed.connect(lambda text: self.say(text, danger=True))
         job.finished.connect(self._finish)
@@ -100,7 +120,9 @@ class RunBar(QWidget):
         self._line.setVisible(not running)
 
     def _arrange(self) -> None:
-        row = QHBoxLayout()
+        row = self._row = QHBoxLayout()
+        self._below = QHBoxLayout()
+        self._below.setContentsMargins(0, 0, 0, 0)
         row.setContentsMargins(12, 7, 8, 7)
         row.setSpacing(10)
         self._left = QHBoxLayout()
@@ -118,5 +140,6 @@ class RunBar(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(row)
+        column.addLayout(self._below)
         column.addWidget(self.progress)
         column.addWidget(self._line)

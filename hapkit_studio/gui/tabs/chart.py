@@ -3,6 +3,7 @@
 import math
 import traceback
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
@@ -54,6 +55,23 @@ class LogAxis(Axis):
         return texts
 
 
+@dataclass(frozen=True)
+class _Press:
+    """Where and on which axes a drag began: what opens meanwhile and moves the chart moves nothing else."""
+
+    place: QPointF
+    on_screen: QPointF
+    box: QRectF
+    mapping: tuple[float, float, float, float]
+
+    def now(self, on_screen: QPointF) -> QPointF:
+        """Return where the pointer is, in the pixels of the press, kept inside the frame."""
+        place, box = self.place + on_screen - self.on_screen, self.box
+        return QPointF(
+            min(max(place.x(), box.left()), box.right()), min(max(place.y(), box.top()), box.bottom())
+        )
+
+
 class Chart(Canvas):
     """Layers are painted in order: ``under`` beneath the grid, ``over`` above it, ``marks`` over the frame.
 
@@ -68,6 +86,7 @@ class Chart(Canvas):
     def __init__(self, across: str, up: str, log: tuple[bool, bool] = (False, False), unit: str = ""):
         super().__init__(bottom=True, unit=unit, left_width=66.0)
         self.across, self.up, self.log = across, up, log
+        self._press: _Press | None = None
         self.under: list[Layer] = []
         self.over: list[Layer] = []
         self.marks: list[Layer] = []
@@ -123,9 +142,7 @@ class Chart(Canvas):
 
     def value(self, place: QPointF) -> tuple[float, float]:
         """Map pixels to data units."""
-        left, across, bottom, up = self._mapped()
-        x, y = (place.x() - left) / across, (place.y() - bottom) / up
-        return (10.0**x if self.log[0] else x), (10.0**y if self.log[1] else y)
+        return self._value(place, self._mapped())
 
     # painting
 
@@ -164,22 +181,28 @@ class Chart(Canvas):
     def mousePressEvent(self, event) -> None:
         place = event.position()
         if event.button() == Qt.MouseButton.LeftButton and self.frame().contains(place):
+            self._press = _Press(place, event.globalPosition(), self.frame(), self._mapped())
             self.clicked.emit(*self.value(place))
 
     def mouseMoveEvent(self, event) -> None:
-        place, box = event.position(), self.frame()
-        self.hovered.emit(self.value(place) if box.contains(place) else None)
-        if event.buttons() & Qt.MouseButton.LeftButton:
-            inside = QPointF(
-                min(max(place.x(), box.left()), box.right()), min(max(place.y(), box.top()), box.bottom())
-            )
-            self.dragged.emit(*self.value(inside))
+        place = event.position()
+        self.hovered.emit(self.value(place) if self.frame().contains(place) else None)
+        if self._press is not None and event.buttons() & Qt.MouseButton.LeftButton:
+            self.dragged.emit(*self._value(self._press.now(event.globalPosition()), self._press.mapping))
+
+    def mouseReleaseEvent(self, event) -> None:
+        self._press = None
 
     def leaveEvent(self, event) -> None:
         super().leaveEvent(event)
         self.hovered.emit(None)
 
     # mapping
+
+    def _value(self, place: QPointF, mapping: tuple[float, float, float, float]) -> tuple[float, float]:
+        left, across, bottom, up = mapping
+        x, y = (place.x() - left) / across, (place.y() - bottom) / up
+        return (10.0**x if self.log[0] else x), (10.0**y if self.log[1] else y)
 
     def _mapped(self) -> tuple[float, float, float, float]:
         self.measure()

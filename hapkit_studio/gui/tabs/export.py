@@ -35,14 +35,16 @@ class Export:
         self.job.failed.connect(lambda text: say(text, danger=True))
 
     def ask(self, figure: Callable[[str], object], numbers: Callable[[], dict]) -> None:
-        """Open the dialog; nothing waits for it."""
+        """Open the dialog beside the window: nothing waits for it, and the E-stop stays within reach."""
         dialog = QFileDialog(self._parent, "Export", QDir.homePath(), _KINDS)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setDefaultSuffix("png")
         dialog.filterSelected.connect(lambda kind: dialog.setDefaultSuffix(kind.split("*.")[1][:-1]))
         dialog.selectFile(f"{self._name}.png")
         dialog.fileSelected.connect(lambda path: self.save(path, figure, numbers))
-        dialog.open()
+        dialog.setModal(False)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.show()
 
     def save(self, path: str, figure: Callable[[str], object], numbers: Callable[[], dict]) -> None:
         """Write to a path."""
