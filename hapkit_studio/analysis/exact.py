@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapkit_studio.dynamics.estimators import Spec, design, parse
+from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand, hand_named
 from hapkit_studio.dynamics.paddle import transition
 from hapkit_studio.errors import ParameterError
@@ -28,7 +29,10 @@ Curve = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Loop:
-    """One sampled loop: the handle, the hand on it, and what the loop adds."""
+    """One sampled loop: the handle, the hand on it, and what the loop adds.
+
+    quantum in m: the sensor's, which the estimator is designed for; the positions themselves are exact.
+    """
 
     handle_mass: float
     handle_viscous: float
@@ -37,6 +41,7 @@ class Loop:
     rate: float
     delay: float
     estimator: Spec
+    quantum: float = USUAL_QUANTUM
 
     @property
     def mass(self) -> float:
@@ -55,6 +60,7 @@ def checked_loop(
     delay: float,
     estimator: Spec,
     hand: Hand | Grip | str | None,
+    quantum: float = USUAL_QUANTUM,
 ) -> Loop:
     """Return the loop with the hand's terms added; raise ParameterError."""
     for name, value, unit, above in (
@@ -63,6 +69,7 @@ def checked_loop(
         ("virtual damping", damping, "N·s/m", False),
         ("rate", rate, "Hz", True),
         ("delay", delay, "s", False),
+        ("sensor quantum", quantum, "m", False),
     ):
         if not isinstance(value, int | float | np.number):
             raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
@@ -74,7 +81,7 @@ def checked_loop(
     if hand is not None and not isinstance(hand, Hand | Grip):
         raise ParameterError(f"hand takes a Hand, a Grip, a name or None, not {hand!r}.")
     held = Grip(hand.mass, hand.damping, hand.stiffness) if hand else Grip(0.0, 0.0, 0.0)
-    return Loop(mass, viscous, held, damping, rate, delay, estimator)
+    return Loop(mass, viscous, held, damping, rate, delay, estimator, quantum)
 
 
 def _inverse_plant(loop: Loop, w: np.ndarray) -> np.ndarray:
@@ -127,7 +134,7 @@ def _lowest_crossings(curve: Curve, w: np.ndarray, columns: int) -> np.ndarray:
 
 def _velocity_of(loop: Loop) -> Callable[[np.ndarray], np.ndarray]:
     """Return the estimator's response at angles w per sample; raise ParameterError if it is not linear."""
-    coefs = design(loop.estimator, loop.rate)[1]
+    coefs = design(loop.estimator, loop.rate, loop.quantum)[1]
     method = parse(loop.estimator)[0]
     response = method.response
     if response is None:

@@ -14,6 +14,7 @@ from hapkit_studio.analysis import settling
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.settling import BUZZES, DECAYS, GROWS, Rendered
 from hapkit_studio.analysis.sweeps import Progress, quiet, sweep
+from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.errors import ParameterError
 
 __all__ = ["BUZZES", "DECAYS", "GROWS", "boundary", "classes", "largest_stable", "maps", "rendered"]
@@ -23,8 +24,12 @@ _PRECISION = 1e-4
 
 
 def rendered(setting: Setting, real: bool = False) -> Rendered:
-    """Return what renders a setting's spring; real: with friction and sensor steps."""
-    return Rendered(setting.device(real), setting.loop, setting.grip, setting.controller)
+    """Return what renders a setting's spring; real: with friction and sensor steps.
+
+    The velocity estimator is that of the device either way, designed for its sensor's quantum.
+    """
+    quantum = setting.quantum or USUAL_QUANTUM
+    return Rendered(setting.device(real), setting.loop, setting.grip, setting.controller, quantum)
 
 
 def classes(

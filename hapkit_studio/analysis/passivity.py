@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapkit_studio.dynamics.estimators import Spec, design, parse
+from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.errors import ParameterError
 
 # Angles per sample at which the condition is tried: it is smooth, and turns as often as the delay asks.
@@ -46,21 +47,32 @@ class _Angles:
 
 
 def passive_stiffness(
-    viscous: float, damping: np.ndarray, rate: float, delay: float, estimator: Spec = "difference"
+    viscous: float,
+    damping: np.ndarray,
+    rate: float,
+    delay: float,
+    estimator: Spec = "difference",
+    quantum: float = USUAL_QUANTUM,
 ) -> np.ndarray:
     """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 where none is.
 
-    viscous is the handle's own damping in N·s/m, rate Hz, delay s. Raise ParameterError for an estimator that
-    is not linear.
+    viscous is the handle's own damping in N·s/m, rate Hz, delay s; quantum in m: the sensor's, which the
+    estimator is designed for. Raise ParameterError for an estimator that is not linear.
     """
-    angles = _angles(rate, delay, estimator)
+    angles = _angles(rate, delay, estimator, quantum)
     found = (_largest(angles, viscous, float(virtual)) for virtual in damping)
     return np.array([largest or 0.0 for largest in found])
 
 
-def passive_damping(viscous: float, rate: float, delay: float, estimator: Spec = "difference") -> float:
+def passive_damping(
+    viscous: float,
+    rate: float,
+    delay: float,
+    estimator: Spec = "difference",
+    quantum: float = USUAL_QUANTUM,
+) -> float:
     """Return the largest virtual damping in N·s/m that is passive with some stiffness; arguments as above."""
-    angles = _angles(rate, delay, estimator)
+    angles = _angles(rate, delay, estimator, quantum)
     low, high = 0.0, viscous
     while high > 0.0 and _largest(angles, viscous, high) is not None:
         low, high = high, 2.0 * high
@@ -80,7 +92,7 @@ def _largest(angles: _Angles, viscous: float, damping: float) -> float | None:
     return max(most, 0.0) if most >= least - _NEARLY * viscous / angles.period else None
 
 
-def _angles(rate: float, delay: float, estimator: Spec) -> _Angles:
+def _angles(rate: float, delay: float, estimator: Spec, quantum: float) -> _Angles:
     method = parse(estimator)[0]
     if method.response is None:
         raise ParameterError(f"The estimator {method.key} is not linear, it has no passivity line.")
@@ -89,7 +101,7 @@ def _angles(rate: float, delay: float, estimator: Spec) -> _Angles:
     rest = delay - whole * period
     w = np.union1d(np.geomspace(_SLOWEST, 1.0, 200), np.linspace(0.0, math.pi, _FEWEST + _A_TURN * whole)[1:])
     z = np.exp(1j * w)
-    velocity = method.response(design(estimator, rate)[1], period, z)
+    velocity = method.response(design(estimator, rate, quantum)[1], period, z)
     rest = rest if rest > _SAME * period else 0.0
     return _Angles(period, whole, rest, w, z, velocity, velocity / (z - 1.0))
 

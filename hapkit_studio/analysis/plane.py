@@ -13,6 +13,7 @@ from hapkit_studio.analysis.margin import Margin
 from hapkit_studio.analysis.passivity import passive_damping, passive_stiffness
 from hapkit_studio.analysis.regions import coulomb_line, simple_rule
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
 
 __all__ = ["Cells", "Plane", "Points", "coulomb_line", "exact_boundary", "hands", "limit", "measure_cells"]
@@ -74,7 +75,14 @@ class Plane:
 
 def _loop(setting: Setting) -> Loop:
     return checked_loop(
-        setting.mass, setting.viscous, 0.0, setting.rate, setting.delay, setting.estimator, setting.hand
+        setting.mass,
+        setting.viscous,
+        0.0,
+        setting.rate,
+        setting.delay,
+        setting.estimator,
+        setting.hand,
+        setting.quantum,
     )
 
 
@@ -91,14 +99,17 @@ def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
 
     Raise ParameterError for an estimator that is not linear.
     """
-    return passive_stiffness(
-        setting.viscous, np.asarray(damping, dtype=float), setting.rate, setting.delay, setting.estimator
-    )
+    columns = np.asarray(damping, dtype=float)
+    return passive_stiffness(setting.viscous, columns, *_sampling(setting))
+
+
+def _sampling(setting: Setting) -> tuple[float, float, Spec, float]:
+    return setting.rate, setting.delay, setting.estimator, setting.quantum
 
 
 def passive_edge(setting: Setting, points: int = EDGE_POINTS) -> tuple[np.ndarray, np.ndarray]:
     """Return the passivity line as (damping, stiffness), each (points,), as far as anything is passive."""
-    most = passive_damping(setting.viscous, setting.rate, setting.delay, setting.estimator)
+    most = passive_damping(setting.viscous, *_sampling(setting))
     damping = np.linspace(0.0, most, points)
     return damping, passivity_line(setting, damping)
 

@@ -18,7 +18,7 @@ energy that nobody feels be, however far it reaches: with it, what reaches less 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,12 +52,21 @@ _DYING, _GROWING = 0.9, 1.1
 
 @dataclass(frozen=True)
 class Rendered:
-    """What renders the spring: the device, its loop, the hand on it, the passivity controller."""
+    """What renders the spring: the device, its loop, the hand on it, the passivity controller.
+
+    quantum in m: what the velocity estimator is designed for where the device's own sensor is ideal.
+    """
 
     device: SimulatedHapkit
     loop: LoopSettings
     grip: Grip | None = None
     controller: bool = False
+    quantum: float = USUAL_QUANTUM
+
+    @property
+    def step(self) -> float:
+        """Return the sensor's step in m, the quantum where the sensor is ideal."""
+        return self.device.quantum or self.quantum
 
     @property
     def linear(self) -> bool:
@@ -74,7 +83,8 @@ class Rendered:
         """Return the spring's scene, with numbers that every run replaces."""
         values = {"stiffness": 0.0, "damping": 0.0, "center": 0.0}
         spring = environments.named("spring")
-        return headless.Scene(spring, values, self.device, self.loop, controller=self.controller)
+        how = headless.Scene(spring, values, self.device, self.loop, controller=self.controller)
+        return replace(how, designed_for=self.step)
 
 
 def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
@@ -87,7 +97,7 @@ def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndar
     if what.linear:
         limits = probe.Limits(LINEAR_FAR, probe.NEVER_STILL, LINEAR_FAINT, probe.NEVER_SMALL)
         return by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
-    step = what.device.quantum or USUAL_QUANTUM
+    step = what.step
     still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
     limits = probe.Limits(FAR, still, probe.NEVER_FAINT, FEW_STEPS * step)
     verdict = np.zeros(stiffness.size, dtype=np.int8)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapkit_studio.analysis.exact import checked_loop, stiffness_limits
+from hapkit_studio.analysis.plane import exact_boundary
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth_limits import DAMPING, MAX_FORCE, PUSH, SPEED
 from hapkit_studio.analysis.zwidth_result import Condition, estimator_words
@@ -60,9 +60,7 @@ def linear_limits(setting: Setting, damping: Sequence[float] | np.ndarray) -> np
     """Return the linear loop's limit (n,) in N/m, nan where the estimator is not linear."""
     if not setting.linear:
         return np.full(len(damping), math.nan)
-    handle = setting.mass, setting.viscous
-    loop = checked_loop(*handle, 0.0, setting.rate, setting.delay, setting.estimator, setting.grip)
-    return stiffness_limits(loop, np.asarray(damping, dtype=float))
+    return exact_boundary(setting, np.asarray(damping, dtype=float))
 
 
 def linear_curve(setting: Setting, highest: float) -> np.ndarray:

@@ -23,7 +23,8 @@ class Scene:
     """What is rendered: values may lie beyond a person's limits, they only have to be finite.
 
     true_velocity: the law gets the paddle's own velocity in place of the loop's estimate. controller: the
-    passivity controller is on, as it is where the loop's settings have it on.
+    passivity controller is on, as it is where the loop's settings have it on. designed_for: the quantum in m
+    that the velocity estimator expects, where it is not the device's own.
     """
 
     environment: Environment
@@ -33,6 +34,7 @@ class Scene:
     max_speed: float = math.inf
     true_velocity: bool = False
     controller: bool = False
+    designed_for: float | None = None
 
     def prepare(self) -> tuple[rig.Rig, plant.Plant]:
         """Return a rig at full parameters, and the device at its initial motion."""
@@ -47,6 +49,7 @@ class Scene:
             viscous=self.device.viscous,
             coulomb=self.device.coulomb_force,
             true_velocity=self.true_velocity,
+            designed_for=self.designed_for,
         )
         values, words = block.new_block()
         r = rig.new_rig(values, words)

@@ -52,7 +52,8 @@ class Wanted:
     """Everything the block holds, by name.
 
     coulomb is a simulated device's, a board has its own; mass and viscous are what the passivity observer
-    goes by, and a simulated device's damping; true_velocity spares the estimator.
+    goes by, and a simulated device's damping; true_velocity spares the estimator; designed_for: the
+    quantum in m that the estimator expects, None for the sensor's own.
     """
 
     environment: Environment
@@ -65,6 +66,7 @@ class Wanted:
     viscous: float = 0.0
     coulomb: float = 0.0
     true_velocity: bool = False
+    designed_for: float | None = None
     grip: Grip | None = None
     target: float | None = None
     generation: int = 0
@@ -80,7 +82,8 @@ class Wanted:
         values[: len(numbers)] = numbers
         start = law.initial_state
         values[block.INITIAL_STATE : block.INITIAL_STATE + len(start)] = start
-        code, coefs = estimators.design(self.loop.estimator, self.loop.rate, self.quantum)
+        expected = self.quantum if self.designed_for is None else self.designed_for
+        code, coefs = estimators.design(self.loop.estimator, self.loop.rate, expected)
         values[block.COEFS : block.PERIOD] = coefs
         values[block.PERIOD] = 1.0 / self.loop.rate
         values[block.DELAY] = self.loop.delay
