@@ -88,8 +88,19 @@ class ZWidth:
         """Say the stiffest wall in one sentence."""
         if not len(self.damping) or not (self.stiffness > 0.0).any():
             return "No wall was rendered without buzzing."
-        best = int(np.argmax(self.stiffness))
-        return f"{self.at(best)}."
+        return f"{self.at(self.best)}{self.motor(self.best)}."
+
+    @property
+    def best(self) -> int:
+        """Return the index of the stiffest wall."""
+        return int(np.argmax(self.stiffness))
+
+    def motor(self, index: int) -> str:
+        """Say that a point is the motor's rather than the loop's, "" where it is not."""
+        if not self.clamped[index]:
+            return ""
+        limit = next((c.text for c in self.conditions if c.key == "max_force"), "")
+        return ", at the motor's limit" + (f" of {limit}" if limit not in ("", "none") else "")
 
     def at(self, index: int) -> str:
         """Say one point, without a full stop."""

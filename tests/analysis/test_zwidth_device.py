@@ -193,7 +193,7 @@ def test_the_force_limit_holds_and_is_said(running):
     found = zwidth_device.measure(engine, (0.0,), care)
     assert np.abs(reader.read()[:, rows.APPLIED]).max() <= 0.5 + 1e-12
     assert (found.ends, found.clamped) == ((HIGHEST,), (True,))
-    assert found.sentence.endswith("at least 1,500 N/m.")
+    assert found.sentence.endswith("at least 1,500 N/m, at the motor's limit of 0.5 N.")
 
 
 def test_a_person_is_asked_and_checked(running):

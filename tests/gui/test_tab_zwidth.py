@@ -12,19 +12,24 @@ from hapkit_studio.analysis.zwidth_protocol import Protocol, conditions
 from hapkit_studio.analysis.zwidth_result import BUZZES, ZWidth
 from hapkit_studio.analysis.zwidth_search import Point
 from hapkit_studio.gui.tabs.export import write
-from hapkit_studio.gui.tabs.zwidth import DEVICE
+from hapkit_studio.gui.tabs.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
 from tests.gui.test_layout import cut_off
 from tests.gui.window_support import PATIENCE_MS
 
 
-def made_up(capped=False):
+def made_up(capped=False, clamped=True):
     """Return a Z-width whose best point is 1,340 N/m at 2 N·s/m."""
-    points = [Point(500.0, BUZZES, False), Point(1344.0, HIGHEST if capped else BUZZES, True)]
+    points = [Point(500.0, BUZZES, False), Point(1344.0, HIGHEST if capped else BUZZES, clamped)]
     damping = [0.0, 2.0]
     curve = np.array([np.linspace(0.0, 2.0, 5), np.linspace(330.0, 1000.0, 5)])
     return ZWidth.of(
-        "simulation", damping, points, curve[1, [0, -1]], curve, conditions(Setting(), Protocol())
+        "simulation",
+        damping,
+        points,
+        curve[1, [0, -1]],
+        curve,
+        conditions(Setting(), Protocol(max_force=3.0)),
     )
 
 
@@ -97,15 +102,56 @@ def test_points_appear_as_they_come(page):
 def test_a_point_is_told_in_words(page):
     page.show_result(made_up())
     page.chart.pointed.emit(page.chart.nearest(page.chart.at(2.0, 1344.0)))
-    words = "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit. Beyond: it buzzes."
+    words = (
+        "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N. Beyond: it buzzes."
+    )
     assert page.side.point.text() == words
     page.chart.pointed.emit(None)
     assert page.side.point.text() == ""
 
 
 def test_where_nothing_stiffer_was_tried_it_says_at_least(page):
-    page.show_result(made_up(capped=True))
+    page.show_result(made_up(capped=True, clamped=False))
     assert page.verdict.words.text() == "At B = 2 N·s/m this Hapkit renders at least 1,340 N/m."
+    assert page.verdict._sign == ("check", "ok")
+
+
+def test_a_limit_of_the_motor_is_said_and_no_success(page):
+    page.show_result(made_up())
+    words = "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N."
+    assert page.verdict.words.text() == words
+    assert page.verdict._sign == ("info", "ink2")
+
+
+def test_a_result_of_another_loop_is_out_of_date(page, window):
+    page._fresh[SIMULATION].begin()
+    page.show_result(made_up(clamped=False))
+    studio = window.studio
+    grip, loop = studio.grip, studio.loop
+    changes = (
+        ("the loop", lambda: studio.set_loop(rate=500.0), lambda: studio.set_loop(rate=loop.rate)),
+        ("the loop", lambda: studio.set_loop(delay=2e-3), lambda: studio.set_loop(delay=loop.delay)),
+        ("the hand", lambda: studio.set_grip("released"), lambda: studio.set_grip(grip)),
+    )
+    for what, change, back in changes:
+        change()
+        assert page.verdict.words.text() == f"Out of date: {what} changed. Measure again."
+        assert page.verdict._sign == ("circle", "ink2")
+        assert page.chart._pale
+        back()
+        assert page.verdict._sign == ("check", "ok")
+        assert not page.chart._pale
+
+
+def test_where_nothing_was_measured_nothing_is_shown(page):
+    page.show_result(made_up())
+    page.where.button(DEVICE).click()
+    assert page.verdict.words.text().startswith("Measure how stiff a wall")
+    assert not page.bar.export.isEnabled()
+    assert page.chart.nearest(page.chart.at(2.0, 1344.0)) is None
+    page.where.button(SIMULATION).click()
+    assert page.verdict.words.text().startswith("At B = 2")
+    assert page.bar.export.isEnabled()
 
 
 def test_the_scene_shows_the_wall_that_is_tried(begun, window):
@@ -139,10 +185,12 @@ def test_another_scene_ends_it_and_is_kept(begun, window):
 
 def test_another_loop_or_view_ends_it(begun, window, qtbot):
     window.studio.set_loop(delay=2e-3)
+    assert begun.bar.status.text() == "Ended: the loop changed."
     assert_over(begun, window)
     begun.bar.run.click()
     qtbot.waitUntil(lambda: window.studio.engine.environment.key == "wall", timeout=PATIENCE_MS)
     window.views.show("live")
+    assert begun.bar.status.text() == "Ended: the view was left."
     assert_over(begun, window)
 
 

@@ -29,5 +29,9 @@ class VerdictLine(QWidget):
         self._sign = (sign, token)
         self._look()
 
+    def outdate(self, text: str) -> None:
+        """Show that what stands below is no longer so: neither right nor wrong."""
+        self.say(text, "circle", "ink2")
+
     def _look(self) -> None:
         self.sign.setPixmap(icons.pixmap(self._sign[0], 18, self._sign[1], self.devicePixelRatioF()))

@@ -11,6 +11,7 @@ from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.export import Export
+from hapkit_studio.gui.tabs.fresh import Fresh, loop_facts
 from hapkit_studio.gui.tabs.job import Job
 from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 from hapkit_studio.gui.tabs.zwidth_chart import Spot, ZWidthChart
@@ -30,6 +31,13 @@ _BEGIN = "Measure how stiff a wall this Hapkit renders without buzzing."
 _HIGHEST = {SIMULATION: SIMULATED_DAMPING[-1], DEVICE: DEVICE_DAMPING[-1]}
 
 
+def _sign(result: "ZWidth") -> tuple[str, str]:
+    """Return sign and colour: a limit of the motor is neither good nor bad."""
+    if not (result.stiffness > 0.0).any():
+        return "triangle", "danger"
+    return ("info", "ink2") if result.clamped[result.best] else ("check", "ok")
+
+
 class ZWidthPage(Page):
     """Chart and verdict; while a device is tried, the scene shows the wall and what the hand does."""
 
@@ -40,7 +48,11 @@ class ZWidthPage(Page):
         self._studio = studio
         self._facts = LoopFacts(studio, self)
         live.health.connect(self._facts.note_health)
-        self.result: ZWidth | None = None
+        self._results: dict[int, ZWidth] = {}
+        self._fresh = {
+            SIMULATION: Fresh(lambda: loop_facts(studio, model=False)),
+            DEVICE: Fresh(lambda: loop_facts(studio)),
+        }
         self._mode, self._scene, self._asked = SIMULATION, "", False
         self._look = QTimer(self, interval=_LOOK_MS)
         self._look.timeout.connect(self.show_trial)
@@ -52,8 +64,12 @@ class ZWidthPage(Page):
         self.verdict, self.chart, self.side = VerdictLine(_BEGIN), ZWidthChart(), ZWidthSide()
         self.column.addWidget(filled(self.bar, self.verdict, self.chart))
         self._export = Export(self, "z-width", self.bar.say)
-        self._greet()
         self._join()
+
+    @property
+    def result(self) -> "ZWidth | None":
+        """Return what was found where it was chosen, None before it was measured there."""
+        return self._results.get(self.where.index)
 
     # measuring
 
@@ -85,7 +101,9 @@ class ZWidthPage(Page):
 
     def _begin(self, words: str) -> None:
         self._asked = False
+        self._fresh[self._mode].begin()
         self.side.lock(True)
+        self.where.setEnabled(False)
         self.chart.begin(_HIGHEST[self._mode])
         self.verdict.say(words, "hand", "accent")
 
@@ -111,25 +129,45 @@ class ZWidthPage(Page):
             self.verdict.say(f"Trying {stiffness:,.0f} N/m at B = {damping:g} N·s/m", "hand", "accent")
 
     def show_result(self, result: "ZWidth") -> None:
-        """Show what was found."""
-        self.result = result
-        self.chart.show_result(result)
+        """Keep and show what was found."""
+        self._fresh[self._mode].keep()
+        self._results[self._mode] = result
+        self.show_found()
+
+    def show_found(self) -> None:
+        """Show what was found where it was chosen, and whether it still holds."""
+        result = self.result
+        self.bar.export.setEnabled(result is not None)
         self.side.show_result(result)
-        good = bool((result.stiffness > 0.0).any())
-        self.verdict.say(result.sentence, *(("check", "ok") if good else ("triangle", "danger")))
+        if result is None:
+            self.chart.show_nothing()
+            self.verdict.say(_BEGIN)
+            return
+        self.chart.show_result(result)
+        outdated = self._fresh[self.where.index].outdated
+        self.chart.outdate(bool(outdated))
+        if outdated:
+            self.verdict.outdate(outdated)
+        else:
+            self.verdict.say(result.sentence, *_sign(result))
+
+    def _look_again(self) -> None:
+        """See whether what is shown still holds; while something is measured, that is in sight."""
+        if not self.job.running:
+            self.show_found()
 
     # ending
 
-    def _give_up(self) -> None:
+    def _give_up(self, why: str) -> None:
         """End what is tried on a device: it, its loop or its scene are others now, or nobody looks."""
         if self.job.running and self._mode == DEVICE:
             self.job.cancel()
-            self.bar.say("Ended: the device's settings changed.", danger=True)
+            self.bar.say(f"Ended: {why}.", danger=True)
 
     def _scene_changed(self) -> None:
         if self._studio.environment.key != _WALL:
             self._scene = ""
-            self._give_up()
+            self._give_up("another scene was chosen")
 
     def _running_changed(self, running: bool) -> None:
         if running:
@@ -142,14 +180,12 @@ class ZWidthPage(Page):
         if scene and scene != self._studio.environment.key:
             self.job.wait()  # it is putting the wall's own settings back
             self._studio.choose(scene)
-        if self.result is None:
-            self._greet()
-        else:
-            self.show_result(self.result)
+        self.where.setEnabled(True)
+        self.show_found()
 
     def set_shown(self, on: bool) -> None:
         if not on:
-            self._give_up()
+            self._give_up("the view was left")
 
     def end(self) -> None:
         self.job.end()
@@ -166,9 +202,6 @@ class ZWidthPage(Page):
 
         self._export.ask(figure, result.as_json)
 
-    def _greet(self) -> None:
-        self.verdict.say(_BEGIN)
-
     def _failed(self, words: str) -> None:
         self.verdict.say(words, "triangle", "danger")
         self.bar.say("")
@@ -183,8 +216,11 @@ class ZWidthPage(Page):
         self.work.said.connect(self.show_step)
         self.chart.pointed.connect(self.side.show_point)
         self._studio.environment_changed.connect(self._scene_changed)
-        self._studio.loop_changed.connect(self._give_up)
-        self._studio.engine_changed.connect(self._give_up)
+        self._studio.loop_changed.connect(lambda: self._give_up("the loop changed"))
+        self._studio.engine_changed.connect(lambda: self._give_up("the device changed"))
+        for changed in (self._studio.loop_changed, self._studio.engine_changed, self._studio.link_changed):
+            changed.connect(self._look_again)
+        self.where.chosen.connect(lambda _index: self._look_again())
 
     def _press(self) -> None:
         try:

@@ -11,12 +11,12 @@ from PySide6.QtGui import QPainter
 from hapkit_studio.analysis.scales import nice_top
 from hapkit_studio.analysis.zwidth_limits import HIGHEST
 from hapkit_studio.gui.tabs.chart import Chart
+from hapkit_studio.gui.tabs.fresh import PALE
 from hapkit_studio.gui.tabs.marks import DASH, line, marker, region, ring, write
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.zwidth_result import ZWidth
 
-_PALE = 0.35
 _NEAR = 18.0  # px
 _ROOM = 1.18
 _NAME_ROOM = 50.0  # px
@@ -57,6 +57,17 @@ class ZWidthChart(Chart):
         self._curve, self._pale, self._done = result.curve, False, True
         self._open = HIGHEST in result.ends
         self._fit(float(result.damping[-1]), 0.0)
+
+    def show_nothing(self) -> None:
+        """Show nothing: here nothing was measured yet."""
+        self._spots, self._curve = [], np.empty((2, 0))
+        self._pale = self._done = False
+        self._fit(_RIGHT, _LEAST)
+
+    def outdate(self, on: bool) -> None:
+        """Pale what is there while it is out of date."""
+        self._pale = on
+        self.redraw()
 
     def begin(self, highest: float) -> None:
         """Pale what is there; the first point, of a damping up to the highest, takes its place."""
@@ -109,17 +120,17 @@ class ZWidthChart(Chart):
         points = self._line()
         if len(points) < 2:
             return
-        painter.setOpacity(_PALE if self._pale else 1.0)
+        painter.setOpacity(PALE if self._pale else 1.0)
         floor = self.frame().bottom()
         region(painter, [*points, QPointF(points[-1].x(), floor), QPointF(points[0].x(), floor)], "stable")
 
     def _linear(self, painter: QPainter, _chart: Chart) -> None:
         points = self.points(*self._curve) if self._curve.size else []
         if len(points) > 1:
-            line(painter, points, "ink", 2.0, DASH, _PALE if self._pale else 1.0)
+            line(painter, points, "ink", 2.0, DASH, PALE if self._pale else 1.0)
 
     def _rendered(self, painter: QPainter, _chart: Chart) -> None:
-        painter.setOpacity(_PALE if self._pale else 1.0)
+        painter.setOpacity(PALE if self._pale else 1.0)
         if len(self._spots) > 1:
             line(painter, self._line(), "position", 2.4)
         for spot, place in zip(self._spots, self._line(), strict=True):

@@ -49,12 +49,16 @@ class ZWidthSide(SidePanel):
         self.add(hint(_CARE))
         self.refusal.hide()
 
-    def show_result(self, result: "ZWidth") -> None:
-        """Show points and conditions."""
+    def show_result(self, result: "ZWidth | None") -> None:
+        """Show points and conditions, None for nothing."""
         from hapkit_studio.analysis.zwidth_result import newtons_per_metre
 
         self._result = result
         self.point.setText("")
+        if result is None:
+            self.points.show_pairs([])
+            self.conditions.show_pairs([])
+            return
         limits = (newtons_per_metre(float(k)) for k in result.stiffness)
         names = (f"B = {b:g} N·s/m" for b in result.damping)
         self.points.show_pairs(list(zip(names, limits, strict=True)))
@@ -69,8 +73,7 @@ class ZWidthSide(SidePanel):
             return
         from hapkit_studio.analysis.zwidth_result import ENDED
 
-        motor = ", at the motor's limit" if result.clamped[index] else ""
-        self.point.setText(f"{result.at(index)}{motor}. Beyond: {ENDED[result.ends[index]]}.")
+        self.point.setText(f"{result.at(index)}{result.motor(index)}. Beyond: {ENDED[result.ends[index]]}.")
 
     def lock(self, on: bool) -> None:
         """Keep the force limit as it is while a device is tried."""
