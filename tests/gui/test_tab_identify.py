@@ -2,13 +2,14 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QLabel
 
 import hapkit_studio as hs
-from hapkit_studio.analysis.identify import from_run, identify
+from hapkit_studio.analysis.identify import Part, from_run, identify
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.tabs.export import write
 from hapkit_studio.gui.tabs.identify_piece import newest
@@ -32,6 +33,8 @@ def test_nothing_is_shown_before_anything_was_identified(page):
     assert page.verdict.words.text() == "Move the handle or press Shake, then identify what was rendered."
     assert not any(chart.isVisible() for chart in page.charts)
     assert not page.bar.export.isEnabled()
+    assert "press Identify" in page.how.text()
+    assert page.how.isVisible()
     page.run()
     assert page.bar.status.text() == "There is no device yet to take a piece from."
     assert not page.shaking.isEnabled()
@@ -39,6 +42,8 @@ def test_nothing_is_shown_before_anything_was_identified(page):
 
 def test_each_part_shows_its_terms(page, found):
     page.show_found(found)
+    assert not page.how.isVisible()
+    assert page.bar.export.isEnabled()
     assert page.verdict.words.text().startswith("Stiffness: you set 300 N/m, you rendered 29")
     assert [chart.isVisible() for chart in page.charts] == [True, True, True]
     assert [chart.across for chart in page.charts][1:] == [
@@ -47,7 +52,7 @@ def test_each_part_shows_its_terms(page, found):
     ]
     assert page.table.words(found.rendered["damping_in"]).startswith("Damping, going in: Set 2 N·s/m, 2.0")
     page.parts.button(1).click()
-    assert page.verdict.words.text().startswith("Mass: the device has 94 g, identified 9")
+    assert page.verdict.words.text().startswith("Mass: 44 g of the handle and 50 g of the hand, identified 9")
     assert [chart.across for chart in page.charts] == [
         "acceleration, m/s²",
         "velocity, mm/s",
@@ -67,6 +72,51 @@ def test_what_is_not_told_is_a_warning(page):
     assert page.verdict.words.text() == "Cannot tell: the piece never touches. Push into the surface."
     assert page.verdict._sign == ("triangle", "warn")
     assert not any(chart.isVisible() for chart in page.charts)
+    assert page.how.isVisible()
+
+
+def test_a_piece_that_tells_nothing_is_not_exported(page, found):
+    nothing = replace(found, rendered=Part("rendered", advice="No."), handle=Part("handle", advice="No."))
+    page.bar.export.setEnabled(True)
+    page.show_found(nothing)
+    assert not page.bar.export.isEnabled()
+
+
+def test_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
+    studio = idle_window.studio
+    page._fresh.begin()
+    page.show_found(found)
+    stiffness, scene = studio.values["stiffness"], studio.environment.key
+    changes = (
+        (
+            "values",
+            lambda: studio.set_value("stiffness", 123.0),
+            lambda: studio.set_value("stiffness", stiffness),
+        ),
+        ("scene", lambda: studio.choose("spring"), lambda: studio.choose(scene)),
+        ("loop", lambda: studio.set_loop(rate=500.0), lambda: studio.set_loop(rate=1000.0)),
+    )
+    for what, change, back in changes:
+        change()
+        assert page.verdict.words.text() == f"Out of date: the {what} changed. Identify again."
+        assert page.verdict._sign == ("circle", "ink2")
+        assert page.charts[0].strength < 1.0
+        back()
+        assert page.verdict._sign == ("check", "ok")
+        assert page.charts[0].strength == 1.0
+
+
+def test_in_a_low_window_the_upper_charts_keep_their_axes(page, found, idle_window, qapp):
+    page.show_found(found)
+    for size, shown in (((960, 600), False), ((1440, 900), True)):
+        idle_window.resize(*size)
+        for _ in range(3):
+            qapp.processEvents()
+        assert page.left_over.isVisible() == shown
+        for chart in page.charts:
+            assert chart.height() >= chart.minimumHeight()
+            inside = page.rect().bottom() - chart.mapTo(page, chart.rect().bottomLeft()).y()
+            assert inside >= 0
 
 
 def test_it_is_drawn_in_every_theme(page, found):

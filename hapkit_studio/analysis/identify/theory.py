@@ -12,6 +12,7 @@ import numpy as np
 from hapkit_studio.analysis.identify.grid import Grid
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.environments.friction import COULOMB, SMOOTHED
+from hapkit_studio.workshop.own import taken_keys
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,18 @@ def asked(setup: Setup) -> Asked:
         return Asked(p["stiffness"], p["damping"], None, p["position"], 1.0, True, simple=False, terms=BOTH)
     if key == "friction":
         return _friction(p)
-    return Asked(contact=setup.environment is not None and setup.environment.shades, simple=False)
+    return _other(setup)
+
+
+def _other(setup: Setup) -> Asked:
+    """Return what a person's own environment says of itself; others of the library set nothing."""
+    environment = setup.environment
+    if environment is None:
+        return Asked(simple=False)
+    if environment.impedance is None or environment.key in taken_keys():
+        return Asked(contact=environment.shades, simple=False)
+    stiffness, damping = environment.impedance(setup.values)
+    return Asked(stiffness, damping, contact=environment.shades, simple=False)
 
 
 def _wall(p: dict[str, float]) -> Asked:

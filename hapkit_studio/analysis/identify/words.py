@@ -31,8 +31,8 @@ def _decimals(half: float, finest: float) -> int:
 
 def number(value: float, decimals: int) -> str:
     """Write a number with a true minus; none on what rounds to zero."""
-    text = f"{abs(value):.{decimals}f}"
-    return MINUS + text if value < 0.0 and float(text) != 0.0 else text
+    text = f"{abs(value):,.{decimals}f}"
+    return MINUS + text if value < 0.0 and any(digit in text for digit in "123456789") else text
 
 
 def _read(estimate: Estimate) -> tuple[float, int]:
@@ -45,7 +45,7 @@ def measured(estimate: Estimate) -> str:
     """Write "299.8 ± 0.1", in the unit a person reads."""
     scale, decimals = _read(estimate)
     half = max(scale * estimate.half, 10.0**-decimals)
-    return f"{number(scale * estimate.value, decimals)} ± {half:.{decimals}f}"
+    return f"{number(scale * estimate.value, decimals)} ± {half:,.{decimals}f}"
 
 
 def alike(value: float, estimate: Estimate) -> str:
@@ -59,21 +59,32 @@ def plain(value: float | None, estimate: Estimate) -> str:
     if value is None:
         return "–"
     scale = READ_UNITS.get(estimate.term.unit, ("", 1.0))[1]
-    text = f"{abs(scale * value):.4g}"
-    return MINUS + text if value < 0.0 and float(text) != 0.0 else text
+    size = abs(scale * value)
+    text = f"{size:,.0f}" if size >= 1e4 else f"{size:,.4g}"
+    return MINUS + text if value < 0.0 and size != 0.0 else text
 
 
-def line(estimate: Estimate, part: str) -> str:
+def had(estimate: Estimate, setup: Setup | None) -> str:
+    """Write what a simulated handle was given: its own, and the hand's beside it while one holds."""
+    whole, unit = estimate.asked, unit_of(estimate)
+    own = getattr(setup.handle, estimate.key, None) if setup and setup.handle else None
+    if whole is None or own is None or estimate.key != "mass" or whole - own <= 1e-9:
+        return f"the device has {plain(whole, estimate)} {unit}"
+    hand = plain(whole - own, estimate)
+    return f"{plain(own, estimate)} {unit} of the handle and {hand} {unit} of the hand"
+
+
+def line(estimate: Estimate, part: str, setup: Setup | None = None) -> str:
     """Write one estimate as a sentence."""
     label, unit = estimate.term.label, unit_of(estimate)
     if not estimate.told:
         return f"{label}: {estimate.advice}"
     if estimate.asked is None:
         return f"{label}: {measured(estimate)} {unit}."
-    verbs = "you set {}, you rendered" if part == "rendered" else "the device has {}, identified"
-    return (
-        f"{label}: {verbs.format(f'{plain(estimate.asked, estimate)} {unit}')} {measured(estimate)} {unit}."
-    )
+    found = f"{measured(estimate)} {unit}"
+    if part == "rendered":
+        return f"{label}: you set {plain(estimate.asked, estimate)} {unit}, you rendered {found}."
+    return f"{label}: {had(estimate, setup)}, identified {found}."
 
 
 def differs(estimate: Estimate) -> bool:
@@ -163,7 +174,7 @@ def sentences(part: Part, setup: Setup, total: int) -> list[str]:
     """Return a part's lines: each estimate, why it differs, how well it fits, what was left out."""
     found: list[str] = [] if part.estimates else [part.advice]
     for estimate in part.estimates:
-        found.append(line(estimate, part.key))
+        found.append(line(estimate, part.key, setup))
         reason = why(estimate) if part.key == "rendered" else ""
         found += ["  " + reason] if reason else []
     return found + remarks(part, setup, total)

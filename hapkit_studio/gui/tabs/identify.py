@@ -3,13 +3,17 @@
 import math
 from typing import TYPE_CHECKING
 
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.export import Export
+from hapkit_studio.gui.tabs.fresh import Fresh, loop_facts
 from hapkit_studio.gui.tabs.identify_chart import LeftOver, TermChart
 from hapkit_studio.gui.tabs.identify_piece import newest
 from hapkit_studio.gui.tabs.identify_shake import Shake
@@ -27,10 +31,26 @@ PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
 PARTS = ("rendered", "handle")
 _MOST_CHARTS = 3
 _BEGIN = "Move the handle or press Shake, then identify what was rendered."
+# less height than that leaves the upper charts no axis
+_BOTH_CHARTS = 340
+_HOW = (
+    "Touch what the scene renders: push and let go, slowly and fast, both ways.\n"
+    "Shake does so with the simulated hand. Then press Identify:\n"
+    "here you see the force over position and velocity, with the line that fits it."
+)
 _READ = (
     "Each dot is the mean over a short, smooth window. Line: what was found; its band: 95 %. Dotted: what "
     "was set. A clamped, stopped or fading force is left out."
 )
+
+
+def how_to() -> QLabel:
+    """Return the words in the place of charts that are not there yet."""
+    label = QLabel(_HOW)
+    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+    label.setWordWrap(True)
+    dress(label, "QLabel { color: @ink2; font-size: 14px; }")
+    return label
 
 
 class IdentifyPage(Page):
@@ -53,7 +73,8 @@ class IdentifyPage(Page):
         self.shaking.setToolTip("The simulated hand moves so that every term shows, then it is identified")
         for widget in (self.pieces, self.shaking, self.parts):
             self.bar.add(widget)
-        self.verdict = VerdictLine(_BEGIN)
+        self._fresh = Fresh(self._facts, "Identify again")
+        self.verdict, self.how = VerdictLine(_BEGIN), how_to()
         self.charts = tuple(TermChart() for _ in range(_MOST_CHARTS))
         self.left_over = LeftOver()
         self.table, self.words = EstimateTable(), hint()
@@ -84,13 +105,21 @@ class IdentifyPage(Page):
 
             return identify(take(), released=released)
 
+        self._fresh.begin()
         self.job.start(work)
+
+    def _facts(self) -> dict[str, object]:
+        """Return what a result is for."""
+        scene = {"scene": self._studio.environment, "values": dict(self._studio.values)}
+        return {**scene, **loop_facts(self._studio)}
 
     def show_found(self, found: "Identified") -> None:
         """Show what was found."""
         self.found = found
+        self._fresh.keep()
         self.show_part()
-        self.bar.say(f"{found.end - found.begin:.1f} s, {found.samples} samples")
+        self.bar.export.setEnabled(bool(found.rendered.estimates or found.handle.estimates))
+        self.bar.say(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
 
     def show_part(self) -> None:
         """Show the chosen part: charts, numbers, words."""
@@ -102,9 +131,10 @@ class IdentifyPage(Page):
             chart.setVisible(index < len(names))
             if part is not None and index < len(names):
                 chart.show_term(part, names[index])
-        self.left_over.setVisible(points is not None)
         if points is not None and self.found is not None:
             self.left_over.show_points(points, self.found.end)
+        self.how.setVisible(points is None)
+        self._give_room()
         self._say(part)
 
     def _say(self, part: "Part | None") -> None:
@@ -113,9 +143,30 @@ class IdentifyPage(Page):
             self.words.setText("")
             return
         lines = self.found.sentences(part)
+        self.words.setText(whole("\n\n".join(self.found.notes(part))))
+        outdated = self._fresh.outdated
+        for chart in (*self.charts, self.left_over):
+            chart.outdate(bool(outdated))
+        if outdated:
+            self.verdict.outdate(outdated)
+            return
         good = bool(part.estimates) and part.estimates[0].told and not self.found.surprises(part)
         self.verdict.say(lines[0], *(("check", "ok") if good else ("triangle", "warn")))
-        self.words.setText(whole("\n\n".join(self.found.notes(part))))
+
+    def _look_again(self) -> None:
+        """See whether what is shown still holds."""
+        self._say(self.part)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._give_room()
+
+    def _give_room(self) -> None:
+        """Let what is left over give way where there is room for the upper charts only."""
+        part = self.part
+        self.left_over.setVisible(
+            part is not None and part.points is not None and self.height() >= _BOTH_CHARTS
+        )
 
     def export(self) -> None:
         """Save both parts as a picture, or as numbers."""
@@ -172,6 +223,10 @@ class IdentifyPage(Page):
         self._studio.engine_changed.connect(self._look)
         self._studio.loop_changed.connect(self._look)
         self._studio.stop_changed.connect(self.shake.end)
+        studio = self._studio
+        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
+                        studio.engine_changed, studio.link_changed):  # fmt: skip
+            changed.connect(self._look_again)
 
     def _body(self) -> QWidget:
         body = QWidget()
@@ -181,6 +236,7 @@ class IdentifyPage(Page):
         row.setSpacing(4)
         for chart in self.charts:
             row.addWidget(chart, 1)
+        column.addWidget(self.how, 1)
         column.addLayout(row, 1)
         column.addWidget(self.left_over)
         return body

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QSizePolicy
 from hapkit_studio.charts.identify import AXES
 from hapkit_studio.gui.tabs import marks
 from hapkit_studio.gui.tabs.chart import Chart
+from hapkit_studio.gui.tabs.fresh import PALE
 from hapkit_studio.gui.theme import theme
 
 if TYPE_CHECKING:
@@ -35,7 +36,18 @@ def _dots(painter: QPainter, points: list[QPointF], size: float = 3.0) -> None:
     painter.drawPoints(QPolygonF(points))
 
 
-class TermChart(Chart):
+class Paling(Chart):
+    """A chart that can be out of date."""
+
+    strength = 1.0
+
+    def outdate(self, on: bool) -> None:
+        """Draw data paler while they are out of date."""
+        self.strength = PALE if on else 1.0
+        self.redraw()
+
+
+class TermChart(Paling):
     """One term: the force that is left without all others, the line found, its band, what was set."""
 
     def __init__(self) -> None:
@@ -66,6 +78,7 @@ class TermChart(Chart):
     def _band(self, painter: QPainter, chart: Chart) -> None:
         if self._line is None:
             return
+        painter.setOpacity(self.strength)
         across, fit, half = self._line
         edges = [*self.points(across, fit + half), *reversed(self.points(across, fit - half))]
         marks.region(painter, edges, "theory")
@@ -74,12 +87,14 @@ class TermChart(Chart):
     def _dots(self, painter: QPainter, chart: Chart) -> None:
         if self._points is None:
             return
+        painter.setOpacity(self.strength)
         every = max(len(self._points[0]) // _MOST_POINTS, 1)
         _dots(painter, self.points(*(column[::every] for column in self._points)))
 
     def _fit(self, painter: QPainter, chart: Chart) -> None:
         if self._line is None:
             return
+        painter.setOpacity(self.strength)
         across, fit, _ = self._line
         marks.line(painter, self.points(across, fit), "ink", 2.0)
         if self._asked is not None:
@@ -88,7 +103,7 @@ class TermChart(Chart):
             marks.line(painter, self.points(across, through + self._asked * across), "hold", 2.0, marks.DOT)
 
 
-class LeftOver(Chart):
+class LeftOver(Paling):
     """What no term explains, over the time before now."""
 
     def __init__(self) -> None:
@@ -108,6 +123,7 @@ class LeftOver(Chart):
     def _draw(self, painter: QPainter, chart: Chart) -> None:
         if self._points is None:
             return
+        painter.setOpacity(self.strength)
         box = self.frame()
         zero = self.at(0.0, 0.0).y()
         marks.line(painter, [QPointF(box.left(), zero), QPointF(box.right(), zero)], "ink2", 1.0)

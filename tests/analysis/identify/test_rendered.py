@@ -1,10 +1,12 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_run, identify
+from hapkit_studio.environments import discover
 from tests.analysis.identify.motions import impedance, shaken, sine_run
 
 
@@ -145,3 +147,14 @@ def test_slow_pieces_do_not_tell_the_damping():
     assert not part["damping"].told
     assert part["damping"].advice.startswith("Cannot tell. Move faster: the piece holds no speed above")
     assert math.isfinite(part["stiffness"].half)
+
+
+@pytest.mark.parametrize(("key", "asked"), [("mine", 300.0), ("texture", None)])
+def test_of_a_persons_own_scene_what_it_says_of_itself_was_set(key, asked):
+    run = hs.simulate("spring", {"stiffness": 300.0, "damping": 0.0}, hand="shake", seconds=2.0)
+    recording = from_run(run)
+    own = replace(discover()["spring"], key=key, impedance=lambda p: (p["stiffness"], p["damping"]))
+    setup = replace(recording.setup, environment=own)
+    found = identify(replace(recording, setup=setup)).rendered["stiffness"]
+    assert found.asked == asked
+    assert found.value == pytest.approx(300.0, rel=0.02)

@@ -5,7 +5,9 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_run, identify
 from hapkit_studio.analysis.identify.part import Estimate
-from hapkit_studio.analysis.identify.words import line, measured
+from hapkit_studio.analysis.identify.recording import Handle, Setup
+from hapkit_studio.analysis.identify.words import line, measured, plain
+from hapkit_studio.dynamics.hand import GRIPS
 from tests.analysis.identify.motions import shaken
 
 
@@ -15,7 +17,7 @@ from tests.analysis.identify.motions import shaken
         ("stiffness", 287.31, 4.2, "287 ± 4"),
         ("stiffness", 287.31, 1.6, "287.3 ± 1.6"),
         ("stiffness", 299.98, 0.02, "300.0 ± 0.1"),
-        ("stiffness", 1234.0, 260.0, "1234 ± 260"),
+        ("stiffness", 1234.0, 260.0, "1,234 ± 260"),
         ("damping", -0.4496, 0.0131, "−0.450 ± 0.013"),
         ("damping", -0.0001, 0.02, "0.000 ± 0.020"),
         ("mass", 0.0441, 0.0012, "44.1 ± 1.2"),
@@ -34,6 +36,23 @@ def test_what_was_set_and_what_was_rendered():
         "Mass: the device has 44 g, identified 44.1 ± 1.2 g."
     )
     assert line(Estimate("damping", 1.0, 0.1), "rendered") == "Damping: 1.00 ± 0.10 N·s/m."
+
+
+def test_the_hands_mass_is_told_apart_from_the_handles():
+    estimate = Estimate("mass", 0.0936, 0.0012, asked=0.094)
+    setup = Setup(handle=Handle(0.044, 0.5, 0.1), grip=GRIPS["medium"])
+    assert line(estimate, "handle", setup) == (
+        "Mass: 44 g of the handle and 50 g of the hand, identified 93.6 ± 1.2 g."
+    )
+    alone = Estimate("mass", 0.0441, 0.0012, asked=0.044)
+    assert line(alone, "handle", setup) == "Mass: the device has 44 g, identified 44.1 ± 1.2 g."
+
+
+def test_large_numbers_are_written_in_thousands():
+    estimate = Estimate("stiffness", -12345.6, 260.0, asked=12000.0)
+    assert line(estimate, "rendered") == "Stiffness: you set 12,000 N/m, you rendered −12,346 ± 260 N/m."
+    assert plain(-1234.0, estimate) == "−1,234"
+    assert plain(0.0, estimate) == "0"
 
 
 def test_what_is_not_told_says_what_to_do():
