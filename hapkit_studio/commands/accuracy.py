@@ -41,7 +41,7 @@ def _as_json(found, written: list[str]) -> dict:
             "cheapest": sheet.answer.cheapest.row() if sheet.answer.cheapest else None,
             "default": sheet.answer.default.row() if sheet.answer.default else None,
             "default_is_cheapest": sheet.answer.right,
-            "answer": words.sentence(sheet),
+            "answer": f"{words.sentence(sheet)} {words.verdict(sheet)}",
         }
         for sheet in found.sheets
     ]

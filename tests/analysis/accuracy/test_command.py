@@ -28,6 +28,17 @@ def test_one_object_with_a_row_a_point(capsys):
     assert answer["default"]["rate_Hz"] == 1000.0
 
 
+def test_an_answer_that_rests_on_a_tie_says_so(capsys):
+    assert main(["accuracy", "velocity", "--scene", "tremor", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (answer,) = found["answers"]
+    least = min(row["ns_per_simulated_s"] for row in found["rows"])
+    tied = [row for row in found["rows"] if row["ns_per_simulated_s"] <= 1.1 * least]
+    assert len(tied) > 1
+    assert ("As cheap, to 10 %: " in answer["answer"]) == answer["default_is_cheapest"]
+    assert "all but FOAW cost the same" in answer["reason"]
+
+
 def test_the_table_marks_front_and_default(capsys, tmp_path):
     picture = tmp_path / "chart.png"
     assert main(["accuracy", "integrators", "--scene", "free", "--plot", str(picture)]) == 0

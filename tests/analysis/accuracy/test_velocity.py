@@ -58,3 +58,12 @@ def test_a_first_order_filters_lag_follows_from_its_coefficient():
 
 def test_the_windows_loop_starts_with_the_charts_default():
     assert {scene.default.method for scene in PLAN.scenes} == {LoopWish().estimator}
+
+
+def test_the_default_alone_is_within_the_tolerance_in_every_motion():
+    within = [
+        {(run.method, run.options) for run in PLAN.runs(scene) if run.error <= scene.tolerance}
+        for scene in PLAN.scenes
+    ]
+    default = PLAN.scenes[0].default
+    assert set.intersection(*within) == {(default.method, default.options)}
