@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hapkit_studio.analysis import checks
 from hapkit_studio.dynamics.estimators import Spec, design, parse
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand, hand_named
@@ -71,11 +72,8 @@ def checked_loop(
         ("delay", delay, "s", False),
         ("sensor quantum", quantum, "m", False),
     ):
-        if not isinstance(value, int | float | np.number):
-            raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
-        if not math.isfinite(value) or value < 0.0 or (above and value == 0.0):
-            bound = "more than 0" if above else "0 or more"
-            raise ParameterError(f"The {name} must be {bound} {unit}, not {value:g} {unit}.")
+        checks.number(value, name, unit, above)
+    checks.lateness(rate, delay)
     if isinstance(hand, str):
         hand = GRIPS[hand] if hand in GRIPS else hand_named(hand)
     if hand is not None and not isinstance(hand, Hand | Grip):

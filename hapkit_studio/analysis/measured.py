@@ -11,11 +11,11 @@ from functools import partial
 import numpy as np
 
 from hapkit_studio.analysis import settling
+from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, row
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.settling import BUZZES, DECAYS, GROWS, Rendered
 from hapkit_studio.analysis.sweeps import Progress, quiet, sweep
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
-from hapkit_studio.errors import ParameterError
 
 __all__ = ["BUZZES", "DECAYS", "GROWS", "boundary", "classes", "largest_stable", "maps", "rendered"]
 
@@ -45,7 +45,7 @@ def classes(
 
     Raise ParameterError, and what progress raises.
     """
-    columns, lines = _checked(damping, "virtual damping", "N·s/m"), _checked(stiffness, "stiffness", "N/m")
+    columns, lines = row(damping, DAMPING), row(stiffness, STIFFNESS)
     cells = [(k, b) for k in lines.tolist() for b in columns.tolist()]
     task = partial(_classes, rendered(setting, real))
     found = sweep(task, cells, executor=executor, progress=progress)
@@ -65,7 +65,7 @@ def maps(
 
     Raise ParameterError, and what progress raises.
     """
-    columns, lines = _checked(damping, "virtual damping", "N·s/m"), _checked(stiffness, "stiffness", "N/m")
+    columns, lines = row(damping, DAMPING), row(stiffness, STIFFNESS)
     cells = [(rendered(setting, real), k) for setting in settings for k in lines.tolist()]
     found = sweep(partial(_lines, columns), cells, executor=executor, progress=progress)
     return np.array(found, dtype=np.int8).reshape(len(settings), lines.size, columns.size)
@@ -81,10 +81,10 @@ def boundary(
 ) -> np.ndarray:
     """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
 
-    Found by bisection; 0 where no spring is stable, inf beyond 1 GN/m. Raise ParameterError, and what
-    progress raises.
+    Found by bisection; 0 where no spring of ``settling.softest`` is stable, inf beyond 1 GN/m. Raise
+    ParameterError, and what progress raises.
     """
-    columns = _checked(damping, "virtual damping", "N·s/m").tolist()
+    columns = row(damping, DAMPING).tolist()
     task = partial(_limits, rendered(setting, real))
     return np.array(sweep(task, columns, executor=executor, progress=progress), dtype=float)
 
@@ -109,30 +109,24 @@ def stiffest(what: Rendered, damping: float) -> float:
         verdict = settling.judge(what, np.array([stiffness]), np.array([damping]))
         return bool(verdict[0] != GROWS)
 
-    return largest_stable(stable)
+    return largest_stable(stable, settling.softest(what))
 
 
-def largest_stable(stable: Callable[[float], bool]) -> float:
-    """Return the stiffness in N/m, to 1e-4, up to which ``stable`` holds; 0 if nowhere, inf if everywhere."""
-    low, high = 0.0, 1.0
-    while low == 0.0 and high > settling.SOFTEST:
-        low, high = (high, high) if stable(high) else (0.0, high / 4.0)
-    if low == 0.0:
-        return 0.0
-    while high == low or stable(high):
-        low, high = high, 4.0 * high
-        if high > _STIFFEST:
+def largest_stable(stable: Callable[[float], bool], softest: float = settling.SOFTEST) -> float:
+    """Return the stiffness in N/m, to 1e-4, up to which ``stable`` holds; 0 if nowhere, inf if everywhere.
+
+    Nothing softer than the softest is tried.
+    """
+    low, high = 1.0, math.inf
+    while not stable(low):
+        if low <= softest:
+            return 0.0
+        low, high = max(low / 4.0, softest), low
+    while high == math.inf:
+        if 4.0 * low > _STIFFEST:
             return math.inf
+        low, high = (4.0 * low, high) if stable(4.0 * low) else (low, 4.0 * low)
     while high > low * (1.0 + _PRECISION):
         middle = math.sqrt(low * high)
         low, high = (middle, high) if stable(middle) else (low, middle)
     return math.sqrt(low * high)
-
-
-def _checked(numbers: np.ndarray, name: str, unit: str) -> np.ndarray:
-    """Return numbers as one row; raise ParameterError unless all are finite and 0 or more."""
-    row = np.atleast_1d(np.asarray(numbers, dtype=float)).ravel()
-    bad = row[~(np.isfinite(row) & (row >= 0.0))]
-    if bad.size:
-        raise ParameterError(f"The {name} must be 0 or more {unit}, not {bad[0]:g} {unit}.")
-    return row

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hapkit_studio.analysis import scales
+from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, row, whole
 from hapkit_studio.analysis.exact import Loop, checked_loop, stiffness_limits
 from hapkit_studio.analysis.margin import Margin
 from hapkit_studio.analysis.passivity import passive_damping, passive_stiffness
@@ -20,6 +21,10 @@ __all__ = ["Cells", "Plane", "Points", "coulomb_line", "exact_boundary", "hands"
 __all__ += ["measure_points", "passive_edge", "passivity_line", "plane", "simple_rule"]
 
 Progress = Callable[[int, int], None]
+RENDERED_STIFFNESS = replace(STIFFNESS, label="The rendered stiffness")
+RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
+WIDTH = replace(DAMPING, label="The largest damping shown")
+TOP = replace(STIFFNESS, label="The largest stiffness shown")
 COLUMNS = 121
 EDGE_POINTS = 41
 
@@ -91,7 +96,7 @@ def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
 
     Raise ParameterError for an estimator that is not linear.
     """
-    return stiffness_limits(_loop(setting), np.asarray(damping, dtype=float))
+    return stiffness_limits(_loop(setting), row(damping, DAMPING))
 
 
 def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
@@ -99,7 +104,7 @@ def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
 
     Raise ParameterError for an estimator that is not linear.
     """
-    columns = np.asarray(damping, dtype=float)
+    columns = row(damping, DAMPING)
     return passive_stiffness(setting.viscous, columns, *_sampling(setting))
 
 
@@ -116,7 +121,8 @@ def passive_edge(setting: Setting, points: int = EDGE_POINTS) -> tuple[np.ndarra
 
 def limit(setting: Setting, damping: float) -> float:
     """Return the largest stable stiffness in N/m at one damping; nan where the estimator is not linear."""
-    return float(exact_boundary(setting, np.array([damping]))[0]) if setting.linear else math.nan
+    across = np.array([DAMPING.check(damping)])
+    return float(exact_boundary(setting, across)[0]) if setting.linear else math.nan
 
 
 def hands(setting: Setting, damping: float) -> dict[str, float]:
@@ -141,7 +147,13 @@ def plane(
     top: float | None = None,
     columns: int = COLUMNS,
 ) -> Plane:
-    """Return the lines of a setting around a rendered impedance; axes as given, or round ones that fit."""
+    """Return the lines of a setting around a rendered impedance; axes as given, or round ones that fit.
+
+    Raise ParameterError.
+    """
+    stiffness, damping = RENDERED_STIFFNESS.check(stiffness), RENDERED_DAMPING.check(damping)
+    width, top = WIDTH.check(width or 0.0), TOP.check(top or 0.0)
+    columns = whole(columns, "The number of columns", 2)
     around = hands(setting, damping)
     bound = around[setting.hand]
     wide, high = (width, top) if width and top else _axes(setting, stiffness, damping, bound)

@@ -3,23 +3,22 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
+from hapkit_studio.analysis import checks
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.hand import Grip, grip_named
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.parameters import Parameter
 
-# Field, name in words, unit, whether it must be more than 0.
-_CHECKED = (
-    ("mass", "mass", "kg", True),
-    ("viscous", "viscous damping", "N·s/m", False),
-    ("coulomb", "Coulomb friction", "N", False),
-    ("quantum", "sensor quantum", "m", False),
-    ("rate", "rate", "Hz", True),
-    ("delay", "delay", "s", False),
-)
+# What a device or loop can be, with room around anything that was ever built.
+MASS = Parameter("mass", "The mass", "kg", 0.044, 1e-6, 1e4)
+VISCOUS = Parameter("viscous", "The viscous damping", "N·s/m", 0.5, 0.0, 1e5)
+COULOMB = Parameter("coulomb", "The Coulomb friction", "N", 0.10, 0.0, 1e4)
+QUANTUM = Parameter("quantum", "The sensor quantum", "m", 20.7e-6, 0.0, 0.1)
+RATE = Parameter("rate", "The rate", "Hz", 1000.0, 1.0, 1e6)
+DELAY = Parameter("delay", "The delay", "s", 0.0, 0.0, 10.0)
+NUMBERS = MASS, VISCOUS, COULOMB, QUANTUM, RATE, DELAY
 
 
 @dataclass(frozen=True)
@@ -30,25 +29,28 @@ class Setting:
     Limits a person has do not apply. Raise ParameterError for what no device or loop can be.
     """
 
-    mass: float = 0.044
-    viscous: float = 0.5
-    coulomb: float = 0.10
-    quantum: float = 20.7e-6
-    rate: float = 1000.0
-    delay: float = 0.0
+    mass: float = MASS.default
+    viscous: float = VISCOUS.default
+    coulomb: float = COULOMB.default
+    quantum: float = QUANTUM.default
+    rate: float = RATE.default
+    delay: float = DELAY.default
     estimator: Spec = "difference"
     hand: str = "released"
     controller: bool = False
 
     def __post_init__(self) -> None:
-        for field, name, unit, above in _CHECKED:
-            _check(getattr(self, field), name, unit, above)
+        for number in NUMBERS:
+            object.__setattr__(self, number.key, number.check(getattr(self, number.key)))
+        checks.lateness(self.rate, self.delay)
         parse(self.estimator)
+        if not isinstance(self.hand, str):
+            raise ParameterError(f"The hand takes a grip's name, not {self.hand!r}.")
         grip_named(self.hand)
 
     def __hash__(self) -> int:
         """Return the hash of the numbers; the estimator's options are a dictionary, which has none."""
-        return hash((self.mass, self.viscous, self.rate, self.delay, self.hand))
+        return hash((self.mass, self.viscous, self.quantum, self.rate, self.delay, self.hand))
 
     @property
     def period(self) -> float:
@@ -77,11 +79,3 @@ class Setting:
         """
         coulomb, quantum = (self.coulomb, self.quantum) if real else (0.0, 0.0)
         return SimulatedHapkit(self.mass, self.viscous, coulomb, quantum, math.inf, position, velocity)
-
-
-def _check(value: float, name: str, unit: str, above: bool) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-        raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
-    if not math.isfinite(value) or value < 0.0 or (above and value == 0.0):
-        bound = "more than 0" if above else "0 or more"
-        raise ParameterError(f"The {name} must be {bound} {unit}, not {value:g} {unit}.")

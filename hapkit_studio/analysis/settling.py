@@ -87,6 +87,12 @@ class Rendered:
         return replace(how, designed_for=self.step)
 
 
+def softest(what: Rendered) -> float:
+    """Return the softest spring in N/m that is looked for: 1 mN/m, or what turns in the longest run."""
+    slowest = _TURNS * what.loop.rate / MOST_SAMPLES
+    return max(SOFTEST, what.mass * slowest**2)
+
+
 def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS for stiffness (n,) N/m and damping (n,) N·s/m; raise ParameterError.
 

@@ -48,9 +48,10 @@ def measured_stiffness_limit(
 ) -> float:
     """Return the largest stable virtual stiffness in N/m to 1e-4, found by rendering the spring.
 
-    Arguments as ``stiffness_limit``; a hand rests at the centre. 0 if no spring is stable, inf beyond 1 GN/m.
-    The rule is that of ``settling``, for an ideal device: with an estimator that is not linear, a buzz of up
-    to five of the sensor's counts counts as stable. Raise ParameterError.
+    Arguments as ``stiffness_limit``; a hand rests at the centre. 0 if not even a spring of 1 mN/m is stable
+    (of more, where a mass needs more than 5 million samples for 80 rad), inf beyond 1 GN/m. The rule is that
+    of ``settling``, for an ideal device: with an estimator that is not linear, a buzz of up to five of the
+    sensor's counts counts as stable. Raise ParameterError.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf)

@@ -11,7 +11,8 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExec
 from contextlib import contextmanager
 
 from hapkit_studio.analysis.background import low_priority
-from hapkit_studio.errors import ParameterError, StudioError
+from hapkit_studio.analysis.checks import whole
+from hapkit_studio.errors import StudioError
 
 __all__ = ["Cancelled", "Progress", "low_priority", "quiet", "sweep", "workers"]
 
@@ -60,8 +61,8 @@ def sweep(
     calling thread; what it raises, and what a task raises, comes out once the waiting chunks are cancelled.
     chunk: how many cells travel together, None for what takes about 0.1 s. Raise ParameterError.
     """
-    if chunk is not None and chunk < 1:
-        raise ParameterError(f"A chunk holds 1 cell or more, not {chunk}.")
+    if chunk is not None:
+        chunk = whole(chunk, "A chunk", 1)
     if executor is not None:
         return _Sweep(task, cells, executor, progress, chunk).run()
     with _own_threads(min(workers(), max(len(cells), 1))) as threads:

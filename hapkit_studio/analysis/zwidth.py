@@ -23,6 +23,7 @@ from hapkit_studio.analysis.zwidth_protocol import (
     levels_of,
     linear_curve,
     linear_limits,
+    samples_of,
 )
 from hapkit_studio.analysis.zwidth_result import BUZZES, LEAVES, ZWidth
 from hapkit_studio.analysis.zwidth_search import Point, Verdict, stiffest
@@ -57,6 +58,7 @@ def compute(
     """
     protocol = protocol or Protocol()
     levels = levels_of(damping)
+    samples_of(setting, protocol)
     points: list[Point] = []
     crew = workers(executor)
     for first in range(0, len(levels), crew):
@@ -104,8 +106,7 @@ def hit(setting: Setting, stiffness: float, damping: float, phase: float, protoc
     device = setting.device(position=start, velocity=protocol.speed)
     device = replace(device, max_force=protocol.max_force)
     scene = headless.Scene(environments.named("wall"), values, device, setting.loop)
-    count = round(protocol.seconds * setting.rate)
-    return headless.stage(scene, _pusher(setting, protocol.push), count).run()
+    return headless.stage(scene, _pusher(setting, protocol.push), samples_of(setting, protocol)).run()
 
 
 def _pusher(setting: Setting, push: float) -> Hand:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hapkit_studio.analysis.checks import row
 from hapkit_studio.analysis.plane import exact_boundary
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth_limits import DAMPING, MAX_FORCE, PUSH, SPEED
@@ -13,6 +14,9 @@ from hapkit_studio.analysis.zwidth_result import Condition, estimator_words
 from hapkit_studio.errors import ParameterError
 
 _CURVE = 81
+# A row takes 256 bytes; and fewer samples than that show no motion.
+MOST_SAMPLES = 400_000
+FEWEST_IN_TAIL = 5
 
 
 @dataclass(frozen=True)
@@ -48,9 +52,21 @@ class Protocol:
             )
 
 
+def samples_of(setting: Setting, protocol: Protocol) -> int:
+    """Return how many samples a hit takes; raise ParameterError where they are too few or too many."""
+    seconds, rate = protocol.seconds, setting.rate
+    count = round(seconds * rate)
+    if count > MOST_SAMPLES or round(protocol.tail * rate) < FEWEST_IN_TAIL:
+        least, most = FEWEST_IN_TAIL / protocol.tail, MOST_SAMPLES / seconds
+        raise ParameterError(
+            f"A hit of {seconds:g} s is simulated at {least:g} to {most:g} Hz, not at {rate:g} Hz."
+        )
+    return count
+
+
 def levels_of(damping: Sequence[float]) -> list[float]:
     """Return checked virtual dampings in N·s/m, each once, rising; raise ParameterError."""
-    levels = sorted({DAMPING.check(value) for value in damping})
+    levels = sorted(set(row(damping, DAMPING).tolist()))
     if not levels:
         raise ParameterError("A Z-width takes one damping or more, e.g. 0,1,2,5.")
     return levels

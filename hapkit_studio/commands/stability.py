@@ -10,7 +10,7 @@ import numpy as np
 
 from hapkit_studio.analysis import plane_numbers, plane_words
 from hapkit_studio.analysis.margin import hand_words, sentence
-from hapkit_studio.analysis.plane import Plane, measure_cells, measure_points, plane
+from hapkit_studio.analysis.plane import RENDERED_DAMPING, WIDTH, Plane, measure_cells, measure_points, plane
 from hapkit_studio.commands.base import Command, Result, progress_line
 from hapkit_studio.commands.given import setting, setting_options
 from hapkit_studio.errors import ParameterError
@@ -54,14 +54,8 @@ def run(options: argparse.Namespace) -> Result:
 
 def _check(options: argparse.Namespace) -> None:
     """Raise ParameterError for a point or a width that no plane has."""
-    for name, value, unit in (
-        ("rendered stiffness", options.stiffness, "N/m"),
-        ("rendered damping", options.damping, "N·s/m"),
-        ("largest damping shown", options.to, "N·s/m"),
-    ):
-        if value is not None and not (0.0 <= value < 1e9):
-            raise ParameterError(f"The {name} goes from 0 to 1e9 {unit}, not {value:g} {unit}.")
-    if options.to is not None and options.to <= options.damping:
+    damping = RENDERED_DAMPING.check(options.damping)
+    if options.to is not None and WIDTH.check(options.to) <= damping:
         raise ParameterError(
             f"The largest damping shown must be more than the rendered {options.damping:g} N·s/m, "
             f"not {options.to:g} N·s/m."

@@ -12,15 +12,19 @@ from hapkit_studio.errors import ParameterError
 @pytest.mark.parametrize(
     ("bad", "says"),
     [
-        ({"mass": 0.0}, "The mass must be more than 0 kg, not 0 kg."),
-        ({"viscous": -0.1}, "The viscous damping must be 0 or more N·s/m, not -0.1 N·s/m."),
-        ({"coulomb": math.nan}, "The Coulomb friction must be 0 or more N"),
+        ({"mass": 0.0}, "The mass goes from 1e-06 to 10000 kg, not 0."),
+        ({"viscous": -0.1}, "The viscous damping goes from 0 to 100000 N·s/m, not -0.1."),
+        ({"coulomb": math.nan}, "The Coulomb friction goes from 0 to 10000 N, not nan."),
         ({"quantum": "20 µm"}, "The sensor quantum takes a number in m, not '20 µm'."),
-        ({"rate": 0}, "The rate must be more than 0 Hz, not 0 Hz."),
-        ({"delay": math.inf}, "The delay must be 0 or more s, not inf s."),
+        ({"rate": 0}, "The rate goes from 1 to 1e+06 Hz, not 0."),
+        ({"delay": math.inf}, "The delay goes from 0 to 10 s, not inf."),
         ({"estimator": "guess"}, "The velocity estimator is one of"),
         ({"hand": "glove"}, "The grip is one of released, light, medium, firm, not 'glove'."),
         ({"mass": True}, "The mass takes a number in kg, not True."),
+        ({"mass": 1e300}, "The mass goes from 1e-06 to 10000 kg, not 1e+300."),
+        ({"quantum": 1.0}, "The sensor quantum goes from 0 to 0.1 m, not 1."),
+        ({"hand": []}, "The hand takes a grip's name, not []."),
+        ({"delay": 0.0101, "rate": 2e5}, "A delay of 0.0101 s at 200000 Hz is 2020 periods; 2000 at most:"),
     ],
 )
 def test_refuses_what_no_loop_can_be(bad, says):

@@ -124,7 +124,7 @@ def test_chunks_grow_with_what_the_last_one_took():
 
 
 def test_refuses_what_is_no_chunk_and_a_task_that_loses_cells():
-    with pytest.raises(ParameterError, match="A chunk holds 1 cell or more, not 0"):
+    with pytest.raises(ParameterError, match="A chunk takes a whole number, 1 or more, not 0"):
         sweep(sweep_tasks.roots, CELLS, chunk=0)
     with pytest.raises(ValueError, match="gave 1 results for 10 cells"):
         sweep(lambda cells: cells[:1], CELLS, chunk=10)

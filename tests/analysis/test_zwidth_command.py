@@ -57,7 +57,7 @@ def test_a_picture(capsys, tmp_path):
         (("--damping", "0,x"), "Dampings are numbers in N·s/m as 0,1,2,5, not '0,x'."),
         (("--damping", "-1"), "Damping goes from 0 to 1000 N·s/m, not -1."),
         (("--max-force", "0.5"), "A push of 1 N needs a force limit above it, not 0.5 N."),
-        (("--rate", "0"), "The rate must be more than 0 Hz, not 0 Hz."),
+        (("--rate", "0"), "The rate goes from 1 to 1e+06 Hz, not 0."),
         (("--hand", "iron"), "not 'iron'"),
         (("--damping", "0", "--plot", "z.wall"), "A picture is one of"),
     ],

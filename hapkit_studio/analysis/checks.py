@@ -1,0 +1,63 @@
+"""What a question is asked with, checked: numbers one by one, and in rows."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import Parameter
+
+# More than any device renders; arithmetic is safe up to there.
+MOST = 1e9
+STIFFNESS = Parameter("stiffness", "The stiffness", "N/m", 0.0, 0.0, MOST)
+DAMPING = Parameter("damping", "The virtual damping", "N·s/m", 0.0, 0.0, MOST)
+# Periods from a sample to its force: so many turns of the phase are looked at one by one.
+MOST_LATE = 2000.0
+
+
+def number(value: object, name: str, unit: str, above: bool) -> None:
+    """Raise ParameterError unless a value is a number from 0, or above it, to 1e9."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
+    if not math.isfinite(value) or value < 0.0 or (above and value == 0.0):
+        bound = "more than 0" if above else "0 or more"
+        raise ParameterError(f"The {name} must be {bound} {unit}, not {value:g} {unit}.")
+    if value > MOST:
+        raise ParameterError(f"The {name} must be {MOST:g} {unit} or less, not {value:g} {unit}.")
+
+
+def lateness(rate: float, delay: float) -> None:
+    """Raise ParameterError for a delay of more periods than are looked at; rate in Hz, delay in s."""
+    if rate * delay > MOST_LATE:
+        raise ParameterError(
+            f"A delay of {delay:g} s at {rate:g} Hz is {rate * delay:g} periods; "
+            f"{MOST_LATE:g} at most: lower the delay or the rate."
+        )
+
+
+def row(values: Sequence[float] | np.ndarray | float, what: Parameter) -> np.ndarray:
+    """Return numbers as one row (n,), each within what's limits; raise ParameterError."""
+    try:
+        found = np.atleast_1d(np.asarray(values))
+    except ValueError:
+        found = np.empty((0, 0))
+    if found.ndim != 1 or (found.size and found.dtype.kind not in "iuf"):
+        raise ParameterError(f"{what.label} takes one row of numbers in {what.unit}, not {_shown(values)}.")
+    bad = found[~((found >= what.low) & (found <= what.high))]
+    if bad.size:
+        what.check(bad[0])
+    return found.astype(float)
+
+
+def whole(value: object, name: str, least: int) -> int:
+    """Return a whole number, least or more; raise ParameterError."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise ParameterError(f"{name} takes a whole number, {least} or more, not {_shown(value)}.")
+    return int(value)
+
+
+def _shown(value: object) -> str:
+    """Write a value in one short line."""
+    words = " ".join(repr(value).split())
+    return words if len(words) <= 60 else words[:57] + "…"
