@@ -1,5 +1,6 @@
 """What a failure is: where a method stops working, why, how to try it, and how to feel it live."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -11,7 +12,7 @@ from hapkit_studio.haptics.settings_writer import RATE
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
 
 __all__ = ["Case", "Chart", "Choice", "Evidence", "Failure", "Line", "Live", "Mark", "Parameter"]
-__all__ += ["Progress", "live_rate", "quiet", "within"]
+__all__ += ["Progress", "live_rate", "quiet", "short", "within"]
 
 # One number for each option of a failure, a choice's as its index: what Failure.case returns.
 Case = Mapping[str, float]
@@ -76,13 +77,14 @@ class Chart:
 class Live:
     """The same in the window: an environment, values within a person's limits, the loop, what to do.
 
-    loop holds some of rate Hz, delay s, estimator, options (pairs), model; grip is a grip's name.
+    loop holds some of rate Hz, delay s, estimator, options (pairs), model; grip is a grip's name: the mouse
+    button held down is that hand, let go is let go.
     """
 
     environment: str
     values: Mapping[str, float]
     loop: Mapping[str, object] = field(default_factory=dict)
-    grip: str = "released"
+    grip: str = "medium"
     advice: str = ""
 
 
@@ -140,6 +142,15 @@ def within(key: str, values: Mapping[str, float]) -> dict[str, float]:
     """Return values of an environment, cut to what a person may set there."""
     declared = {p.key: p for p in environments.named(key).parameters}
     return {k: min(max(float(v), declared[k].low), declared[k].high) for k, v in values.items()}
+
+
+def short(value: float, bound: float = math.inf) -> float:
+    """Return a value in four figures, or in as many as keep it on its side of the bound."""
+    for digits in range(4, 17):
+        near = float(f"{value:.{digits}g}")
+        if (near < bound) == (value < bound) and (near > bound) == (value > bound):
+            return near
+    return value
 
 
 def live_rate(rate: float) -> float:

@@ -1,6 +1,7 @@
 """The energy of a bounce: where the formula holds, and where it leaves the exact motion."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,8 +19,10 @@ from hapkit_studio.analysis.failures.base import (
     Mark,
     Parameter,
     Progress,
+    short,
     within,
 )
+from hapkit_studio.analysis.failures.in_window import thrown
 from hapkit_studio.analysis.failures.loop import MASS, RATE
 from hapkit_studio.analysis.failures.numbers import signed, text, thinned
 from hapkit_studio.haptics import rows
@@ -28,6 +31,7 @@ WITHIN = 0.01
 PHASES = 32
 # ω T (1 + 2 td/T) up to which the formula is within 1 %.
 LATENESS = 0.4
+_WALL = 0.005  # m: where it stands in the window
 _LATENESS = np.linspace(0.05, 0.6, 12)
 
 
@@ -107,9 +111,16 @@ def curve(case: Case, progress: Progress) -> Chart:
 
 def live(lateness: float, case: Case) -> Live:
     """Return the wall in the window."""
-    values = within("wall", {"stiffness": stiffness_of(lateness, case), "damping": 0.0})
+    most = stiffness_of(LATENESS, case)
+    values = within("wall", {"stiffness": short(stiffness_of(lateness, case), most), "damping": 0.0})
     loop = {"rate": case["rate"], "delay": case["late"] / case["rate"]}
-    return Live("wall", values, loop, advice="Throw the handle at the wall: it comes back faster.")
+    found = Live("wall", {**values, "position": _WALL}, loop)
+    gain = text(thrown(found, _WALL), "", 3)
+    drag = "Drag to −30 mm, swing at the wall at 0.25 m/s and let go just before"
+    advice = f"{drag}: it comes back {gain} × as fast."
+    if values["stiffness"] < 0.999 * stiffness_of(lateness, case):
+        advice += f" The window's wall takes no more than {text(values['stiffness'], 'N/m', 4)}."
+    return replace(found, advice=advice)
 
 
 FAILURE = Failure(

@@ -1,6 +1,7 @@
 """Friction by the sign of a counted velocity: beyond a force it chatters over several counts."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,10 +18,12 @@ from hapkit_studio.analysis.failures.base import (
     Mark,
     Parameter,
     Progress,
+    short,
     within,
 )
+from hapkit_studio.analysis.failures.in_window import let_go
 from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
-from hapkit_studio.analysis.failures.numbers import text, thinned
+from hapkit_studio.analysis.failures.numbers import readable, text, thinned
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.friction import COULOMB, PROJECTION
 from hapkit_studio.haptics import headless, rows
@@ -33,6 +36,7 @@ FLICKER = 1.5
 # Places in counts and speeds in m/s that the handle starts with: the worst one counts.
 STARTS = ((0.0, 0.1234), (0.15, 0.05), (0.35, 0.2), (0.65, -0.08))
 SECONDS, LAST = 3.0, 0.5
+_PLACES = (0.01, 0.02, 0.03, 0.04)  # m: where the pointer lets go
 _SHARES = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0, 1.15, 1.33, 1.5, 1.75, 2.0])
 
 
@@ -98,15 +102,27 @@ def curve(case: Case, progress: Progress) -> Chart:
 
 def live(friction: float, case: Case) -> Live:
     """Return the friction scene in the window, by the sign of the velocity."""
-    values = within("friction", {"kinetic_force": friction, "static_force": friction, "viscous": 0.0})
+    force = short(friction, limit(case))
+    values = within("friction", {"kinetic_force": force, "static_force": force, "viscous": 0.0})
     loop = {
         "rate": case["rate"],
         "delay": case["late"] / case["rate"],
         "estimator": "difference",
         "options": (),
     }
-    advice = "Let go: it buzzes at rest. Then choose the model Projection."
-    return Live("friction", {**values, "model": float(COULOMB)}, loop, advice=advice)
+    found = Live("friction", {**values, "model": float(COULOMB)}, loop)
+    return replace(found, advice=_advice(found, friction < limit(case)))
+
+
+def _advice(found: Live, inside: bool) -> str:
+    """Say where the handle is let go, and what its force does then: it depends on the place in a count."""
+    size = {place: let_go(found, place, rows.APPLIED) for place in _PLACES}
+    place = max(size, key=lambda one: size[one])
+    first = f"Drag to {readable(place, 'm')}, let go, look at the force below."
+    if size[place] < found.values["kinetic_force"]:
+        return f"{first} It rests{'' if inside else ': the handle has friction of its own. Turn further'}."
+    flips = f"It flips by {text(size[place], 'N', 2)} and never rests"
+    return f"{first} {flips}; with the model Projection it does."
 
 
 FAILURE = Failure(

@@ -114,10 +114,16 @@ def curve(case: Case, progress: Progress) -> Chart:
     return Chart("step, ms", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays", log_x=True)
 
 
+_ADVICE = (
+    "Drag to 30 mm and hold the mass there for half a minute. In truth it is at rest by then; where the step "
+    "is too long, it swings on."
+)
+
+
 def live(step: float, case: Case) -> Live:
     """Return the course's scene in the window at this step."""
     loop = {"rate": live_rate(1.0 / step)}
-    return Live("mass_spring_damper", values(_method(case)), loop, "firm", "Press the mass and hold still.")
+    return Live("mass_spring_damper", values(_method(case)), loop, "firm", _ADVICE)
 
 
 FAILURE = Failure(

@@ -17,9 +17,11 @@ from hapkit_studio.analysis.failures.base import (
     Mark,
     Parameter,
     Progress,
+    short,
     within,
 )
 from hapkit_studio.analysis.failures.filters import bound, options_of
+from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability import measured_stiffness_limit
 from hapkit_studio.dynamics.estimators import Spec
 
@@ -88,9 +90,14 @@ def curve(case: Case, progress: Progress) -> Chart:
 
 def live(damping: float, case: Case) -> Live:
     """Return the spring in the window with this damping behind the filter."""
-    values = within("spring", {"stiffness": case["stiffness"], "damping": damping, "center": 0.0})
+    most = limit(case)
     loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
-    return Live("spring", values, loop_, advice="Pull the handle 20 mm aside and let it go.")
+
+    def make(value: float) -> Live:
+        given = {"stiffness": case["stiffness"], "damping": short(value, most), "center": 0.0}
+        return Live("spring", within("spring", given), loop_)
+
+    return pulled(make, damping, most, "damping", "N·s/m")
 
 
 FAILURE = Failure(

@@ -16,8 +16,10 @@ from hapkit_studio.analysis.failures.base import (
     Mark,
     Parameter,
     Progress,
+    short,
     within,
 )
+from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
 from hapkit_studio.dynamics.estimators import Spec, parse
 
@@ -80,9 +82,14 @@ def options_of(estimator: Spec) -> dict[str, object]:
 
 def live(stiffness: float, case: Case) -> Live:
     """Return the spring and damper in the window behind this filter."""
-    values = within("spring", {"stiffness": stiffness, "damping": case["damping"], "center": 0.0})
+    most = limit(case)
     loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
-    return Live("spring", values, loop_, advice="Pull the handle 20 mm aside and let it go.")
+
+    def make(value: float) -> Live:
+        given = {"stiffness": short(value, most), "damping": case["damping"], "center": 0.0}
+        return Live("spring", within("spring", given), loop_)
+
+    return pulled(make, stiffness, most, "stiffness", "N/m")
 
 
 FAILURE = Failure(

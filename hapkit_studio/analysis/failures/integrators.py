@@ -1,7 +1,5 @@
 """A step too long for its integrator: each method's limit of ω dt at six damping ratios."""
 
-import math
-
 import numpy as np
 
 from hapkit_studio.analysis.failures.base import (
@@ -17,6 +15,8 @@ from hapkit_studio.analysis.failures.base import (
     Mark,
     Parameter,
     Progress,
+    live_rate,
+    short,
     within,
 )
 from hapkit_studio.analysis.failures.numbers import alive, before_lost, growth, text, thinned
@@ -103,13 +103,21 @@ def curve(case: Case, progress: Progress) -> Chart:
 
 def live(step: float, case: Case) -> Live:
     """Return the mass in the window with this integrator; its damping and spring as ω dt and ratio ask."""
-    mass, dt = 0.5, 1e-3
-    stiffness = mass * (step / dt) ** 2
-    damping = 2.0 * _ratio(case) * math.sqrt(stiffness * mass)
-    values = {"mass": mass, "stiffness": stiffness, "damping": damping}
+    ratio = max(_ratio(case), 1.0)
+    omega = 200.0 / ratio  # the fastest that the window's mass swings with as much damping
+    values = {"mass": 0.05, "stiffness": 0.05 * omega**2, "damping": 0.1 * _ratio(case) * omega}
     method = float(INTEGRATORS.index(_method(case)))
-    given = {**within("mass_spring_damper", values), "integrator": method}
-    return Live("mass_spring_damper", given, {"rate": 1.0 / dt}, "medium", "Push the mass, then leave it.")
+    given = {**within("mass_spring_damper", values), "integrator": method, "contact_stiffness": 100.0}
+    rate = live_rate(short(omega / step, omega / limit(case)))
+    return Live("mass_spring_damper", given, {"rate": rate}, advice=_advice(omega / rate, step, case))
+
+
+def _advice(turn: float, step: float, case: Case) -> str:
+    """Say what the window's mass does, which turns by so much in a step."""
+    holds = turn < limit(case)
+    what = "comes to rest" if holds else "swings more and more, flies apart and begins anew"
+    slow = " The window's loop goes no slower than 100 Hz." if turn < 0.999 * step else ""
+    return f"Drag to 30 mm against the mass, then back to −30 mm: it {what}.{slow}"
 
 
 FAILURE = Failure(

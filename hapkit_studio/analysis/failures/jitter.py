@@ -1,6 +1,7 @@
 """A loop that is late now and then: what the nominal rate promises, and what its longest period keeps."""
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from itertools import groupby
 
@@ -21,8 +22,10 @@ from hapkit_studio.analysis.failures.base import (
     Parameter,
     Progress,
     live_rate,
+    short,
     within,
 )
+from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import stiffness_limit
@@ -157,14 +160,20 @@ def curve(case: Case, progress: Progress) -> Chart:
 
 def live(stiffness: float, case: Case) -> Live:
     """Return the spring in the window in a loop that is always as slow as this one is at times."""
-    values = within("spring", {"stiffness": stiffness, "damping": 0.0, "center": 0.0})
+    bound = limit(case)
     loop_ = {
         "rate": live_rate(1.0 / max(pattern(case))),
         "delay": 0.0,
         "estimator": "difference",
         "options": (),
     }
-    return Live("spring", values, loop_, advice="Here every period is the long one. Pull the handle aside.")
+
+    def make(value: float) -> Live:
+        given = {"stiffness": short(value, bound), "damping": 0.0, "center": 0.0}
+        return Live("spring", within("spring", given), loop_)
+
+    found = pulled(make, stiffness, bound, "stiffness", "N/m")
+    return replace(found, advice=f"Here every period is the long one. {found.advice}")
 
 
 FAILURE = Failure(

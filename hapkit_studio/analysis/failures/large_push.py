@@ -1,6 +1,7 @@
 """Stable for a small push, lost after a large one: dry friction holds a spring beyond its limit so far."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,8 +19,9 @@ from hapkit_studio.analysis.failures.base import (
     Progress,
     within,
 )
+from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
 from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
-from hapkit_studio.analysis.failures.numbers import text, thinned
+from hapkit_studio.analysis.failures.numbers import readable, text, thinned
 
 _SHARES = np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0])
 _HALVINGS = 16
@@ -97,8 +99,11 @@ def live(push: float, case: Case) -> Live:
     """Return the spring in the window; the handle has 0.1 N of dry friction there."""
     values = within("spring", {"stiffness": case["stiffness"], "damping": 0.0, "center": 0.0})
     loop = {"rate": case["rate"], "delay": 0.0, "estimator": "difference", "options": ()}
-    advice = f"Pull the handle {1e3 * push:.2g} mm aside and let it go."
-    return Live("spring", values, loop, advice=advice)
+    found = Live("spring", values, loop)
+    pointer = behind(push, values["stiffness"])
+    said = "It swings on." if let_go(found, pointer) > SEEN else "It comes to rest."
+    drag = f"Drag to {readable(pointer, 'm', 3)}, the handle comes {readable(push, 'm', 3)}, and let go."
+    return replace(found, advice=f"{drag} {said}")
 
 
 FAILURE = Failure(
@@ -115,7 +120,7 @@ FAILURE = Failure(
     probe=probe,
     curve=curve,
     options=(
-        Parameter("stiffness", "Stiffness", "N/m", 1500.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
+        Parameter("stiffness", "Stiffness", "N/m", 2000.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
         MASS,
         VISCOUS,
         Parameter("coulomb", "Dry friction", "N", 0.1, 1e-3, 2.0, "Coulomb friction of the handle", "F_c"),

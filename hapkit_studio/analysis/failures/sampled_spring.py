@@ -14,8 +14,10 @@ from hapkit_studio.analysis.failures.base import (
     Mark,
     Parameter,
     Progress,
+    short,
     within,
 )
+from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability import stiffness_limit
 
 _SHARES = np.linspace(0.5, 1.5, 21)
@@ -58,10 +60,15 @@ def curve(case: Case, progress: Progress) -> Chart:
 
 
 def live(stiffness: float, case: Case) -> Live:
-    """Return the spring in the window; there the handle has friction, so a small push still comes to rest."""
-    values = within("spring", {"stiffness": stiffness, "damping": case["damping"], "center": 0.0})
+    """Return the spring in the window; there the handle has friction, which holds it far beyond the limit."""
+    bound = limit(case)
     loop_ = {"rate": case["rate"], "delay": case["delay"], "estimator": "difference", "options": ()}
-    return Live("spring", values, loop_, advice="Pull the handle 20 mm aside and let it go.")
+
+    def make(value: float) -> Live:
+        given = {"stiffness": short(value, bound), "damping": case["damping"], "center": 0.0}
+        return Live("spring", within("spring", given), loop_)
+
+    return pulled(make, stiffness, bound, "stiffness", "N/m")
 
 
 FAILURE = Failure(
@@ -80,5 +87,6 @@ FAILURE = Failure(
     curve=curve,
     options=(loop.MASS, loop.VISCOUS, loop.DAMPING, loop.RATE, loop.DELAY),
     live=live,
+    span=(0.5, 2.0),
     order=1,
 )

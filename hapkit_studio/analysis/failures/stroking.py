@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio import environments
+from hapkit_studio.analysis.failures.numbers import text
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.environments.texture import GRATING
@@ -13,6 +14,7 @@ from hapkit_studio.haptics.settings_writer import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 AMPLITUDE = 0.25
+_FASTEST = 1.5  # m/s: no mouse swipes faster
 WAVELENGTH = Parameter("wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "From ridge to ridge", "λ")
 
 
@@ -20,6 +22,13 @@ def grating(wavelength: float, amplitude: float = AMPLITUDE) -> dict[str, float]
     """Return the values of a grating."""
     values = environments.named("texture").values()
     return {**values, "kind": float(GRATING), "wavelength": wavelength, "amplitude": amplitude}
+
+
+def swipe(speed: float) -> str:
+    """Say how to stroke by so many m/s with a mouse: in what time over the 100 mm of the scene."""
+    seconds = text(0.1 / max(speed, 1e-3), "s", 2)
+    fast = f"in {seconds}" if speed < _FASTEST else f"as fast as you can ({seconds} would be needed)"
+    return f"Hold the handle and swipe over all 100 mm {fast}, then slowly: feel the difference."
 
 
 def stroke(

@@ -76,7 +76,7 @@ def curve(case: Case, progress: Progress) -> Chart:
 
 def live(speed: float, case: Case) -> Live:
     """Return the grating in the window."""
-    advice = f"Stroke at {text(speed, 'm/s', 2)}, then slower."
+    advice = stroking.swipe(speed)
     return Live("texture", stroking.grating(case["wavelength"]), {"rate": case["rate"]}, "medium", advice)
 
 

@@ -77,7 +77,7 @@ def curve(case: Case, progress: Progress) -> Chart:
 def live(speed: float, case: Case) -> Live:
     """Return the grating in the window, in a loop slow enough for a hand to outrun it."""
     values = {k: v for k, v in stroking.grating(case["wavelength"]).items()}
-    advice = f"Stroke at {text(speed, 'm/s', 2)}, then slower."
+    advice = stroking.swipe(speed)
     return Live("texture", values, {"rate": case["rate"]}, "medium", advice)
 
 

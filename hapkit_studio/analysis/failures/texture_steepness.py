@@ -17,8 +17,10 @@ from hapkit_studio.analysis.failures.base import (
     Mark,
     Parameter,
     Progress,
+    short,
     within,
 )
+from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import stiffness_limit
@@ -28,6 +30,7 @@ from hapkit_studio.haptics import headless, rows
 START, REACH = 1e-5, 1e-3
 # What has become this small a share of its start is lost in rounding.
 DEAD = 1e-6
+_POINTER = 0.01  # m: where the mouse lets go
 _SHARES = np.linspace(0.5, 1.5, 21)
 
 
@@ -87,9 +90,13 @@ def curve(case: Case, progress: Progress) -> Chart:
 
 def live(amplitude: float, case: Case) -> Live:
     """Return the grating in the window."""
-    values = within("texture", stroking.grating(case["wavelength"], amplitude))
-    loop_ = {"rate": case["rate"], "delay": 0.0}
-    return Live("texture", values, loop_, advice="Knock the handle between two ridges and let it go.")
+    bound = limit(case)
+
+    def make(value: float) -> Live:
+        values = stroking.grating(case["wavelength"], short(value, bound))
+        return Live("texture", within("texture", values), {"rate": case["rate"], "delay": 0.0})
+
+    return pulled(make, amplitude, bound, "amplitude", "N", _POINTER)
 
 
 FAILURE = Failure(

@@ -21,6 +21,7 @@ from hapkit_studio.analysis.failures.base import (
 )
 from hapkit_studio.analysis.failures.loop import MASS, RATE
 from hapkit_studio.analysis.failures.numbers import text
+from hapkit_studio.analysis.failures.stroking import swipe
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.bump_valley import BUMP
 from hapkit_studio.haptics import headless, rows
@@ -128,7 +129,7 @@ def _theory(speeds: np.ndarray, case: Case) -> np.ndarray:
 def live(speed: float, case: Case) -> Live:
     """Return the bump in the window, as narrow as it can be set."""
     given = {"peak_force": 1.0, "width": case["width"], "profile": _COSINE}
-    advice = f"Swipe over the bump at {text(speed, 'm/s', 2)}, then slowly."
+    advice = swipe(speed)
     return Live("bump_valley", within("bump_valley", given), {"rate": case["rate"]}, "medium", advice)
 
 

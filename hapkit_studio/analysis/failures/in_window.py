@@ -1,0 +1,119 @@
+"""What a hand feels of a failure in the window, on the device with friction, counts and force limit."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.failures.base import Live
+from hapkit_studio.analysis.failures.numbers import readable, text
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import Hand, grip_named
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+# The mouse holds so long, then lets go; so long it is watched, and so much of the end is judged. In s.
+HELD, WATCHED, END = 0.6, 4.0, 0.5
+# A person sees a swing from this on; p-p in m.
+SEEN = 0.5e-3
+# Where the pointer is let go; against the motor's 3 N a medium grip of 200 N/m holds the handle 15 mm behind.
+POINTER = 0.035
+FROM, THROW = -0.03, 0.25  # m, m/s: where a throw begins, how fast the pointer goes
+FARTHEST = 0.06  # m: as far as the pointer reaches
+_SHARES = (1.25, 1.5, 1.75, 2.0, 3.0, 5.0, 8.0)
+_DELAYS = (0.5e-3, 1e-3, 2e-3, 4e-3)
+_WHY = "It comes to rest: dry friction and the motor's 3 N hold it, which the limit leaves out."
+
+
+def let_go(live: Live, pointer: float = POINTER, column: int = rows.TRUE_POSITION) -> float:
+    """Return a column's p-p some seconds after the mouse pulled to ``pointer`` m and let go."""
+    out, rate = _released(live, lambda t: _pull(t, pointer), HELD)
+    return float(np.ptp(out[-round(END * rate) :, column]))
+
+
+def thrown(live: Live, wall: float) -> float:
+    """Return how many times as fast the handle comes back that is thrown at a wall at ``wall`` m."""
+    out, _ = _released(live, lambda t: FROM + THROW * np.maximum(t - HELD, 0.0), HELD + (wall - FROM) / THROW)
+    x, speed = out[:, rows.TRUE_POSITION], out[:, rows.TRUE_VELOCITY]
+    there = int(np.argmax(x > wall))
+    back = there + int(np.argmax(x[there:] < wall))
+    return float(-speed[back] / speed[there])
+
+
+def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray, float]:
+    """Return the rows (n, …) under a medium grip that follows target(t) and lets go, and their rate in Hz."""
+    environment, grip = environments.named(live.environment), grip_named(live.grip)
+    assert grip is not None
+    device = SimulatedHapkit().reduced(environment.needs)
+    scene = headless.Scene(environment, environment.values(live.values), device, _loop(live))
+    hand = Hand(grip.mass, grip.damping, grip.stiffness, target, release, vectorised=True)
+    rate = scene.loop.rate
+    return headless.render(scene, hand, round((HELD + WATCHED) * rate))[0], rate
+
+
+def behind(place: float, stiffness: float) -> float:
+    """Return where in m the pointer of a medium grip is while a spring in N/m has the handle at ``place``."""
+    grip = grip_named("medium")
+    assert grip is not None
+    force = min(stiffness * place, SimulatedHapkit.max_force)
+    return min(place + force / grip.stiffness, FARTHEST)
+
+
+def _pull(t: np.ndarray, pointer: float) -> np.ndarray:
+    return pointer * np.clip(2.0 * t / HELD, 0.0, 1.0)
+
+
+def _loop(live: Live) -> LoopSettings:
+    wish: dict[str, Any] = dict(live.loop)
+    options, estimator = dict(wish.pop("options", ())), wish.pop("estimator", None)
+    loop = LoopSettings().changed(**wish)
+    return loop.changed(estimator=(estimator, options) if options else estimator) if estimator else loop
+
+
+def pulled(
+    make: Callable[[float], Live], value: float, bound: float, key: str, unit: str, pointer: float = POINTER
+) -> Live:
+    """Return ``make(value)`` with advice that is true: what a pull shows, and where it shows more.
+
+    make returns the scene of a value of the knob, whose limit is bound; key is the parameter that it sets.
+    """
+    live = make(value)
+    cut = value > 1.001 * live.values[key]
+    most = f" The window takes no more than {text(live.values[key], unit, 4)}." if cut else ""
+    first = f"Drag to {readable(pointer, 'm')} and let go."
+    swing = let_go(live, pointer)
+    if swing > SEEN:
+        said = f"It swings on by {readable(swing, 'm', 2)}."
+    elif value <= bound:
+        said = "It comes to rest."
+    else:
+        more = _further(make, live, value, bound, key, pointer)
+        swings = f"With {text(more, unit, 4)} it swings on." if more else _late(live, pointer)
+        said = f"{_WHY} {swings}"
+    return replace(live, advice=f"{first} {said}{most}")
+
+
+def _further(
+    make: Callable, live: Live, value: float, bound: float, key: str, pointer: float
+) -> float | None:
+    """Return what the parameter must be for the swing to go on, if the window takes it."""
+    last = live.values[key]
+    for share in _SHARES:
+        other = make(share * bound)
+        if share * bound <= value or other.values[key] <= last:
+            continue
+        last = other.values[key]
+        if let_go(other, pointer) > SEEN:
+            return last
+    return None
+
+
+def _late(live: Live, pointer: float) -> str:
+    """Say with which added delay the swing goes on."""
+    late = float(str(live.loop.get("delay", 0.0)))
+    for delay in _DELAYS:
+        if let_go(replace(live, loop={**live.loop, "delay": late + delay}), pointer) > SEEN:
+            return f"With an added delay of {readable(late + delay, 's')} it swings on."
+    return "No delay up to 4 ms makes it swing."

@@ -1,0 +1,76 @@
+"""What the advice of a failure promises: the whole device under a mouse that pulls and lets go."""
+
+import math
+
+import pytest
+
+from hapkit_studio.analysis.failures import failures
+from hapkit_studio.analysis.failures.base import short
+from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
+from hapkit_studio.dynamics.hand import GRIPS
+
+KEYS = [key for key, failure in failures().items() if failure.live]
+
+
+def live(key, share):
+    """Return a failure's scene at a share of its limit."""
+    failure = failures()[key]
+    case = failure.case()
+    return failure.live(share * failure.limit(case), case)
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_the_mouse_can_take_hold(key):
+    assert GRIPS[live(key, 1.0 + failures()[key].margin).grip] is not None
+
+
+def test_a_spring_swings_on_only_where_friction_and_the_motor_cannot_hold_it():
+    """Beyond A = 4 F_c/(π ω (K T/2 − b)) it grows, if the motor's 3 N still are a spring there: A < 3 N/K."""
+
+    def holds(k):
+        a = 4.0 * 0.1 / (math.pi * math.sqrt(k / 0.044) * (0.5e-3 * k - 0.5))
+        return a > 3.0 / k
+
+    just = next(k for k in range(1010, 2000) if not holds(k))
+    assert "comes to rest." in live("sampled_spring", 0.99).advice
+    assert "comes to rest: dry friction" in live("sampled_spring", 1.01).advice
+    for share, swings in ((0.93 * just / 1001.9, False), (1.12 * just / 1001.9, True)):
+        found = live("sampled_spring", share)
+        assert (let_go(found) > SEEN) == swings == ("It swings on by" in found.advice)
+
+
+def test_a_push_beyond_its_amplitude_swings_on_and_one_below_rests():
+    for share, words in ((0.96, "It comes to rest."), (1.04, "It swings on.")):
+        assert live("large_push", share).advice.endswith(words)
+    assert behind(1e-3, 2000.0) == pytest.approx(11e-3)
+    # against the motor's 3 N a grip of 200 N/m stays 15 mm behind
+    assert behind(5e-3, 2000.0) == pytest.approx(20e-3)
+
+
+def test_where_it_rests_the_advice_names_what_swings_on():
+    """Damping behind the filter: the value that is named is tried."""
+    words = live("filtered_damping", 1.01).advice
+    named = float(words.split("With ")[1].split()[0])
+    failure = failures()["filtered_damping"]
+    assert let_go(failure.live(named, failure.case())) > SEEN
+
+
+def test_the_window_shows_the_step_of_its_integrator():
+    """A mass on a spring turns by ω dt a step: what the limit is about, not a soft copy of it."""
+    failure = failures()["integrators"]
+    for method in range(5):
+        case = failure.case() | {"method": float(method)}
+        for share in (0.99, 1.01):
+            step = share * failure.limit(case)
+            found = failure.live(step, case)
+            turn = math.sqrt(found.values["stiffness"] / found.values["mass"]) / found.loop["rate"]
+            if step < 2.0:
+                assert turn == pytest.approx(step, rel=1e-3)
+                assert ("comes to rest" in found.advice) == (share < 1.0)
+
+
+def test_values_for_the_window_have_four_figures_and_stay_on_their_side():
+    assert short(1302.4668, 1001.9) == 1302.0
+    assert short(1002.0004, 1002.0) == 1002.0004
+    assert short(1001.9996, 1002.0) == 1001.9996
+    assert short(0.0, 1.0) == 0.0
