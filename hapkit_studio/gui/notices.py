@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject
 from hapkit_studio.gui.banners import BannerStack, Notice
 from hapkit_studio.gui.live import Live
 from hapkit_studio.gui.margin import Answer
-from hapkit_studio.gui.stability_card import StabilityCard, margin_notice
+from hapkit_studio.gui.stability_card import StabilityCard, margin_notice, sign_of
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.haptics import rows
 
@@ -84,4 +84,5 @@ class Notices(QObject):
             self._banners.set("limit", None)
             return
         title, text = margin_notice(answer)
-        self._banners.set("limit", Notice("limit", _LIMIT, "danger", "cross", title, text))
+        icon, tone = sign_of(answer)
+        self._banners.set("limit", Notice("limit", _LIMIT, tone, icon, title, text))

@@ -21,13 +21,22 @@ if TYPE_CHECKING:
 
 ASK_MS = 100
 _LEAST_WIDTH = 4.0
+_WITHOUT = "Without the passivity controller, which is on: with it, only a run can tell."
 
 
 def conditions(answer: Answer) -> str:
     """Return hand, delay and limit in words."""
     delay, limit = number(answer.question.setting.delay * 1e3, 2), answer.margin.limit
     words = f"{hand_words(answer.margin.hand).capitalize()}, {delay} ms from sensor to motor."
-    return words if limit <= 0.0 else f"{words} Stiffness limit {number(limit, 0)} N/m."
+    words = words if limit <= 0.0 else f"{words} Stiffness limit {number(limit, 0)} N/m."
+    return f"{words} {_WITHOUT}" if answer.question.setting.controller else words
+
+
+def sign_of(answer: Answer) -> tuple[str, str]:
+    """Return icon and token: what a controller may hold all the same is no more than a warning."""
+    if answer.stable:
+        return "check", "ok"
+    return ("triangle", "warn") if answer.question.setting.controller else ("cross", "danger")
 
 
 class StabilityCard(QWidget):
@@ -100,7 +109,7 @@ class StabilityCard(QWidget):
         self.map.setVisible(True)
         self.map.show_answer(answer)
         self.words.setText(conditions(answer))
-        self._show(verdict(answer.margin), *(("check", "ok") if answer.stable else ("cross", "danger")))
+        self._show(verdict(answer.margin), *sign_of(answer))
         self.judged.emit(short(answer.margin), answer.stable)
         self.crossed.emit(None if answer.stable else answer)
 
@@ -163,7 +172,20 @@ def margin_notice(answer: Answer) -> tuple[str, str]:
     question, limit = answer.question, answer.margin.limit
     rate, delay = number(question.setting.rate, 0), number(question.setting.delay * 1e3, 2)
     loop = f"At {rate} Hz and the measured delay of {delay} ms"
+    if question.setting.controller:
+        return _controlled_notice(answer, loop)
     if limit <= 0.0:
         return "Unstable at this damping.", f"{loop} no stiffness is stable. Lower damping."
     title = f"Stiffness {number(question.stiffness, 0)} N/m is above the limit of {number(limit, 0)} N/m."
     return title, f"{loop} contact without a hand grows instead of settling."
+
+
+def _controlled_notice(answer: Answer, loop: str) -> tuple[str, str]:
+    """Return the banner where the passivity controller is on: what is exact holds without it."""
+    limit = answer.margin.limit
+    held = "The passivity controller may hold contact all the same."
+    if limit <= 0.0:
+        return "Unstable at this damping without the controller.", f"{loop} no stiffness is stable. {held}"
+    stiffness = number(answer.question.stiffness, 0)
+    title = f"Stiffness {stiffness} N/m is above {number(limit, 0)} N/m, the limit without the controller."
+    return title, f"{loop} contact would grow without it. {held}"

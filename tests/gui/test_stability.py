@@ -1,17 +1,19 @@
 """The stability card: the limit of the loop in force, in words, on the map and in a banner."""
 
+from dataclasses import replace
+
 from hapkit_studio.analysis.margin import Margin
 from hapkit_studio.analysis.plane import limit
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.gui.margin import Answer, Question, answer
-from hapkit_studio.gui.stability_card import conditions, margin_notice
+from hapkit_studio.gui.stability_card import conditions, margin_notice, sign_of
 from tests.gui.window_support import PATIENCE_MS
 
 SETTING = Setting()
 
 
-def judged(stiffness, bound, damping=0.0):
-    question = Question(SETTING, stiffness, damping, 8.0)
+def judged(stiffness, bound, damping=0.0, setting=SETTING):
+    question = Question(setting, stiffness, damping, 8.0)
     return Answer(question, Margin(stiffness, damping, bound), ())
 
 
@@ -69,3 +71,43 @@ def test_the_notice_names_stiffness_limit_and_delay():
     assert title == "Stiffness 1127 N/m is above the limit of 867 N/m."
     assert text.startswith("At 1000 Hz and the measured delay of 0.00 ms")
     assert "Stiffness limit" not in conditions(judged(10.0, 0.0))
+
+
+def test_with_the_controller_no_growth_is_promised_and_the_limit_is_named_as_without_it():
+    plain, controlled = SETTING, Setting(controller=True)
+    for limit_there, stiffness in ((867.0, 1127.0), (0.0, 10.0)):
+        title, text = margin_notice(judged(stiffness, limit_there, setting=controlled))
+        assert "without the controller" in title
+        assert "grows" not in text
+        assert sign_of(judged(stiffness, limit_there, setting=controlled)) == ("triangle", "warn")
+        assert sign_of(judged(stiffness, limit_there, setting=plain)) == ("cross", "danger")
+        assert text.endswith("The passivity controller may hold contact all the same.")
+        title, text = margin_notice(judged(stiffness, limit_there, setting=plain))
+        assert "controller" not in title + text
+        words = conditions(judged(stiffness, limit_there, setting=controlled))
+        assert words.endswith("Without the passivity controller, which is on: with it, only a run can tell.")
+        assert "controller" not in conditions(judged(stiffness, limit_there, setting=plain))
+
+
+def test_the_card_follows_the_controller(window, qtbot):
+    window.studio.set_value("stiffness", 4000.0)
+    qtbot.waitUntil(lambda: window.banners.get("limit") is not None, timeout=PATIENCE_MS)
+    window.studio.set_loop(controller=True)
+    qtbot.waitUntil(lambda: "controller" in window.banners.get("limit").title, timeout=PATIENCE_MS)
+    assert "Without the passivity controller" in window.stability.words.text()
+    assert window.status.margin.words.text().endswith("above the limit")
+    window.studio.set_loop(controller=False)
+    qtbot.waitUntil(lambda: "controller" not in window.banners.get("limit").title, timeout=PATIENCE_MS)
+    assert "grows instead of settling" in window.banners.get("limit").text
+
+
+def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window):
+    """61 µm and 5 N·s/m: 3628 N/m by eigenvalues, and 5 µm 9553 N/m; the card takes the device's quantum."""
+    for quantum, want in ((61e-6, 3628.0), (5e-6, 9553.0)):
+        setting = Setting(quantum=quantum, estimator=("kalman", {"q": 1e-2}))
+        found = answer(Question(setting, 300.0, 5.0, 8.0))
+        assert abs(found.margin.limit - want) < 1.0
+        assert abs(dict(found.boundary)[5.0] - want) < 1.0
+    facts = window.stability.facts
+    window.studio.engine.device = replace(window.studio.engine.device, quantum=61e-6)
+    assert facts.setting().quantum == 61e-6
