@@ -4,6 +4,7 @@ import math
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QFontMetricsF
 from PySide6.QtTest import QTest
 
 from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet
@@ -12,6 +13,8 @@ from hapkit_studio.charts.methods import look
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
+from hapkit_studio.gui.tabs.accuracy import answer_words
+from hapkit_studio.gui.theme import theme
 from hapkit_studio.palette import TOKENS
 from tests.gui.test_layout import cut_off
 
@@ -79,8 +82,8 @@ def test_a_row_of_the_table_lets_its_line_stand_out(page):
     page.grab()
     heard = []
     page.table.chosen.connect(heard.append)
-    QTest.mouseClick(page.table, Qt.MouseButton.LeftButton, pos=QPoint(40, 24 + 15))
-    QTest.mouseClick(page.table, Qt.MouseButton.LeftButton, pos=QPoint(40, 24 + 15))
+    QTest.mouseClick(page.table, Qt.MouseButton.LeftButton, pos=QPoint(40, 38 + 15))
+    QTest.mouseClick(page.table, Qt.MouseButton.LeftButton, pos=QPoint(40, 38 + 15))
     assert heard == ["rk4", ""]  # the most accurate one comes first
 
 
@@ -97,8 +100,63 @@ def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
     page.charts.button(1).click()
     assert page.sheet is None
     assert page.verdict.words.text() == "Run to see what each method costs."
+    assert (page.side.heading.text(), page.side.words.text()) == ("Velocity", "Not measured yet.")
+    assert (page.bar.status.text(), page.bar.run.text()) == ("", "Run")
+    assert page.chart.up == "error (less is better)"
     page.charts.button(0).click()
     assert page.sheet is not None
+    assert (page.side.heading.text(), page.bar.run.text()) == ("Integrators", "Run again")
+    assert page.bar.status.text() == "6 points, 0.9 s"
+
+
+def test_what_costs_the_same_is_not_the_cheapest_alone(page):
+    points = [point("verlet", 1.0, 0.002, 4000.0), point("rk4", 1.0, 0.001, 4200.0)]
+    scene = Scene("damped", "Damped mass", "largest error", 0.02, "felt", Default("verlet"))
+    sheet = Sheet("integrators", scene, (), tuple(points))
+    words = "Among the cheapest (to 10 %) within 2 %: Verlet, 4.0 µs per simulated second."
+    assert answer_words(sheet) == words
+    alone = Sheet("integrators", scene, (), tuple(points[:1]))
+    assert answer_words(alone).startswith("Cheapest within 2 % at a 1 ms step: Verlet")
+
+
+def rows_of(page, scene: Scene, points: list[Point]) -> list[tuple[str, str, str]]:
+    page.table.show_sheet(Sheet("servo", scene, (), tuple(points)))
+    return [page.table._heads(), *(page.table.texts(p) for p in page.table._points)]
+
+
+def test_every_word_of_the_table_fits_its_column(page, idle_window, qapp):
+    idle_window.resize(1280, 720)
+    qapp.processEvents()
+    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("a"), unit="m/s")
+    rate = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("a"), step_s=None, goal="stable")
+    share = Scene("damped", "Damped", "largest", 0.02, "felt", Default("a"))
+    names = ("Butterworth 120 Hz", "Kalman q = 0.001", "1 ms later")
+    errors = (0.34e-3, 1.1e-3, 12e-3, 0.1234, 2e-14, 2e-7, 1.59, 4.76, 3e6, math.inf, 0.0)
+    font, width = theme.font("body"), page.table.width()
+    assert width > 200
+    for scene in (speed, rate, share):
+        step = 1.0 / 250.0 if scene is rate else 1e-3
+        found = [
+            Point("c", "s", f"m{i}", step, error, 227e3, label=names[2] if scene is rate else names[i % 2])
+            for i, error in enumerate(errors)
+        ]
+        head, *rows = rows_of(page, scene, found)
+        for texts, used in ((head, theme.font("hint")), *((row, font) for row in rows)):
+            for text, box in zip(texts, page.table.cells(0.0, 38.0), strict=True):
+                room = QFontMetricsF(used).size(0, text)
+                assert room.width() <= box.width(), text
+                assert room.height() <= box.height(), text
+
+
+def test_a_table_has_one_unit_and_tells_rates_apart(page):
+    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("a"), unit="m/s")
+    head, row = rows_of(page, speed, [Point("c", "s", "a", 1e-3, 0.34e-3, 38e3, label="Kalman")])
+    assert (head, row) == (("Method", "µs\nper s", "Error\nmm/s"), ("Kalman", "38", "0.34"))
+    wall = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("a"), step_s=None, goal="stable")
+    late = [Point("c", "s", "b", 0.5e-3, 1.59, 91e3, label="1 ms later")]
+    head, first, second = rows_of(page, wall, [Point("c", "s", "a", 1e-3, 0.8, 48e3, label="At once"), *late])
+    assert head == ("Rate", "µs\nper s", "Of limit\n%")
+    assert (first, second) == (("1 kHz", "48", "80"), ("2 kHz, 1 ms later", "91", "159"))
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 900), (1920, 1080)])

@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox
 
 from hapkit_studio.gui.segmented import Segmented
@@ -25,12 +27,28 @@ CHARTS = (
     ("servo", "Servo rate"),
     ("friction", "Friction"),
 )
-_SCENE_WIDTH = 200
+_SCENE_WIDTH, _WIDE_SCENE = 200, 280
+# from that width on a long scene's name finds room
+_WIDE = 900
+_AGAIN = "Run again"
 _BEGIN = "Run to see what each method costs."
 _READ = (
     "Each line is a method, each marker a step; filled: the loop's own step. Further left is faster, further "
     "down more accurate. Nothing lies below and left of the grey front. The ring is what the studio uses."
 )
+
+
+def answer_words(sheet: "Sheet") -> str:
+    """Write the answer in one sentence; the cheapest is not called so where others cost the same."""
+    from hapkit_studio.analysis.accuracy import words
+    from hapkit_studio.analysis.accuracy.sheet import TIE
+
+    found, scene = sheet.answer.cheapest, sheet.scene
+    if found is None or not sheet.answer.as_cheap:
+        return words.sentence(sheet)
+    among = f"Among the cheapest (to {100.0 * (TIE - 1.0):.0f} %) {words.limit_words(scene)}"
+    cost = words.cost_words(found.ns_per_simulated_s)
+    return f"{among}: {words.name_words(scene, found)}, {cost} per simulated second."
 
 
 class AccuracyPage(Page):
@@ -43,12 +61,13 @@ class AccuracyPage(Page):
         self._found: dict[str, Chart] = {}
         self._seconds: dict[str, float] = {}
         self.job = Job(self)
-        self.bar = RunBar(self.job, "Run", "Run again")
+        self.bar = RunBar(self.job, "Run", _AGAIN)
         self.charts = Segmented("Chart", tuple(title for _, title in CHARTS))
         self.charts.show_index(0)
         self.scenes = QComboBox()
         self.scenes.setAccessibleName("Scene")
         self.scenes.setMaximumWidth(_SCENE_WIDTH)
+        self.scenes.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self.scenes.hide()
         self.bar.add(self.charts)
         self.bar.add(self.scenes)
@@ -95,6 +114,7 @@ class AccuracyPage(Page):
         self.scenes.clear()
         for sheet in found.sheets if found else ():
             self.scenes.addItem(sheet.scene.title, sheet.scene.key)
+            self.scenes.setItemData(self.scenes.count() - 1, sheet.scene.title, Qt.ItemDataRole.ToolTipRole)
         self.scenes.blockSignals(False)
         self.scenes.setVisible(found is not None)
         self.show_sheet()
@@ -108,14 +128,14 @@ class AccuracyPage(Page):
         self.table.show_sheet(sheet)
         self.point.setText("")
         self.bar.export.setEnabled(sheet is not None)
+        self.side.heading.setText(CHARTS[self.charts.index][1])
+        self.scenes.setToolTip(self.scenes.currentText())
+        self._name_run()
         if sheet is None:
-            self.verdict.say(_BEGIN)
-            self.conditions.show_pairs([])
-            self.reason.setText("")
+            self._show_nothing()
             return
         right = sheet.answer.right
-        self.verdict.say(words.sentence(sheet), *(("check", "ok") if right else ("triangle", "warn")))
-        self.side.heading.setText(CHARTS[self.charts.index][1])
+        self.verdict.say(answer_words(sheet), *(("check", "ok") if right else ("triangle", "warn")))
         self.side.words.setText(words.verdict(sheet))
         self.conditions.show_pairs(list(sheet.scene.conditions))
         self.reason.setText(
@@ -123,6 +143,24 @@ class AccuracyPage(Page):
         )
         count = sum(len(s.points) for s in self._found[self.key].sheets)
         self.bar.say(f"{count} points, {self._seconds[self.key]:.1f} s")
+
+    def _show_nothing(self) -> None:
+        """Show that this chart was not measured yet."""
+        self.verdict.say(_BEGIN)
+        self.side.words.setText("Not measured yet.")
+        self.conditions.show_pairs([])
+        self.reason.setText("")
+        if not self.job.running:
+            self.bar.say("")
+
+    def _name_run(self) -> None:
+        """Offer to run again only what was run."""
+        if not self.job.running:
+            self.bar.run.setText(_AGAIN if self.key in self._found else "Run")
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.scenes.setMaximumWidth(_WIDE_SCENE if event.size().width() >= _WIDE else _SCENE_WIDTH)
 
     def show_point(self, point: "Point | None") -> None:
         """Say in words what the point under the pointer is."""
@@ -158,6 +196,7 @@ class AccuracyPage(Page):
         self.charts.chosen.connect(lambda _index: self.show_chart())
         self.scenes.currentIndexChanged.connect(lambda _index: self.show_sheet())
         self.job.finished.connect(self.show_result)
+        self.job.running_changed.connect(lambda _running: self._name_run())
         self.table.chosen.connect(self.chart.stand_out)
         self.chart.pointed_at.connect(self.show_point)
 

@@ -52,7 +52,7 @@ class AccuracyChart(Chart):
         """Show another scene's points."""
         self._sheet, self._method = sheet, ""
         if sheet is None:
-            self.redraw()
+            self.set_titles(self.across, "error (less is better)")
             return
         costs = [micro(p) for p in sheet.points]
         errors = [height(p.error) for p in sheet.points if math.isfinite(p.error)] + [sheet.scene.tolerance]

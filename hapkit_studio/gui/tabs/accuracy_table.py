@@ -12,10 +12,28 @@ from hapkit_studio.gui.tabs import marks
 from hapkit_studio.gui.theme import theme
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.accuracy import Point, Sheet
+    from hapkit_studio.analysis.accuracy import Point, Scene, Sheet
 
-_ROW, _HEAD = 30, 24
-_COST, _ERROR = 46, 56
+_ROW, _HEAD = 30, 38
+_TINY, _HUGE = 1e-2, 1e5
+_COST, _ERROR, _NAME = 36, 52, 20  # px
+
+
+def error_head(scene: "Scene") -> str:
+    """Return the head of a scene's errors with the unit that all of them are in."""
+    if scene.unit == "m/s":
+        return "Error\nmm/s"
+    return "Of limit\n%" if scene.goal else "Error\n%"
+
+
+def error_figures(error: float, scene: "Scene") -> str:
+    """Write an error in the unit of the head; what is tiny or huge as a power of ten."""
+    from hapkit_studio.analysis.accuracy.words import figures, power
+
+    if not math.isfinite(error):
+        return "none"
+    value = (1e3 if scene.unit == "m/s" else 1e2) * error
+    return figures(value) if value == 0.0 or _TINY <= value < _HUGE else power(value)
 
 
 class MethodTable(QWidget):
@@ -46,24 +64,41 @@ class MethodTable(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(theme.font("hint"))
         painter.setPen(theme.color("ink3"))
-        self._row(painter, 0.0, _HEAD, ("Method", "µs / s", "Error"), ("ink3", "ink3", "ink3"))
+        self._row(painter, 0.0, _HEAD, self._heads(), ("ink3", "ink3", "ink3"))
         for index, point in enumerate(self._points):
             self._entry(painter, _HEAD + index * _ROW, point)
 
     def _entry(self, painter: QPainter, top: float, point: "Point") -> None:
-        from hapkit_studio.analysis.accuracy.words import error_words, figures
-
         assert self._sheet is not None
         scene = self._sheet.scene
         default = point is self._sheet.answer.default
         if default or point.method == self._method:
             painter.fillRect(QRectF(0, top, self.width(), _ROW), theme.color("accentsoft"))
         shape, token = look(point.method)
-        marks.marker(painter, shape, QPointF(11, top + _ROW / 2), token, 6.0)
+        marks.marker(painter, shape, QPointF(9, top + _ROW / 2), token, 6.0)
         painter.setFont(theme.font("body"))
         within = point.error <= scene.tolerance
-        texts = (point.label, figures(1e-3 * point.ns_per_simulated_s), error_words(point.error, scene.unit))
-        self._row(painter, top, _ROW, texts, ("ink", "ink", "ok" if within else "danger"))
+        self._row(painter, top, _ROW, self.texts(point), ("ink", "ink", "ok" if within else "danger"))
+
+    def _heads(self) -> tuple[str, str, str]:
+        assert self._sheet is not None
+        scene = self._sheet.scene
+        return ("Rate" if scene.step_s is None else "Method", "µs\nper s", error_head(scene))
+
+    def texts(self, point: "Point") -> tuple[str, str, str]:
+        """Return a row's words: what is chosen between, cost, error."""
+        from hapkit_studio.analysis.accuracy.words import figures, name_words
+
+        assert self._sheet is not None
+        scene = self._sheet.scene
+        cost = figures(1e-3 * point.ns_per_simulated_s)
+        return name_words(scene, point), cost, error_figures(point.error, scene)
+
+    def cells(self, top: float, height: float) -> tuple[QRectF, QRectF, QRectF]:
+        """Return the places of a row's words."""
+        name = QRectF(_NAME, top, self.width() - _NAME - _COST - _ERROR, height)
+        cost = QRectF(name.right(), top, _COST - 4, height)
+        return name, cost, QRectF(cost.right() + 2, top, _ERROR, height)
 
     def _row(
         self,
@@ -75,15 +110,15 @@ class MethodTable(QWidget):
     ) -> None:
         left, right = Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight
         middle = Qt.AlignmentFlag.AlignVCenter
-        name = QRectF(24, top, self.width() - 24 - _COST - _ERROR, height)
-        cost = QRectF(name.right(), top, _COST - 6, height)
-        error = QRectF(self.width() - _ERROR - 4, top, _ERROR, height)
         for box, text, token, side in zip(
-            (name, cost, error), texts, tokens, (left, right, right), strict=True
+            self.cells(top, height), texts, tokens, (left, right, right), strict=True
         ):
             painter.setPen(theme.color(token))
-            shown = painter.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, int(box.width()))
-            painter.drawText(box, side | middle, shown)
+            if "\n" not in text:
+                text = painter.fontMetrics().elidedText(
+                    text, Qt.TextElideMode.ElideRight, int(box.width()) + 1
+                )
+            painter.drawText(box, side | middle, text)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         index = int((event.position().y() - _HEAD) // _ROW)

@@ -15,6 +15,7 @@ class VerdictLine(QWidget):
         self._sign = ("circle", "ink2")
         self.sign, self.words = QLabel(), QLabel()
         dress(self.words, "QLabel { font-size: 14px; font-weight: 650; }")
+        self.words.setWordWrap(True)
         row = QHBoxLayout(self)
         row.setContentsMargins(16, 8, 16, 0)
         row.setSpacing(8)
