@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +32,7 @@ class Run:
 
     position and velocity are what the loop saw, true_… the paddle's physics at the same instants; force is
     what the law asked at sample k, applied_force that after fade, clamp and safety; state is (n, values).
+    hand_target is where a Hand given as an object pulls to, None for other hands.
     warnings say what could not be rendered well at these settings and speeds.
     """
 
@@ -50,6 +51,7 @@ class Run:
     faults: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     settings: dict = field(default_factory=dict)
+    hand_target: np.ndarray | None = None
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return every column by its name with its unit."""
@@ -65,6 +67,8 @@ class Run:
             "energy_J": self.energy,
             "flags": self.flags,
         }
+        if self.hand_target is not None:
+            named["hand_target_m"] = self.hand_target
         return {**named, **{name: self.state[:, i] for i, name in enumerate(self.state_names)}}
 
     def save(self, path: str | Path) -> None:
@@ -130,10 +134,14 @@ def simulate(
         "device": {k: repr(v) if math.isinf(v) else v for k, v in vars(device).items()},
         "seed": seed,
     }
+    own = isinstance(moving, Hand) and not isinstance(hand, str)
+    if own:
+        settings["hand_grip"] = {key: float(getattr(moving, key)) for key in ("mass", "damping", "stiffness")}
     speed = float(np.abs(out[:, rows.TRUE_VELOCITY]).max())
     conditions = Conditions(1.0 / loop.rate, device.quantum, device.viscous, speed)
     warnings = tuple(chosen.warnings(values, conditions))
-    return _as_run(out, chosen, loop.rate, fault, warnings, settings)
+    run = _as_run(out, chosen, loop.rate, fault, warnings, settings)
+    return replace(run, hand_target=out[:, rows.HAND_TARGET].copy()) if own else run
 
 
 def _count(seconds: float, rate: float) -> int:

@@ -31,7 +31,8 @@ class Grid:
     there: recorded at all; law: the law's force was applied as asked; known: the force in effect is known;
     contact: the law pushed; slope: the speed of a line through 9 ms; sign: its direction, 0 where that cannot
     be told; gone: how far it went that way, in m; seen and speed: what the law got as position and velocity;
-    clamped: by nothing but the force limit; damped: the passivity controller added damping.
+    clamped: by nothing but the force limit; damped: the passivity controller added damping;
+    target: where the hand pulls to, None where it is not known all the time.
     """
 
     period: float
@@ -54,6 +55,7 @@ class Grid:
     damped: np.ndarray
     seen: np.ndarray
     speed: np.ndarray
+    target: np.ndarray | None
     left_out: dict[str, int]
 
     def __len__(self) -> int:
@@ -105,8 +107,15 @@ def lay(recording: Recording) -> Grid:
         damped=flags & rows.DAMPED != 0,
         seen=spread(recording.position),
         speed=spread(recording.velocity),
+        target=_target(recording, place, good),
         left_out={word: number for word, number in left_out.items() if number},
     )
+
+
+def _target(recording: Recording, place: np.ndarray, good: np.ndarray) -> np.ndarray | None:
+    if recording.target is None or not np.isfinite(recording.target).all():
+        return None
+    return np.interp(np.arange(int(place[-1]) + 1), place, recording.target[good])
 
 
 def _steps(recording: Recording) -> tuple[np.ndarray, float]:

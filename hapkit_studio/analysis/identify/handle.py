@@ -6,10 +6,12 @@ that have nothing in common. While a hand holds, the mass is the handle's and th
 """
 
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hapkit_studio.analysis.identify.grid import Grid
+from hapkit_studio.analysis.identify.instruments import STRONG, fitted, widening
 from hapkit_studio.analysis.identify.judging import Sizes, estimate, points, sizes, speed_of
 from hapkit_studio.analysis.identify.part import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
@@ -22,6 +24,11 @@ PIECES = (2, 4, 8, 16, 32, 64)
 _COUNTS = 40.0
 # 95 % of a normal error lie within so many standard deviations.
 _QUANTILE = 1.96
+# Shares of the sensor's steps in what the acceleration tells alone: so few do no harm, so many all of it.
+_RICH, _POOR = 5e-4, 0.1
+UNKNOWN_HOLD = (
+    "Cannot tell: the file does not say how the hand held. Save the run anew, or let go in the piece."
+)
 UNKNOWN_HAND = (
     "Cannot tell: the hand's force is not known. Let go, and take a piece in which the handle moves freely."
 )
@@ -33,16 +40,29 @@ def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
     if not grid.hand_known and not released:
         return Part("handle", advice=UNKNOWN_HAND, left_out=grid.left_out)
     held = grid.held & (not released)
-    parts = [_best(grid, setup, free, free_hand) for free, free_hand in ((~held, True), (held, False))]
+    ways = ((~held, True), (held & setup.hold_known, False))
+    parts = [_best(grid, setup, free, free_hand) for free, free_hand in ways]
     found = [part for part in parts if part is not None]
+    if not found and not setup.hold_known and held.any():
+        return Part("handle", advice=UNKNOWN_HOLD, left_out=grid.left_out)
     if not found:
         return Part("handle", advice=NOTHING_MOVES, left_out=grid.left_out)
     return min(found, key=lambda part: part["mass"].half / max(abs(part["mass"].value), 1e-9))
 
 
+@dataclass(frozen=True)
+class _Found:
+    """What windows of one length tell: how little, the part, and the motion in them."""
+
+    little: float
+    part: Part
+    moved: Sizes
+    rich: bool
+
+
 def _best(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part | None:
     """Return the part from the windows that tell most; chosen (n,) says which samples belong to it."""
-    best: tuple[float, Part] | None = None
+    found: list[_Found] = []
     least = _COUNTS * setup.quantum / max(speed_of(grid, chosen), 1e-9)
     for piece in PIECES:
         windows = Windows(len(grid), piece, grid.period, setup.delay)
@@ -51,26 +71,53 @@ def _best(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part 
         kept = windows.every(chosen & grid.there) & windows.every(grid.known, windows.lead)
         kept &= windows.every(grid.sign > 0) | windows.every(grid.sign < 0)
         made = _fitted(grid, setup, windows, kept, released)
-        if made is not None and (best is None or made[0] < best[0]):
-            best = made
-    return best[1] if best else None
+        found += [made] if made is not None else []
+    if not found:
+        return None
+    at = min(range(len(found)), key=lambda i: found[i].little)
+    return _agreeing(found[at], found[max(at - 1, 0) : at] + found[at + 1 : at + 2])
 
 
-def _fitted(
-    grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, released: bool
-) -> tuple[float, Part] | None:
-    """Return (how little these windows tell, the part); None where they tell nothing."""
+def _agreeing(best: _Found, others: list[_Found]) -> Part | None:
+    """Return the part, its intervals as wide as other windows disagree; None without any.
+
+    Each length lets other errors pass; what a loop makes of the sensor's steps at a steady speed is slow, and
+    looks like motion to one of them. Where the motion is rich, their own intervals excuse them.
+    """
+    if not (best.rich or others or best.part.released):
+        return None
+    made, least = [], float(best.rich)
+    for e in best.part.estimates:
+        apart = [abs(o.part[e.key].value - e.value) - least * o.part[e.key].half for o in others]
+        half = math.hypot(e.half, max([0.0, *apart]))
+        made.append(estimate(e.key, e.value, half, best.moved, e.asked, e.expected))
+    return replace(best.part, estimates=tuple(made))
+
+
+def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, released: bool) -> _Found | None:
+    """Return what these windows tell, None where that is nothing."""
     sign = np.sign(windows.derivative(grid.sign, 0))
     halves = [_columns(grid, windows, sign, part) for part in (0, 1)]
-    force, fit = _solved(grid, setup, windows, halves, kept, released)
+    columns = 0.5 * (halves[0] + halves[1])
+    made, wider = columns, np.ones(len(NAMES))
+    noise = _noise(windows, columns[kept], setup.quantum)
+    rich = bool(noise < _RICH)
+    if noise > _POOR and (released or grid.target is None):
+        return None
+    if not (rich or released or grid.target is None):
+        made, strong = fitted(grid.target, windows, columns, kept)
+        if not (strong[: len(NAMES)] > STRONG).all():
+            return None
+        wider = widening(strong[: len(NAMES)])
+        halves = [made, made]
+    force, fit = _solved(grid, setup, windows, halves, columns, kept, released)
     if fit is None:
         return None
-    columns = 0.5 * (halves[0] + halves[1])
-    variances = _by_steps(windows, columns, kept)
+    variances = _by_steps(windows, made, kept)
     moved = sizes(grid.position, windows, kept)
     part = Part(
         "handle",
-        _estimates(fit, variances, moved, setup, released),
+        _estimates(fit, wider, variances, moved, setup, released),
         explained=fit.explained,
         hertz=moved.hertz,
         seconds=float(kept.sum()) * windows.piece * grid.period,
@@ -79,31 +126,40 @@ def _fitted(
         left_out=grid.left_out,
     )
     # chosen by the variances and not by the intervals found, the windows do not favour small intervals
-    return float(np.log(np.maximum(variances, 1e-300)).sum()), part
+    return _Found(float(np.log(np.maximum(variances, 1e-300)).sum()), part, moved, rich)
 
 
 def _solved(
-    grid: Grid, setup: Setup, windows: Windows, halves: list[np.ndarray], kept: np.ndarray, released: bool
+    grid: Grid,
+    setup: Setup,
+    windows: Windows,
+    halves: list[np.ndarray],
+    columns: np.ndarray,
+    kept: np.ndarray,
+    released: bool,
 ) -> tuple[np.ndarray, Fit | None]:
     """Return the windows' forces (windows,) in N and the fit to them."""
+    rest = columns - 0.5 * (halves[0] + halves[1])
     force = windows.held(grid.commands)
-    if released:
-        return force, solve(halves[0], halves[1], force, kept)
-    force = force + windows.derivative(grid.hand, 0) + windows.held(grid.hand_held, 0.0)
+    if not released:
+        force = force + windows.derivative(grid.hand, 0) + windows.held(grid.hand_held, 0.0)
     fit = solve(halves[0], halves[1], force, kept)
-    if fit is not None and fit.beta[0] > 0.0:
+    if not released and fit is not None and fit.beta[0] > 0.0:
         force = force + windows.derivative(_jerks(grid, setup), 0) / fit.beta[0]
         fit = solve(halves[0], halves[1], force, kept)
+    if fit is not None and rest.any():
+        # what the target does not make of the columns explains nothing, but it is no residual either
+        fit = solve(halves[0], halves[1], force - rest @ fit.beta, kept)
     return force, fit
 
 
 def _estimates(
-    fit: Fit, variances: np.ndarray, moved: Sizes, setup: Setup, released: bool
+    fit: Fit, wider: np.ndarray, variances: np.ndarray, moved: Sizes, setup: Setup, released: bool
 ) -> tuple[Estimate, ...]:
     """Return the estimates; no interval is narrower than the sensor's steps alone make it."""
     truth = _truth(setup, released)
     steps = _QUANTILE * setup.quantum / math.sqrt(12.0) * abs(fit.beta[0]) * np.sqrt(variances)
-    half = np.maximum(fit.half[: len(NAMES)], steps)
+    half = wider * np.maximum(fit.half[: len(NAMES)], steps)
     return tuple(
         estimate(name, fit.beta[i], half[i], moved, truth.get(name), truth.get(name))
         for i, name in enumerate(NAMES)
@@ -123,6 +179,14 @@ def _by_steps(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> np.nda
     of_samples = windows.back(used, windows.kernel(2))
     inverse = np.linalg.pinv(used.T @ used)
     return np.diag(inverse @ (of_samples.T @ of_samples) @ inverse)[: len(NAMES)]
+
+
+def _noise(windows: Windows, columns: np.ndarray, quantum: float) -> float:
+    """Return the share of the sensor's steps in what accelerations tell beside the other columns (m, p)."""
+    if not len(columns):
+        return math.inf
+    steps = quantum**2 / 12.0 * float(np.sum(windows.kernel(2) ** 2))
+    return len(columns) * steps * float(np.linalg.pinv(columns.T @ columns)[0, 0])
 
 
 def _jerks(grid: Grid, setup: Setup) -> np.ndarray:

@@ -17,12 +17,13 @@ _FINEST = 1e-3
 
 @dataclass(frozen=True)
 class Sizes:
-    """How far, how fast and how hard a piece moves: m peak to peak, m/s, m/s^2, and its own frequency."""
+    """How far, how fast and how hard a piece moves: m peak to peak, m/s, m/s^2; frequency, mean in m."""
 
     travel: float
     speed: float
     jolt: float
     hertz: float
+    middle: float = 0.0
 
 
 def sizes(position: np.ndarray, windows: Windows, kept: np.ndarray) -> Sizes:
@@ -32,7 +33,7 @@ def sizes(position: np.ndarray, windows: Windows, kept: np.ndarray) -> Sizes:
     x, v, a = (windows.derivative(position, order)[kept] for order in range(3))
     spread = float(np.std(x))
     hertz = float(np.sqrt(np.mean(v**2))) / (math.tau * spread) if spread > 0.0 else 0.0
-    return Sizes(float(np.ptp(x)), float(np.abs(v).max()), float(np.abs(a).max()), hertz)
+    return Sizes(float(np.ptp(x)), float(np.abs(v).max()), float(np.abs(a).max()), hertz, float(x.mean()))
 
 
 def speed_of(grid: Grid, chosen: np.ndarray) -> float:
@@ -52,7 +53,7 @@ def estimate(
     """Return the estimate; an interval wider than its value and than what is felt tells nothing."""
     term, value = TERMS[name], float(value)
     half = max(float(half), _FINEST * term.fine)
-    told = math.isfinite(half) and (half <= abs(value) or half <= term.fine)
+    told = math.isfinite(half) and (half <= abs(value) or half <= term.fine) and _possible(name, value, half)
     words = {
         "travel": f"{1e3 * moved.travel:.2g} mm",
         "speed": f"{1e3 * moved.speed:.2g} mm/s",
@@ -60,6 +61,13 @@ def estimate(
     }
     advice = "" if told else f"Cannot tell. {term.advice.format(**words)}"
     return Estimate(name, value, half, asked, expected, told, advice)
+
+
+def _possible(name: str, value: float, half: float) -> bool:
+    """Return whether a handle can have such a number: a mass is above zero, no friction pushes."""
+    if name == "mass":
+        return value - half > 0.0
+    return name not in ("viscous", "coulomb") or value + half >= 0.0
 
 
 def points(

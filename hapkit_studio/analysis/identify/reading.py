@@ -2,7 +2,9 @@
 
 import json
 import math
+import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -23,20 +25,34 @@ _COLUMNS = {
     "force_asked_N": "force",
     "flags": "flags",
     "hand_force_N": "hand_force",
+    "hand_target_m": "hand_target",
 }
+# Hands that need no more words: none, and one whose force is what the motion takes.
+_NO_GRIP = ("released", "Prescribed")
 _NEEDED = ("time_s", "position_m", "velocity_m_per_s", "force_applied_N")
 
 
 def from_run(run: Any, hand: Hand | None = None) -> Recording:
     """Return the recording of a run of ``simulate``; hand: the Hand that moved it, if none by name."""
     setup, target = _setup(run.settings, np.asarray(run.time), hand)
+    recorded = getattr(run, "hand_target", None)
+    if target is None and setup.grip is not None and recorded is not None and np.isfinite(recorded).all():
+        target = np.asarray(recorded, dtype=float)
+    if setup.grip is not None and target is None:
+        setup = replace(setup, hold_known=False)
     return of_run(run, setup, target)
 
 
 def from_csv(path: str | Path) -> Recording:
     """Return the recording in a file that ``Run.save`` wrote; raise ParameterError with one line."""
-    name = Path(path).name
-    with open(path, encoding="utf-8", errors="replace") as file:
+    name = Path(path).name if isinstance(path, str | Path) else ""
+    try:
+        file = open(Path(path), encoding="utf-8", errors="replace")  # noqa: SIM115
+    except TypeError:
+        raise ParameterError(f"A recording is the path of a file, not {path!r}.") from None
+    except OSError as error:
+        raise ParameterError(f"Cannot read {path}: {error.strerror}.") from None
+    with file:
         settings = _header(file.readline(), name)
         names = file.readline().strip().split(",")
         lacking = [column for column in _NEEDED if column not in names]
@@ -62,9 +78,14 @@ def _header(line: str, name: str) -> dict:
 
 def _numbers(file: Any, names: list[str], name: str) -> np.ndarray:
     try:
-        table = np.loadtxt(file, delimiter=",", ndmin=2)
+        with warnings.catch_warnings():
+            # a file without rows is told below
+            warnings.simplefilter("ignore", UserWarning)
+            table = np.loadtxt(file, delimiter=",", ndmin=2)
     except ValueError as error:
         raise ParameterError(f"{name} is not a table of numbers: {error}.") from None
+    if not table.size:
+        raise ParameterError(f"{name} has no samples: it is no recording of the studio.")
     if table.shape[1] != len(names) or not len(table):
         shape = f"{len(table)} rows of {table.shape[1]} numbers for {len(names)} names"
         raise ParameterError(f"{name} has {shape}: it is no recording of the studio.")
@@ -80,6 +101,7 @@ def _setup(settings: Mapping, times: np.ndarray, hand: Hand | None) -> tuple[Set
     device = device if isinstance(device, Mapping) else {}
     name = settings.get("hand")
     hand = hand or SCRIPTS.get(name if isinstance(name, str) else "")
+    grip = Grip(hand.mass, hand.damping, hand.stiffness) if hand else _grip(settings.get("hand_grip"))
     gaps = np.diff(times)
     usual = 1.0 / float(np.median(gaps)) if len(gaps) else 1000.0
     rate = _number(settings, "rate_Hz", usual)
@@ -92,9 +114,18 @@ def _setup(settings: Mapping, times: np.ndarray, hand: Hand | None) -> tuple[Set
         max(_number(settings, "delay_s", 0.0), 0.0),
         max(_number(device, "quantum", 20.7e-6), 0.0),
         Handle(*numbers) if device else None,
-        Grip(hand.mass, hand.damping, hand.stiffness) if hand else None,
+        grip,
+        hold_known=grip is not None or not isinstance(name, str) or name in _NO_GRIP,
     )
     return setup, _target(hand, times)
+
+
+def _grip(numbers: Any) -> Grip | None:
+    """Return the hand that a run's settings keep, None where they do not say."""
+    if not isinstance(numbers, Mapping):
+        return None
+    found = [_number(numbers, key) for key in ("mass", "damping", "stiffness")]
+    return Grip(*found) if all(math.isfinite(x) for x in found) else None
 
 
 def _target(hand: Hand | None, times: np.ndarray) -> np.ndarray | None:

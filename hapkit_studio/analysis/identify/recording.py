@@ -26,7 +26,8 @@ class Handle:
 class Setup:
     """What had been set: environment and its values, the loop in Hz and s, the sensor's quantum in m.
 
-    environment None where it is not known; handle None on a real device; grip None where no hand is known.
+    environment None where it is not known; handle None on a real device; grip None where no hand is known;
+    hold_known False where a hand held of which the recording does not say how.
     """
 
     environment: Environment | None = None
@@ -36,6 +37,7 @@ class Setup:
     quantum: float = 20.7e-6
     handle: Handle | None = None
     grip: Grip | None = None
+    hold_known: bool = True
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class Recording:
 
     flags are those of telemetry rows; hand_force is the hand's force at the sample, NaN where it is unknown,
     but for hand_held: what its damper adds as the target moves, in N, the same from the sample to the next.
+    target is where the hand pulls to, in m, None where it is unknown.
     """
 
     time: np.ndarray
@@ -55,6 +58,7 @@ class Recording:
     hand_force: np.ndarray
     hand_held: np.ndarray
     setup: Setup
+    target: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -76,7 +80,8 @@ class Recording:
 
     def _only(self, chosen: np.ndarray) -> "Recording":
         columns = ("time", "position", "velocity", "asked", "applied", "flags", "hand_force", "hand_held")
-        return replace(self, **{name: getattr(self, name)[chosen] for name in columns})
+        only = {name: getattr(self, name)[chosen] for name in columns}
+        return replace(self, **only, target=None if self.target is None else self.target[chosen])
 
     def check(self) -> "Recording":
         """Return this; raise ParameterError where it is too short for anything."""
@@ -105,6 +110,7 @@ def of_rows(table: np.ndarray, setup: Setup) -> Recording:
         table[:, rows.FLAGS].astype(int),
         *hand,
         setup,
+        table[:, rows.HAND_TARGET],
     ).check()
 
 
@@ -119,6 +125,7 @@ def of_run(run: Any, setup: Setup, target: np.ndarray | None = None) -> Recordin
         np.asarray(run.flags).astype(int),
         *hand_parts(run.hand_force, target, setup),
         setup,
+        target,
     ).check()
 
 

@@ -16,6 +16,11 @@ from scipy import stats
 LEVEL = 0.95
 MOST_COSINES = 12
 FEWEST_WINDOWS = 12
+# Windows so many places apart have no sample in common.
+APART = 6
+# Residuals that far apart are alike by chance only in pieces shorter than that.
+_ALIKE = 0.4
+_FEWEST_AGAIN = 40
 
 
 @dataclass(frozen=True)
@@ -59,12 +64,47 @@ def solve(one: np.ndarray, two: np.ndarray, y: np.ndarray, kept: np.ndarray) -> 
     inverse = np.linalg.inv(normal)
     beta = inverse @ (0.5 * (a + b).T @ y)
     ra, rb = y - a @ beta, y - b @ beta
-    middle, freedom = _spread(0.5 * (a * rb[:, None] + b * ra[:, None]), kept)
     residual = 0.5 * (ra + rb)
+    scores = 0.5 * (a * rb[:, None] + b * ra[:, None])
+    middle, freedom = _spread(scores, kept)
+    times = repeated(residual, kept)
+    if times > 1.0:
+        middle = middle + times * _nearby(scores)
     around = y[kept] - y[kept].mean()
     explained = 1.0 - float(residual @ residual) / max(float(around @ around), 1e-300)
     covariance = inverse @ middle @ inverse / np.outer(scale, scale)
     return Fit(beta / scale, covariance, freedom, residual[kept], explained)
+
+
+def repeated(residual: np.ndarray, kept: np.ndarray) -> float:
+    """Return how many times residuals (windows,) come again; 1 where they do not.
+
+    A motion that repeats to a count of the sensor repeats its errors: more of it tells no more.
+    """
+    count = len(residual)
+    size = 2 * count
+    spectra = [np.fft.rfft(series, size) for series in (residual, residual**2, kept.astype(float))]
+    products = np.fft.irfft(np.abs(spectra[0]) ** 2, size)[:count]
+    ahead = np.fft.irfft(np.conj(spectra[1]) * spectra[2], size)[:count]
+    behind = np.fft.irfft(spectra[1] * np.conj(spectra[2]), size)[:count]
+    both = np.fft.irfft(np.abs(spectra[2]) ** 2, size)[:count]
+    norm = np.sqrt(np.maximum(ahead, 0.0) * np.maximum(behind, 0.0))
+    enough = (both > _FEWEST_AGAIN) & (np.arange(count) > APART) & (norm > 1e-9 * max(norm[0], 1e-300))
+    alike = np.where(enough, products / np.where(enough, norm, 1.0), 0.0)
+    most = float(alike.max())
+    if most < _ALIKE:
+        return 1.0
+    period = int(np.flatnonzero(alike >= 0.8 * most)[0])
+    return 1.0 + (count / period - 1.0) * most
+
+
+def _nearby(scores: np.ndarray) -> np.ndarray:
+    """Return the covariance (p, p) of the sum of scores (windows, p) that neighbours make (Bartlett)."""
+    found = scores.T @ scores
+    for lag in range(1, min(2 * APART, len(scores))):
+        product = scores[lag:].T @ scores[:-lag]
+        found = found + (1.0 - lag / (2 * APART)) * (product + product.T)
+    return found
 
 
 def _spread(scores: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, int]:

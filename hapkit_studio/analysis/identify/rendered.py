@@ -12,7 +12,7 @@ import numpy as np
 
 from hapkit_studio.analysis.identify import theory
 from hapkit_studio.analysis.identify.grid import Grid
-from hapkit_studio.analysis.identify.judging import estimate, points, sizes
+from hapkit_studio.analysis.identify.judging import Sizes, estimate, points, sizes
 from hapkit_studio.analysis.identify.part import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import Fit, solve
@@ -104,7 +104,7 @@ def _fitted(
         for i, name in enumerate(names)
     ]
     estimates += [estimate(name, 0.0, math.inf, moved, _set(name, asked)) for name in absent]
-    estimates += _centre(fit, names, grid, asked, estimates)
+    estimates += _centre(fit, names, grid, asked, estimates, moved)
     return Part(
         "rendered",
         tuple(estimates),
@@ -156,19 +156,30 @@ def _expected(
 
 
 def _centre(
-    fit: Fit, names: tuple[str, ...], grid: Grid, asked: Asked, estimates: list[Estimate]
+    fit: Fit, names: tuple[str, ...], grid: Grid, asked: Asked, estimates: list[Estimate], moved: Sizes
 ) -> list[Estimate]:
-    """Return where the spring pulls to, or the wall's surface, where a stiffness was found."""
+    """Return where the spring pulls to, or the wall's surface, where a stiffness was found.
+
+    What a late velocity adds to the stiffness acts on the motion alone, not on where it is about: there the
+    law's own stiffness pulls, so the addition that is expected is taken off.
+    """
     if "stiffness" not in names:
         return []
     at = names.index("stiffness")
-    stiffness, offset = fit.beta[at], fit.beta[-1]
-    if not estimates[at].told or estimates[at].half > 0.5 * abs(stiffness) or stiffness == 0.0:
+    found = estimates[at]
+    if not found.told or found.half > 0.5 * abs(found.value):
         return []
+    still = found.value
+    if found.expected is not None and asked.stiffness is not None:
+        still -= found.expected - asked.stiffness
+    if abs(still) < 0.5 * abs(found.value):
+        return []
+    mean = moved.middle
+    force = fit.beta[at] * mean + fit.beta[-1]
     gradient = np.zeros(len(fit.beta))
-    gradient[at], gradient[-1] = offset / stiffness**2, -1.0 / stiffness
-    value = grid.middle - offset / stiffness
-    return [Estimate("centre", float(value), fit.half_of(gradient), asked.centre, asked.centre)]
+    gradient[at], gradient[-1] = -mean / still + force / still**2, -1.0 / still
+    value = float(grid.middle + mean - force / still)
+    return [estimate("centre", value, fit.half_of(gradient), moved, asked.centre, asked.centre)]
 
 
 def _why_not(grid: Grid, asked: Asked, names: tuple[str, ...]) -> str:
