@@ -29,10 +29,16 @@ def estimator_words(setting: Setting) -> str:
     return name
 
 
-def conditions(setting: Setting) -> list[tuple[str, str]]:
-    """Return what the limits hold for, as pairs of a name and its value."""
+def conditions(setting: Setting, real: bool = False) -> list[tuple[str, str]]:
+    """Return what the limits hold for, as pairs of a name and its value; real: friction and steps as well."""
+    stiction = [
+        ("Dry friction", f"{setting.coulomb:g} N"),
+        ("Sensor step", f"{1e6 * setting.quantum:.3g} µm"),
+    ]
     pairs = [
-        ("Mass, friction", f"{setting.mass:g} kg, {setting.viscous:g} N·s/m"),
+        ("Mass", f"{setting.mass:g} kg"),
+        ("Viscous damping", f"{setting.viscous:g} N·s/m"),
+        *(stiction if real else []),
         ("Rate", f"{setting.rate:g} Hz"),
         ("Delay", f"{1e3 * setting.delay:.2f} ms"),
         ("Velocity filter", estimator_words(setting)),

@@ -37,8 +37,10 @@ _PASSIVE_NAME, _PASSIVE_SIZE = "passive: stable in any hand", (0.42, 0.06)
 _FAINT = "40"
 
 
-def stability_figure(plane: Plane, path: str | Path) -> None:
+def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
     """Draw the plane with its verdict, legend and conditions; the path's ending picks the format.
+
+    device: the name of the device it holds for.
 
     Raise ParameterError for an ending that is no format of pictures.
     """
@@ -49,7 +51,7 @@ def stability_figure(plane: Plane, path: str | Path) -> None:
     _names(left, plane)
     _dot(left, plane)
     _frame(left, plane)
-    stability_side.draw(right, plane)
+    stability_side.draw(right, plane, device)
     figure.savefig(path, dpi=110, facecolor=SURFACE)
 
 
@@ -205,7 +207,7 @@ def _dot(axes: Any, plane: Plane) -> None:
         _say(axes, plane, 0.5 * (tip + margin.stiffness), factor(margin.ratio), color)
     axes.plot(
         margin.damping, margin.stiffness, "o", markersize=14, color=color, markeredgecolor=SURFACE,
-        markeredgewidth=2, zorder=8,
+        markeredgewidth=2, zorder=8, clip_on=False,
     )  # fmt: skip
     _say(axes, plane, margin.stiffness, f"{margin.stiffness:.0f} N/m, {margin.damping:.1f} N·s/m", color)
 

@@ -30,15 +30,15 @@ _MOST_STEP, _ROWS = 0.092, 0.56
 _MOST_LINE = 0.040
 
 
-def draw(axes: Any, plane: Plane) -> None:
-    """Draw the right-hand column."""
+def draw(axes: Any, plane: Plane, device: str = "") -> None:
+    """Draw the right-hand column; device: its name, if the plane is one's own."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 1.0)
     below = _verdict(axes, plane)
     below = _legend(axes, plane, below)
     axes.plot([0.0, 1.0], [below, below], color=LINE, linewidth=1.0)
-    _conditions(axes, plane, below - 0.045)
+    _conditions(axes, plane, below - 0.045, device)
 
 
 def _verdict(axes: Any, plane: Plane) -> float:
@@ -88,12 +88,17 @@ def _samples(plane: Plane) -> list[tuple[str, dict]]:
     return found
 
 
-def _conditions(axes: Any, plane: Plane, top: float) -> None:
+def _conditions(axes: Any, plane: Plane, top: float, device: str) -> None:
     axes.text(0.0, top, "Conditions", size=13, weight="bold", color=INK2, va="center")
-    pairs = plane_words.conditions(plane.setting)
-    limits = [f"{limit:.0f}" for limit in plane.hands.values() if limit == limit]
-    if limits:
-        pairs.append(("Limits by hand", f"{', '.join(limits)} N/m"))
+    real = any(found is not None and found.real for found in (plane.cells, plane.points))
+    pairs = plane_words.conditions(plane.setting, real)
+    if device:
+        pairs.insert(0, ("Device", device))
+    pairs += [
+        (f"Limit, {hand_words(hand)}", f"{limit:.0f} N/m")
+        for hand, limit in plane.hands.items()
+        if limit == limit
+    ]
     step = min(_MOST_LINE, top / (len(pairs) + 0.5))
     for index, (name, value) in enumerate(pairs):
         height = top - step * (index + 1)

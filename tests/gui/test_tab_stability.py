@@ -41,7 +41,7 @@ def test_it_judges_the_loop_in_force(page):
     assert page.lines.plane.setting == setting
     assert page.lines.plane.hands == limits
     assert page.beside.headline.text() == f"{limits['released'] / 620.0:.1f} × below"
-    assert page.beside.hand.text() == "the limit; released hand."
+    assert page.beside.hand.text() == "the limit; released hand, without dry friction."
     shown = page.side.hands
     assert f"{limits['firm']:.0f} N/m" in [label.text() for pair in shown._labels for label in pair]
 

@@ -1,5 +1,6 @@
 """The stability map: every limit of the loop in force, and the rendered impedance as a dot in it."""
 
+import math
 from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
@@ -19,7 +20,9 @@ from hapkit_studio.gui.tabs.stability_lines import Ask, Lines, solve
 from hapkit_studio.gui.tabs.stability_measure import Measured, Results, measuring
 from hapkit_studio.gui.tabs.stability_pair import Pair, pair_of
 from hapkit_studio.gui.tabs.stability_side import StabilitySide
+from hapkit_studio.gui.tabs.stability_start import Held
 from hapkit_studio.gui.tabs.stability_trial import Trial
+from hapkit_studio.gui.tabs.stability_verdict import Verdict, verdict
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live import Live
@@ -40,7 +43,7 @@ class StabilityPage(Page):
         super().__init__()
         self._studio = studio
         self.facts = LoopFacts(studio, self)
-        self.job, self.trial = Job(self), Trial(studio, self)
+        self.job, self.trial = Job(self), Trial(studio, live, self)
         self._worker = MarginWorker(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
@@ -86,10 +89,13 @@ class StabilityPage(Page):
             return
         plane = lines.plane if self.outdated else self.results.put_into(lines.plane)
 
+        engine = self._studio.engine
+        device = engine.device.title if engine is not None else ""
+
         def figure(path: str) -> None:
             from hapkit_studio.charts.stability import stability_figure
 
-            stability_figure(plane, path)
+            stability_figure(plane, path, device)
 
         def numbers() -> dict:
             from hapkit_studio.analysis.plane_numbers import as_json
@@ -105,6 +111,16 @@ class StabilityPage(Page):
         """Return the parameters that a click sets; None where the environment has no impedance."""
         environment = self._studio.environment
         return pair_of(environment, self._studio.values) if environment.impedance else None
+
+    @property
+    def held(self) -> Held | None:
+        """Return what the map says of the handle when it is let go; None before there are lines."""
+        engine, pair = self._studio.engine, self.pair
+        if self.lines is None or engine is None or pair is None:
+            return None
+        plane = self.lines.plane
+        limit = plane.hands["released"] if pair.stiffness else math.nan
+        return Held(plane.setting, plane.margin.stiffness, limit, engine.max_force)
 
     def question(self) -> Ask | None:
         """Return what to compute for what is in force; None without a device or its delay."""
@@ -133,15 +149,7 @@ class StabilityPage(Page):
     def show_lines(self, lines: Lines) -> None:
         """Show the newest lines."""
         self.lines = lines
-        dotted = self._studio.environment.impedance is not None
-        self.chart.show_lines(lines, dotted)
-        if dotted:
-            self.beside.show_verdict(lines.plane.margin)
-        else:
-            title = self._studio.environment.title
-            self.beside.show_reason(
-                "No limit applies", f"{title} renders no stiffness or damping of its own."
-            )
+        self.chart.show_lines(lines, self._studio.environment.impedance is not None)
         self.side.show_hands(lines.plane.hands, lines.plane.margin.damping)
         self.bar.export.setEnabled(True)
         self._show_conditions()
@@ -193,20 +201,29 @@ class StabilityPage(Page):
             self.results.prefer(self.lines.plane.setting, self.real.isChecked())
         self.chart.show_measured(self.results.all, self.job.running or self.outdated)
         if self.lines is not None:
+            self.beside.show_verdict(self._verdict(self.lines))
             plane, marks = self.results.shown(self.lines.plane)
             self.beside.show_legend(legend_words(plane, {**marks, "hands": bool(self.lines.hands)}))
+
+    def _verdict(self, lines: Lines) -> Verdict:
+        if self._studio.environment.impedance is None:
+            title = self._studio.environment.title
+            return Verdict("No limit applies", f"{title} renders no stiffness or damping of its own.")
+        return verdict(lines.plane, None if self.outdated else self.results.last)
 
     def _say_measured(self) -> None:
         """Say what the measured map is worth; not while the bar says how far the next one is."""
         newest = self.results.last
         if newest is not None and not self.job.running:
-            self.bar.say("Out of date" if self.outdated else newest.words)
+            axes = (self.lines.plane.width, self.lines.plane.top) if self.lines is not None else newest.axes
+            self.bar.say("Out of date" if self.outdated else newest.words(axes))
 
     def _show_conditions(self) -> None:
         from hapkit_studio.analysis.plane_words import conditions
 
-        assert self.lines is not None
-        pairs = dict(conditions(self.lines.plane.setting))
+        if self.lines is None:
+            return
+        pairs = dict(conditions(self.lines.plane.setting, self.real.isChecked()))
         pairs |= {"Hand": "all of them"} if self.lines.hands else {}
         self.beside.show_conditions([(_NAMES.get(name, name), value) for name, value in pairs.items()])
 
@@ -216,8 +233,15 @@ class StabilityPage(Page):
         self.beside.show_conditions([])
         self.side.show_hands({}, 0.0)
         self.bar.export.setEnabled(False)
-        why = "Half a second at zero force, on connecting." if self._studio.engine else "Needs a device."
-        self.beside.show_reason("Measuring the delay" if self._studio.engine else "Not judged yet", why)
+        self.beside.show_verdict(self._no_verdict())
+
+    def _no_verdict(self) -> Verdict:
+        """Say what is missing before there are lines."""
+        if self._studio.engine is None:
+            return Verdict("Not judged yet", "Needs a device.")
+        if self.facts.delay is None:
+            return Verdict("Measuring the delay", "Half a second at zero force, on connecting.")
+        return Verdict("Computing", "The map's lines come in a moment.")
 
     def _show_studio(self) -> None:
         """Show what a click and the button do now, and whether the controller is on."""
@@ -227,7 +251,7 @@ class StabilityPage(Page):
         if self._studio.engine is not None and not possible:
             words += " On a real Hapkit you are the hand: let go of it yourself."
         button = "Holding…" if self.trial.holding else "Release the handle here"
-        self.side.show_trial(words, button, possible and not self.trial.holding)
+        self.side.show_trial(words, button, possible and not self.trial.holding, self.trial.said)
         self.side.show_controller(self._studio.loop.controller)
 
     def _arrange(self) -> None:
@@ -248,13 +272,14 @@ class StabilityPage(Page):
         self.hands.chosen.connect(lambda _index: self.ask())
         self.real.toggled.connect(self._show_measured)
         self.real.toggled.connect(self._say_measured)
+        self.real.toggled.connect(self._show_conditions)
         for signal in (studio.values_changed, studio.environment_changed):
             signal.connect(self.ask)
         for signal in (studio.environment_changed, studio.values_changed, studio.engine_changed):
             signal.connect(self._show_studio)
         studio.loop_changed.connect(self._show_studio)
         self.trial.changed.connect(self._show_studio)
-        self.side.release_pressed.connect(self.trial.begin)
+        self.side.release_pressed.connect(lambda: self.trial.begin(self.held))
         self.side.controller_chosen.connect(lambda on: studio.set_loop(controller=on))
         live.health.connect(self.facts.note_health)
         self.chart.clicked.connect(self.go)

@@ -1,16 +1,15 @@
 """What stands beside the map: the verdict, what each line means, and the conditions all of it holds for."""
 
-import math
-
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetricsF, QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.margin import Margin, hand_words, short, way_out
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.parameter_panel import rule
 from hapkit_studio.gui.tabs.side import Pairs, hint
 from hapkit_studio.gui.tabs.stability_legend import Legend
+from hapkit_studio.gui.tabs.stability_verdict import Verdict
 from hapkit_studio.gui.theme import theme
 
 WIDTH = 276
@@ -19,12 +18,17 @@ _SMALLEST = 16
 _SIGN = 24
 
 
-class Beside(QWidget):
-    """Verdict, legend and conditions in a column."""
+class Beside(QScrollArea):
+    """Verdict, legend and conditions in a column that scrolls where it is too long."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setFixedWidth(WIDTH)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        dress(self, "QScrollArea, #beside { background: transparent; border: none; }")
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Ignored)
         self._sign = ("circle", "ink2")
         self._known, self._line = False, rule()
@@ -39,28 +43,16 @@ class Beside(QWidget):
         theme.changed.connect(self._look)
         self._look()
 
-    def show_verdict(self, margin: Margin) -> None:
-        """Say how far the rendered impedance is from the limit."""
-        said, hand = short(margin), hand_words(margin.hand)
-        head, cut, _ = said.partition(" the limit")
-        self.headline.setText(head)
-        self.hand.setText(f"the limit; {hand}." if cut else "" if said.endswith(hand) else f"{hand}.")
-        self.hand.setVisible(bool(self.hand.text()))
-        self._show_out(way_out(margin))
-        known = not math.isnan(margin.limit)
-        self._sign = (
-            (("check", "ok") if margin.stable else ("cross", "danger")) if known else ("circle", "ink2")
-        )
+    def show_verdict(self, verdict: Verdict) -> None:
+        """Say how far the rendered impedance is from the limit, or why nothing can be said."""
+        self.headline.setText(verdict.headline)
+        self.hand.setText(verdict.words)
+        self.hand.setVisible(bool(verdict.words))
+        self.out.setText(verdict.more)
+        self.out.setVisible(bool(verdict.more))
+        self._sign = verdict.sign
         self._look()
-
-    def show_reason(self, headline: str, words: str) -> None:
-        """Say why there is no verdict."""
-        self.headline.setText(headline)
-        self.hand.setText(words)
-        self.hand.setVisible(True)
-        self._show_out("")
-        self._sign = ("circle", "ink2")
-        self._look()
+        self.fit()
 
     def show_conditions(self, pairs: list[tuple[str, str]]) -> None:
         """Show what the limits hold for."""
@@ -78,21 +70,16 @@ class Beside(QWidget):
         self.fit()
 
     def fit(self) -> None:
-        """Leave away what there is no room for: explanations, then conditions, then the legend."""
-        layout = self.layout()
+        """Leave explanations away where there is no room for them; the rest scrolls."""
+        for part in (self._line, self.heading, self.conditions):
+            part.setVisible(self._known)
+        layout = self._body.layout()
         assert layout is not None
-        for level in range(4):
-            self.legend.fold(level >= 1)
-            for part in (self._line, self.heading, self.conditions):
-                part.setVisible(level < 2 and self._known)
-            self.legend.setVisible(level < 3)
+        for folded in (False, True):
+            self.legend.fold(folded)
             layout.activate()
             if layout.totalHeightForWidth(self.width()) <= self.height():
                 break
-
-    def _show_out(self, words: str) -> None:
-        self.out.setText(words)
-        self.out.setVisible(bool(words))
 
     def _look(self) -> None:
         name, token = self._sign
@@ -116,7 +103,9 @@ class Beside(QWidget):
         first.setSpacing(10)
         first.addWidget(self.sign)
         first.addWidget(self.headline, 1)
-        column = QVBoxLayout(self)
+        self._body = QWidget()
+        self._body.setObjectName("beside")
+        column = QVBoxLayout(self._body)
         column.setContentsMargins(4, 10, 2 * _MARGIN - 4, 10)
         column.setSpacing(6)
         column.addLayout(first)
@@ -128,3 +117,4 @@ class Beside(QWidget):
         column.addWidget(self.heading)
         column.addWidget(self.conditions)
         column.addStretch(1)
+        self.setWidget(self._body)

@@ -61,7 +61,7 @@ class StabilityChart(Chart):
 
     def _regions(self, painter: QPainter, chart: Chart) -> None:
         lines = self.lines
-        if lines is None or not lines.plane.setting.linear:
+        if lines is None or not lines.plane.setting.linear or self.particular is not None:
             return
         box = self.frame()
         region(painter, _corners(box), "unstable", "danger")
@@ -103,18 +103,28 @@ class StabilityChart(Chart):
                 if seen.contains(place):
                     marker(painter, "circle", place, token, 6.0, filled=False)
 
+    @property
+    def particular(self) -> Measured | None:
+        """Return a measurement that the lines cannot stand for: with friction, or with the controller."""
+        newest = self.measured[-1] if self.measured and not self.pale else None
+        return newest if newest is not None and (newest.real or newest.cells.controller) else None
+
+    def circles(self) -> list[QPointF]:
+        """Return where measured points are, in pixels."""
+        pairs = [(measured.points.damping, measured.points.stiffness) for measured in self.measured]
+        return [place for pair in pairs for place in self.points(*pair)]
+
     def _names(self, painter: QPainter, chart: Chart) -> None:
         if self.lines is None:
             return
-        newest = self.measured[-1] if self.measured and not self.pale else None
-        if newest is not None and (newest.real or newest.cells.controller):
-            paint_measured_names(painter, self, self.lines, newest, self.dotted)
+        if self.particular is not None:
+            paint_measured_names(painter, self, self.lines, self.particular, self.dotted, self.circles())
         elif self.lines.plane.setting.linear:
-            paint_names(painter, self, self.lines, self.dotted)
+            paint_names(painter, self, self.lines, self.dotted, self.circles())
 
     def _dot(self, painter: QPainter, chart: Chart) -> None:
         if self.lines is not None and self.dotted:
-            paint_dot(painter, self, self.lines, self._pointer)
+            paint_dot(painter, self, self.lines, self._pointer, self.circles())
 
     def _pale(self, painter: QPainter) -> None:
         """Paint what follows paler, if it holds for other conditions."""

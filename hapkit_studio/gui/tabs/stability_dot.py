@@ -1,10 +1,12 @@
 """The dot of the map, its way to the boundary, and what the pointer reads."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QPointF
-from PySide6.QtGui import QPainter
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QFontMetricsF, QPainter
 
 from hapkit_studio.analysis.margin import Margin, factor, short
 from hapkit_studio.gui.tabs.chart import Chart
@@ -17,6 +19,8 @@ TURNS = 0.62
 _SIDE, _DOT, _RING = 14.0, 8.0, 11.0
 # Nearer than this, across and up, the pointer's words stand over the dot's.
 _FAR, _CLOSE = 230.0, 40.0
+# The dot's words: their font, and how far above and below they may stand; a measured point's radius.
+_ROLE, _HIGHER, _CIRCLE = "strong", (0.0, -24.0, 24.0), 7.0
 # Less than this between dot and boundary leaves no room for the arrow's words.
 _ROOM_FOR_WORDS = 34.0
 
@@ -26,44 +30,79 @@ def here(margin: Margin) -> str:
     return f"you: {number(margin.stiffness, 0)} N/m, {number(margin.damping, 1)} N·s/m"
 
 
+@dataclass(frozen=True)
+class Label:
+    """Words beside the dot or its arrow, and the box they take in pixels."""
+
+    text: str
+    box: QRectF
+
+
+def labels(chart: Chart, lines: Lines, circles: Sequence[QPointF] = ()) -> list[Label]:
+    """Return the dot's words and its arrow's, clear of the measured points where there is room."""
+    margin = lines.plane.margin
+    at = chart.at(margin.damping, margin.stiffness)
+    found, tip = [_label(chart, at, here(margin), circles)], _tip(chart, lines)
+    if tip is not None and abs(tip.y() - at.y()) > _ROOM_FOR_WORDS:
+        found.append(_label(chart, (at + tip) * 0.5, factor(margin.ratio), circles))
+    return found
+
+
+def _label(chart: Chart, at: QPointF, text: str, circles: Sequence[QPointF]) -> Label:
+    metrics, frame = QFontMetricsF(theme.font(_ROLE)), chart.frame()
+    width, height = metrics.horizontalAdvance(text), metrics.height()
+    left = at.x() > frame.left() + TURNS * frame.width()
+    tries = [
+        QRectF(at.x() - _SIDE - width if side else at.x() + _SIDE, at.y() + up - 0.5 * height, width, height)
+        for up in _HIGHER
+        for side in (left, not left)
+    ]
+    free = (box for box in tries if frame.contains(box) and not _meets(box, circles))
+    return Label(text, next(free, tries[0]))
+
+
+def _meets(box: QRectF, circles: Sequence[QPointF]) -> bool:
+    wide = box.adjusted(-_CIRCLE, -_CIRCLE, _CIRCLE, _CIRCLE)
+    return any(wide.contains(circle) for circle in circles)
+
+
+def _tip(chart: Chart, lines: Lines) -> QPointF | None:
+    """Return where the arrow ends; None where there is none."""
+    margin = lines.plane.margin
+    if not (margin.stiffness > 0.0 and margin.limit > 0.0):
+        return None
+    at = chart.at(margin.damping, margin.stiffness)
+    tip = chart.at(margin.damping, min(margin.limit, 0.98 * lines.plane.top))
+    return None if abs(tip.y() - at.y()) < _RING else tip
+
+
 def paint_dot(
-    painter: QPainter, chart: Chart, lines: Lines, pointer: tuple[float, float] | None = None
+    painter: QPainter,
+    chart: Chart,
+    lines: Lines,
+    pointer: tuple[float, float] | None = None,
+    circles: Sequence[QPointF] = (),
 ) -> None:
     """Paint the rendered impedance and how far it is; without words where the pointer reads others."""
     margin, plane = lines.plane.margin, lines.plane
     bad = not margin.stable and plane.setting.linear
     token = "danger" if bad else "accent"
-    at = chart.at(margin.damping, margin.stiffness)
+    at, tip = chart.at(margin.damping, margin.stiffness), _tip(chart, lines)
     for foot in (chart.at(0.0, margin.stiffness), chart.at(margin.damping, 0.0)):
         line(painter, [foot, at], token, 1.4, [1.4, 3.0])
-    if margin.stiffness > 0.0 and margin.limit > 0.0:
-        _way(painter, chart, lines, token)
+    if tip is not None:
+        arrow(painter, at + QPointF(0.0, -_RING if tip.y() < at.y() else _RING), tip, token)
     painter.setPen(theme.color("surface"))
     painter.setBrush(theme.color("accent"))
     painter.drawEllipse(at, _DOT, _DOT)
     if bad:
         ring(painter, at, "danger", _RING)
+    own, *others = labels(chart, lines, circles)
     away = chart.at(*pointer) - at if pointer else QPointF(_FAR, _FAR)
-    if abs(away.x()) > _FAR or abs(away.y()) > _CLOSE or math.hypot(away.x(), away.y()) < _SIDE:
-        _beside(painter, chart, at + QPointF(0.0, 5.0), here(margin), token)
-
-
-def _way(painter: QPainter, chart: Chart, lines: Lines, token: str) -> None:
-    """Paint the arrow to the boundary and its factor."""
-    margin = lines.plane.margin
-    at = chart.at(margin.damping, margin.stiffness)
-    tip = chart.at(margin.damping, min(margin.limit, 0.98 * lines.plane.top))
-    if abs(tip.y() - at.y()) < _RING:
-        return
-    arrow(painter, at + QPointF(0.0, -_RING if tip.y() < at.y() else _RING), tip, token)
-    if abs(tip.y() - at.y()) > _ROOM_FOR_WORDS:
-        _beside(painter, chart, (at + tip) * 0.5 + QPointF(0.0, 5.0), factor(margin.ratio), token)
-
-
-def _beside(painter: QPainter, chart: Chart, at: QPointF, words: str, token: str) -> None:
-    box = chart.frame()
-    left = at.x() > box.left() + TURNS * box.width()
-    write(painter, at + QPointF(-_SIDE if left else _SIDE, 0.0), words, token, "strong", float(left), box)
+    read = abs(away.x()) <= _FAR and abs(away.y()) <= _CLOSE and math.hypot(away.x(), away.y()) >= _SIDE
+    for label in others if read else (own, *others):
+        place = QPointF(label.box.left(), label.box.center().y() + 5.0)
+        write(painter, place, label.text, token, _ROLE, 0.0, chart.frame())
 
 
 def paint_reading(

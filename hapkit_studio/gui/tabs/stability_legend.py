@@ -89,6 +89,7 @@ class Legend(QWidget):
         for key in ("exact", "hands", "measured", "controlled", "buzzes", "simple", "passive", "coulomb"):
             self.rows[key] = Row(key)
             self._column.addWidget(self.rows[key])
+        self.show_lines({})
 
     def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
         """Show these lines, by key: name and explanation."""

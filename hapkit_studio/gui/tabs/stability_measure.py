@@ -32,10 +32,11 @@ class Measured:
     cells: "Cells"
     seconds: float
 
-    @property
-    def words(self) -> str:
-        """Say how much was measured, and how fast."""
+    def words(self, axes: tuple[float, float]) -> str:
+        """Say how much was measured, and how fast; how far, where the map's axes are wider than that."""
         m, n = self.cells.classes.shape
+        if axes[0] > self.axes[0] or axes[1] > self.axes[1]:
+            return f"Measured to {self.axes[0]:g} N·s/m and {self.axes[1]:.0f} N/m only"
         return f"{m} × {n} cells, {self.seconds:.1f} s"
 
 

@@ -1,6 +1,7 @@
 """The names of the map's regions, inside them and clear of everything else."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF
@@ -9,43 +10,71 @@ from PySide6.QtGui import QFontMetricsF, QPainter
 from hapkit_studio.charts.placing import Box, crosses, room
 from hapkit_studio.gui.tabs.chart import Chart
 from hapkit_studio.gui.tabs.marks import line, write
-from hapkit_studio.gui.tabs.stability_dot import TURNS, here
+from hapkit_studio.gui.tabs.stability_dot import labels
 from hapkit_studio.gui.tabs.stability_lines import Lines
 from hapkit_studio.gui.tabs.stability_measure import Measured
 from hapkit_studio.gui.theme import theme
 
 _PASSIVE = "passive: stable in any hand"
 _FONT = "banner"
+# Even places across; half of a measured point and some room, in pixels.
+_COLUMNS, _CIRCLE = 121, 9.0
 
 
-def paint_names(painter: QPainter, chart: Chart, lines: Lines, dotted: bool) -> None:
-    """Name the regions where there is room, clear of the dot, its words and the simple rule."""
-    plane, taken = lines.plane, _taken(chart, lines, dotted)
+def paint_names(
+    painter: QPainter, chart: Chart, lines: Lines, dotted: bool, circles: Sequence[QPointF] = ()
+) -> None:
+    """Name the regions where there is room, clear of the dot, all words and measured points."""
+    plane, dot = lines.plane, _around_dot(chart, lines, circles) if dotted else []
+    taken = _taken(chart, lines, dot, circles)
     exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
     hand = _hand(lines)
     taken += _name_hands(painter, chart, lines)
     if plane.edge.any():
-        _name_passive(painter, chart, lines, taken, dotted)
+        _name_passive(painter, chart, lines, taken, dot)
     passive = np.minimum(_passive(lines), exact)
     _name(painter, chart, f"grows, {hand}", "danger", (exact, np.ones_like(exact)), taken)
     _name(painter, chart, f"stable, {hand}", "ok", (passive, exact), taken)
 
 
 def paint_measured_names(
-    painter: QPainter, chart: Chart, lines: Lines, measured: Measured, dotted: bool
+    painter: QPainter,
+    chart: Chart,
+    lines: Lines,
+    measured: Measured,
+    dotted: bool,
+    circles: Sequence[QPointF] = (),
 ) -> None:
-    """Name what was measured: where the handle comes to rest, buzzes, grows."""
-    rests, grows = (_lowest(measured, kind) for kind in (1, 2))
-    taken, hand = _taken(chart, lines, dotted), _hand(lines)
+    """Name what was measured, where the handle comes to rest, buzzes, grows; and what was not."""
+    dot = _around_dot(chart, lines, circles) if dotted else []
+    taken, hand = _taken(chart, lines, dot, circles), _hand(lines)
     taken += _name_hands(painter, chart, lines)
-    zero, one = np.zeros_like(rests), np.ones_like(rests)
+    zero, rests, grows, end = borders(measured, lines.plane.width, lines.plane.top)
     _name(painter, chart, f"comes to rest, {hand}", "ok", (zero, rests), taken)
     _name(painter, chart, "buzzes, does not grow", "warn", (rests, grows), taken)
-    _name(painter, chart, f"grows, {hand}", "danger", (grows, one), taken)
+    _name(painter, chart, f"grows, {hand}", "danger", (grows, end), taken)
+    _name(painter, chart, "not measured", "ink2", (end, np.ones_like(end)), taken)
+
+
+def borders(
+    measured: Measured, width: float, top: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return 0 and the heights (n,) where it buzzes, where it grows, where nothing is measured any more.
+
+    They are shares of a chart of this width in N·s/m and top in N/m, at even places across.
+    """
+    across = np.linspace(0.0, width, _COLUMNS)
+    inside = across <= measured.axes[0]
+    count = measured.cells.classes.shape[1]
+    column = np.minimum((across / measured.axes[0] * count).astype(int), count - 1)
+    high = measured.axes[1] / top
+    kinds = (_lowest(measured, kind)[column] * high for kind in (1, 2))
+    rests, grows, end = (np.where(inside, np.minimum(h, 1.0), 0.0) for h in (*kinds, np.full(_COLUMNS, high)))
+    return np.zeros(_COLUMNS), rests, grows, end
 
 
 def _lowest(measured: Measured, kind: int) -> np.ndarray:
-    """Return where, as a share of the height, each column (n,) first does that or worse; 1 if nowhere."""
+    """Return where, as a share of the measured height, each column first does that or worse; 1 if nowhere."""
     there = measured.cells.classes >= kind
     return np.where(there.any(axis=0), there.argmax(axis=0) / len(there), 1.0)
 
@@ -55,11 +84,11 @@ def _hand(lines: Lines) -> str:
     return hand if hand == "released" else f"{hand} grip"
 
 
-def _taken(chart: Chart, lines: Lines, dotted: bool) -> list[Box]:
-    """Return the shares of the frame that the simple rule and the dot take."""
-    plane = lines.plane
-    taken = _along(plane.damping / plane.width, plane.simple / plane.top)
-    return [*taken, _around_dot(chart, lines)] if dotted else taken
+def _taken(chart: Chart, lines: Lines, dot: list[Box], circles: Sequence[QPointF]) -> list[Box]:
+    """Return the shares of the frame that the simple rule, the dot and the measured points take."""
+    plane, frame, size = lines.plane, chart.frame(), QPointF(_CIRCLE, _CIRCLE)
+    points = [_share(QRectF(circle - size, circle + size), frame) for circle in circles]
+    return [*_along(plane.damping / plane.width, plane.simple / plane.top), *dot, *points]
 
 
 def _size(chart: Chart, words: str) -> tuple[float, float]:
@@ -98,7 +127,7 @@ def _name_hands(painter: QPainter, chart: Chart, lines: Lines) -> list[Box]:
     return taken
 
 
-def _name_passive(painter: QPainter, chart: Chart, lines: Lines, taken: list[Box], dotted: bool) -> None:
+def _name_passive(painter: QPainter, chart: Chart, lines: Lines, taken: list[Box], dot: list[Box]) -> None:
     """Name the passive region from beside it, with a line that leads into it."""
     plane = lines.plane
     floor = _passive(lines)
@@ -111,7 +140,7 @@ def _name_passive(painter: QPainter, chart: Chart, lines: Lines, taken: list[Box
     into = 0.35 * min(plane.edge_damping[-1] / plane.width, 1.0), 0.35 * min(plane.edge[0] / plane.top, 1.0)
     if found is None:
         return
-    if dotted and crosses((found[0], 0.5 * (found[1] + found[3])), into, _around_dot(chart, lines)):
+    if any(crosses((found[0], 0.5 * (found[1] + found[3])), into, box) for box in dot):
         return
     taken.append(found)
     box = chart.frame()
@@ -137,14 +166,15 @@ def _along(x: np.ndarray, y: np.ndarray) -> list[Box]:
     return [(a - 0.01, b - 0.02, a + 0.01, b + 0.02) for a, b in zip(places, heights, strict=True) if b < 1]
 
 
-def _around_dot(chart: Chart, lines: Lines) -> Box:
-    """Return the share of the frame that dot, arrow and their words take."""
+def _around_dot(chart: Chart, lines: Lines, circles: Sequence[QPointF]) -> list[Box]:
+    """Return the shares of the frame that dot, arrow and their words take."""
     margin, plane = lines.plane.margin, lines.plane
     x, y = margin.damping / plane.width, margin.stiffness / plane.top
     tip = min((margin.limit if math.isfinite(margin.limit) else margin.stiffness) / plane.top, 1.0)
-    words = _size(chart, here(margin))[0] + 0.05
-    left, right = (x - words, x + 0.03) if x > TURNS else (x - 0.03, x + words)
-    return left, min(y, tip) - 0.05, right, max(y, tip) + 0.05
+    words = [
+        _share(label.box.adjusted(-8, -4, 8, 4), chart.frame()) for label in labels(chart, lines, circles)
+    ]
+    return [(x - 0.03, min(y, tip) - 0.05, x + 0.03, max(y, tip) + 0.05), *words]
 
 
 def _share(drawn: QRectF, box: QRectF) -> Box:

@@ -14,6 +14,8 @@ _PROBES = (0.3, 0.6)
 _REACH, _POINTS = 0.04, 161
 # Where the force rises nearly as steeply as anywhere.
 _STEEP = 0.9
+# This far in m on both sides of the stiffest place tells a wall; less than this share of force is none.
+_NEAR, _SLIGHT = 0.003, 0.1
 
 
 @dataclass(frozen=True)
@@ -80,3 +82,10 @@ def contact(environment: Environment, values: Values) -> tuple[float, float]:
     best = int(min(places, key=lambda i: (round(abs(float(force[i])), 6), abs(float(x[i])))))
     onwards = best + 4 < _POINTS and bool(steep[best : best + 4].all())
     return float(x[best]), 1.0 if onwards else -1.0
+
+
+def one_sided(environment: Environment, values: Values) -> bool:
+    """Return whether the scene pushes on one side only of its stiffest place, as a wall does."""
+    place, way = contact(environment, values)
+    inside, outside = environment.curve(values, np.array([place + way * _NEAR, place - way * _NEAR]))
+    return abs(float(outside)) < _SLIGHT * abs(float(inside))

@@ -42,7 +42,10 @@ class StabilitySide(SidePanel):
         pairs = [
             (_HANDS[hand], f"{number(limit, 0)} N/m") for hand, limit in limits.items() if limit == limit
         ]
-        self.hands.show_pairs(pairs or [("Velocity filter", "not linear")])
+        none = [("Velocity filter", "not linear")] if limits else []
+        self.hands.show_pairs(pairs or none)
+        for part in (self._hands_line, self.hands_heading, self.hands):
+            part.setVisible(bool(limits))
 
     def show_controller(self, on: bool) -> None:
         """Show whether the controller is on."""
@@ -50,11 +53,13 @@ class StabilitySide(SidePanel):
         self.controller.setChecked(on)
         self.controller.blockSignals(blocked)
 
-    def show_trial(self, words: str, button: str, enabled: bool) -> None:
-        """Say what a click on the map and the button do."""
+    def show_trial(self, words: str, button: str, enabled: bool, said: str = "") -> None:
+        """Say what a click on the map and the button do; said: what the last release showed."""
         self.try_words.setText(words)
         self.release.setText(button)
         self.release.setEnabled(enabled)
+        self.outcome.setText(said)
+        self.outcome.setVisible(bool(said))
 
     def set_room(self, narrow: bool) -> None:
         """Make do with a narrow panel."""
@@ -66,7 +71,10 @@ class StabilitySide(SidePanel):
         self.release = QPushButton("Release the handle here")
         self.release.clicked.connect(self.release_pressed)
         self.add(self.try_words)
+        self.outcome = QLabel()
+        self.outcome.setWordWrap(True)
         self.add(self.release)
+        self.add(self.outcome)
 
     def _keep_stable(self) -> None:
         self.section("Keep it stable")
