@@ -13,8 +13,10 @@ Any other loop is let go 200.3 sensor steps away, and 3.3 steps away where it ca
 worst: it stays in motion there if the force of one step is more than twice the friction. It DECAYS where
 friction holds it for good, or where it reaches 10 % less far in the last third than in the one before. Where
 it stays in motion within five steps it BUZZES, which is known once three twelfths of the time reach equally
-far; beyond five steps, and beyond 0.2 m at any time, it GROWS. The passivity controller lets a motion of an
-energy that nobody feels be, however far it reaches: with it, what reaches less than 10 % farther BUZZES too.
+far; beyond five steps, and beyond 0.2 m at any time, it GROWS. But with a linear velocity estimate the steps
+add no more than a bounded motion, a long one near the limit: what has come down by 10 % since the first third
+and reaches no farther in the last third than before BUZZES, however far it reaches. The passivity controller
+lets a motion of an energy that nobody feels be: with it, what reaches less than 10 % farther BUZZES too.
 """
 
 import math
@@ -47,7 +49,7 @@ FEW_STEPS = 5.0
 FAR = 0.2
 # A second without any motion: by then every velocity estimate has forgotten what was before.
 _STILL_SECONDS = 1.0
-_DYING, _GROWING = 0.9, 1.1
+_DYING, _STEADY, _GROWING = 0.9, 1.01, 1.1
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,12 @@ class Rendered:
     def linear(self) -> bool:
         """Return whether twice the motion is twice the force, so that its size does not matter."""
         exact = self.device.coulomb_force == 0.0 and self.device.quantum == 0.0 and not self.controller
-        return exact and parse(self.loop.estimator)[0].response is not None
+        return exact and self.linear_estimate
+
+    @property
+    def linear_estimate(self) -> bool:
+        """Return whether the velocity estimator has a transfer function."""
+        return parse(self.loop.estimator)[0].response is not None
 
     @property
     def mass(self) -> float:
@@ -111,7 +118,7 @@ def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndar
     for start in STARTS:
         centre = -0.5 * what.device.quantum
         found = _let_go(what, stiffness[quiet], damping[quiet], start * step, centre, limits)
-        verdict[quiet] = _by_reach(found, FEW_STEPS * step, what.controller)
+        verdict[quiet] = _by_reach(found, FEW_STEPS * step, what.controller, what.linear_estimate)
         quiet = quiet[verdict[quiet] == DECAYS]
     return verdict
 
@@ -152,16 +159,20 @@ def by_envelope(found: probe.Found) -> np.ndarray:
     return np.where(settles, DECAYS, GROWS).astype(np.int8)
 
 
-def _by_reach(found: probe.Found, few: float, held: bool) -> np.ndarray:
+def _by_reach(found: probe.Found, few: float, held: bool, linear: bool) -> np.ndarray:
     """Compare how far the last third reaches with the one before; few is a buzz's longest reach in m.
 
-    held: a controller holds the motion, and only what reaches ever farther grows.
+    held: a controller holds the motion, and only what reaches ever farther grows. linear: the estimate is,
+    and what has come down to a steady motion does not grow.
     """
     third = probe.PARTS // 3
+    first = _reach(found.parts[:, :third])
     before, after = _reach(found.parts[:, third : 2 * third]), _reach(found.parts[:, 2 * third :])
     whole = found.ends == probe.WHOLE
     rests = (found.ends == probe.STILL) | (whole & (after < _DYING * before))
     grows = whole & ~rests & (after > few)
+    if linear:
+        grows &= (after >= _DYING * first) | (after > _STEADY * before)
     if held:
         grows &= after > _GROWING * before
     grows |= found.ends == probe.LOST

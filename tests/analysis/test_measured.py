@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 from hapkit_studio.analysis import measured, settling
 from hapkit_studio.analysis.measured import BUZZES, DECAYS, GROWS
+from hapkit_studio.analysis.plane import exact_boundary
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import stiffness_limit
 from hapkit_studio.analysis.sweeps import Cancelled
@@ -170,3 +171,16 @@ def test_refuses_what_no_spring_has():
         measured.classes(Setting(), [1.0], [math.nan])
     with pytest.raises(ParameterError, match=r"Measuring at 1e\+06 Hz takes \d+ samples; 5000000 at most"):
         measured.classes(Setting(rate=1e6), [1.0], [100.0])
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1415.0, 8.0), (1464.0, 10.46)])
+def test_what_comes_down_to_a_long_steady_motion_does_not_grow(stiffness, damping):
+    """Let go 200 steps away inside the linear limit, it comes down to 9 and 16 steps, and stays there."""
+    coarse = Setting(
+        viscous=0.18, coulomb=0.02, quantum=61.4e-6, delay=1e-3, estimator=("iir", {"cutoff": 35.5})
+    )
+    limit = exact_boundary(coarse, [damping])[0]
+    assert stiffness < 0.985 * limit
+    around = [stiffness, 1.03 * limit]
+    found = measured.classes(coarse, [damping], around, real=True).ravel().tolist()
+    assert found == [measured.BUZZES, measured.GROWS]
