@@ -42,7 +42,7 @@ def live(stiffness, case):
     """Return a spring in the window."""
     values = {"stiffness": stiffness, "damping": case["damping"]}
     loop = {"rate": 500.0, "delay": 0.001, "estimator": "difference"}
-    return Live("spring", values, loop, "released", "Pull the handle.")
+    return Live("spring", values, loop, "medium", "Pull the handle.")
 
 
 def made(**given):

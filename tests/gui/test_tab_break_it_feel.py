@@ -42,10 +42,12 @@ def test_feel_it_puts_the_failure_in_and_take_back_restores_everything(felt, win
     assert studio.values["damping"] == 2.0
     assert (studio.loop.rate, studio.loop.delay, studio.loop.spec) == (500.0, 0.001, "difference")
     assert studio.engine.loop.rate == 500.0
-    assert studio.grip == "released"
+    assert studio.grip == "medium"
+    assert felt.felt == "A spring too stiff"
     assert felt.verdict.more.text() == "In the scene now. Pull the handle."
     assert not felt.verdict.feel.isVisible()
     felt.verdict.back.click()
+    assert felt.felt == ""
     assert state(studio) == before
     assert studio.engine.loop.rate == 2000.0
     assert not felt.verdict.back.isVisible()
@@ -70,11 +72,39 @@ def test_the_scene_follows_the_knob_while_it_is_felt(felt, window, qtbot):
 def test_take_back_works_after_other_scenes_and_stays_while_another_failure_is_in_sight(felt, window):
     before = state(window.studio)
     felt.feel_it()
+    heard = []
+    felt.felt_changed.connect(heard.append)
     window.studio.choose("puck")
+    assert felt.felt == ""
+    assert set(heard) == {""}
+    assert felt.verdict.more.text().startswith("Not in the scene any more")
+    assert felt.verdict.feel.isVisible()
     felt.list.choose("step")
     assert felt.verdict.back.isVisible()
     felt.verdict.back.click()
-    assert state(window.studio) == before
+    assert state(window.studio) == ("puck", *before[1:])  # the scene that was chosen since stays
+
+
+@pytest.mark.parametrize(
+    "change", [("set_value", ("stiffness", 50.0)), ("set_loop", ()), ("reset_values", ())]
+)
+def test_a_value_changed_by_hand_takes_the_failure_out_and_the_knob_leaves_it_alone(
+    felt, window, qtbot, change
+):
+    studio, before = window.studio, state(window.studio)
+    felt.feel_it()
+    name, given = change
+    getattr(studio, name)(*given, **({"delay": 0.004} if name == "set_loop" else {}))
+    assert felt.felt == ""
+    assert felt.verdict.more.text().startswith("Not in the scene any more")
+    by_hand = state(studio)
+    felt.turn(1.2)
+    settled(felt, qtbot)
+    assert state(studio) == by_hand
+    felt.verdict.feel.click()
+    assert felt.felt == "A spring too stiff"
+    felt.verdict.back.click()
+    assert state(studio) == before
 
 
 def test_only_a_simulated_hapkit_is_made_to_fail(felt, window, monkeypatch):

@@ -39,6 +39,9 @@ def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
     assert page.record.chart is None
     assert page.record.signs == (True, False)
     assert not page.bar.export.isEnabled()
+    for comes_back in (lambda: page.set_shown(True), lambda: page.choose("slow")):
+        comes_back()
+        assert not page._settle.isActive()  # what was cancelled begins again only when a person says so
     page.bar.run.click()
     qtbot.waitUntil(lambda: page.record.complete, timeout=PATIENCE_MS)
 
@@ -53,6 +56,23 @@ def test_run_all_tries_the_rest_and_one_that_cannot_be_keeps_no_other_back(page,
     assert done == {"grows": both, "slow": both, "refuses": (None, None), "step": both}
     assert page.records["refuses"].wrong.startswith("Damping of 2 N·s/m")
     assert page.all.isEnabled()
+
+
+def test_before_a_limit_is_known_the_knob_shows_no_number(page):
+    page.list.choose("refuses")
+    assert page.knob.box.text() == ""
+    assert not page.knob.slider.known
+    assert page.knob.slider.accessibleName() == "Stiffness, its limit is not known yet"
+    page.list.choose("grows")
+    assert page.knob.box.text() == "198"
+
+
+def test_enter_presses_the_buttons_that_have_the_focus(page):
+    for button in (page.all, page.knob.inside, page.knob.outside, page.verdict.feel, page.verdict.back):
+        assert button.autoDefault()
+    page.knob.outside.setFocus()
+    QTest.keyClick(page.knob.outside, Qt.Key.Key_Return)
+    assert page.record.share == pytest.approx(1.01)
 
 
 def test_a_failure_that_raises_is_said_in_one_line(page, qtbot):

@@ -44,9 +44,11 @@ def probe(stiffness: float, case: Case) -> Evidence:
         words = "grows" if word == counted_spring.GROWS else f"buzzes by {text(counts, 'counts', 2)} for good"
     n = round(SHOWN * case["rate"])
     time, trace = thinned(np.arange(len(x)) / case["rate"], x / case["quantum"])
+    label = "position"
     if word == counted_spring.CYCLES:
         time, trace = np.arange(n) / case["rate"], (x[-n:] - x[-n:].mean()) / case["quantum"]
-    return Evidence(time, trace, "position", "counts", holds, counts, "counts", words)
+        label = f"position in the last {text(SHOWN, 's')}"
+    return Evidence(time, trace, label, "counts", holds, counts, "counts", words)
 
 
 def curve(case: Case, progress: Progress) -> Chart:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
@@ -26,8 +26,12 @@ _ROOM_FOR_LIST = 840
 
 
 class BreakItPage(Page):
-    """A list of failures; the chosen one with its knob, verdict, two traces and the curve over the knob."""
+    """A list of failures; the chosen one with its knob, verdict, two traces and the curve over the knob.
 
+    ``felt``: the title of the failure that is in the scene now, or ""; ``felt_changed`` says it.
+    """
+
+    felt_changed = Signal(str)
     side: FailureSide
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -39,7 +43,7 @@ class BreakItPage(Page):
         self.record = next(iter(self.records.values()))
         self.bench, self.feel = Bench(self), Feel(studio, self)
         self.bar = RunBar(self.bench.job, "Run", "Run again")
-        self.all = QPushButton("Run all")
+        self.all = QPushButton("Run all", autoDefault=True)
         self.list = FailureList(self.records.values())
         self.detail, self.side = Detail(self.record), FailureSide()
         self.knob, self.verdict = self.detail.knob, self.detail.verdict
@@ -52,6 +56,11 @@ class BreakItPage(Page):
         self._join()
         self.list.choose(self.record.failure.key)
 
+    @property
+    def felt(self) -> str:
+        """Return the title of the failure that is in the scene now; "" for none."""
+        return self.records[self.feel.felt].failure.title if self.feel.felt else ""
+
     # what a person does
 
     def choose(self, key: str) -> None:
@@ -63,6 +72,7 @@ class BreakItPage(Page):
     def run(self) -> None:
         """Try the failure in sight and measure its curve."""
         self._settle.stop()
+        self.record.stopped = False
         self.bench.run(self.record)
 
     def run_all(self) -> None:
@@ -121,7 +131,7 @@ class BreakItPage(Page):
         """Measure what is in sight once the person has stopped walking along the list."""
         key, job = self.record.failure.key, self.bench.job
         under_way = job.running and (self.bench.many or self._busy == key)
-        if self._seen and not (self.record.complete or self.record.wrong or under_way):
+        if self._seen and not (self.record.complete or self.record.wrong or self.record.stopped or under_way):
             self._settle.start()
         else:
             self._settle.stop()
@@ -137,7 +147,7 @@ class BreakItPage(Page):
         if part.limit is not None:
             self.knob.show_record(record)
         self._show_results()
-        if self.feel.key == part.key and record.here is not None:
+        if self.feel.felt == part.key and record.here is not None:
             self.feel_it()
 
     def _finish(self, _count: object) -> None:
@@ -152,6 +162,8 @@ class BreakItPage(Page):
     def _stop(self, running: bool) -> None:
         self.all.setEnabled(not running)
         if not running:
+            for record in filter(None, (self.records.get(self._busy), self.record)):
+                record.stopped = not record.complete  # cancelled: it begins again when a person says so
             self._begin("")
 
     def _fail(self, key: str, text: str) -> None:
@@ -180,8 +192,9 @@ class BreakItPage(Page):
         self.bar.export.setEnabled(self.record.complete)
 
     def _show_verdict(self) -> None:
-        felt = self.feel.on and self.feel.key == self.record.failure.key
-        self.verdict.show_record(self.record, self._studio.simulated, felt, self.feel.on)
+        ours = self.feel.on and self.feel.key == self.record.failure.key
+        felt = ours and bool(self.feel.felt)
+        self.verdict.show_record(self.record, self._studio.simulated, felt, self.feel.on, ours and not felt)
 
     # putting together
 
@@ -202,6 +215,7 @@ class BreakItPage(Page):
         self.verdict.feel_pressed.connect(self.feel_it)
         self.verdict.back_pressed.connect(self.feel.take_back)
         self.feel.changed.connect(self._show_verdict)
+        self.feel.changed.connect(lambda: self.felt_changed.emit(self.felt))
         self.feel.refused.connect(self._refuse)
         self._studio.engine_changed.connect(self._show_verdict)
 

@@ -12,6 +12,7 @@ from hapkit_studio.gui.tabs.break_it_traces import TraceCard
 from hapkit_studio.gui.tabs.break_it_verdict import Verdict
 
 _LEAST = (560, 316)
+_READABLE = 440  # px: two traces and a chart that can be read
 
 
 class Sheet(QWidget):
@@ -47,7 +48,14 @@ class Detail(QScrollArea):
         column.addLayout(self._charts(), 1)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setWidget(Sheet(inside))
+        self._sheet = Sheet(inside)
+        self.setWidget(self._sheet)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Scroll rather than press charts flat where the window is low."""
+        super().resizeEvent(event)
+        low = self.viewport().height() < _LEAST[1]
+        self._sheet.setMinimumHeight(_READABLE if low else _LEAST[1])
 
     def show_results(self, record: Record) -> None:
         """Show traces and curve as they are known."""

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 class Feel(QObject):
     """Remembers what was in force before the first failure was put in; one word takes it all back.
 
+    A person who chooses another scene, other values or another loop has taken the failure out: ``felt`` is
+    empty then, and what was put in elsewhere can still be taken back; the scene that was chosen stays.
+
     ``refused``: an environment came late, and the loop does not take what the failure asks.
     """
 
@@ -29,13 +32,24 @@ class Feel(QObject):
         self.key = ""
         self._before: tuple[str, LoopWish, str] | None = None
         self._values: dict[str, dict[str, float]] = {}
-        self._waiting = False
+        self._waiting = self._busy = False
+        self._put: tuple[dict[str, float], LoopWish] | None = None
         studio.environment_changed.connect(self._arrive)
+        for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
+            signal.connect(self._look)
 
     @property
     def on(self) -> bool:
         """Say whether a failure is in the window."""
         return self._before is not None
+
+    @property
+    def felt(self) -> str:
+        """Return the key of the failure that is in the scene now, as it was put there; "" for none."""
+        live, studio = self.live, self._studio
+        if live is None or studio.environment.key != live.environment:
+            return ""
+        return self.key if self._put == (studio.values_of(live.environment), studio.loop) else ""
 
     def put(self, key: str, live: "Live") -> None:
         """Put a failure of this key into the window; raise ParameterError with everything as it was."""
@@ -43,7 +57,7 @@ class Feel(QObject):
         if self._before is None:
             self._before = (studio.environment.key, studio.loop, studio.grip)
         self._values.setdefault(live.environment, studio.values_of(live.environment))
-        self.live, self.key = live, key
+        self.live, self.key, self._busy, self._put = live, key, True, None
         try:
             studio.lay_out(live.environment, live.values)
             studio.choose(live.environment)
@@ -52,6 +66,8 @@ class Feel(QObject):
         except ParameterError:
             self.take_back()
             raise
+        finally:
+            self._busy = False
         self.changed.emit()
 
     def take_back(self) -> None:
@@ -59,7 +75,7 @@ class Feel(QObject):
         if self._before is None:
             return
         (environment, loop, grip), self._before = self._before, None
-        self._waiting, self.live, self.key = False, None, ""
+        self._waiting, self.live, self.key, self._put = False, None, "", None
         studio = self._studio
         if environment in studio.environments:
             studio.choose(environment)
@@ -88,3 +104,12 @@ class Feel(QObject):
             loop.setdefault("options", ())
         self._studio.set_loop(**loop)
         self._studio.set_grip(live.grip)
+        self._put = self._studio.values_of(live.environment), self._studio.loop
+
+    def _look(self) -> None:
+        """Notice what a person changes: a scene chosen since is not taken back."""
+        if self._before is None or self._busy or self._waiting or self.live is None:
+            return
+        if self._studio.environment.key != self.live.environment:
+            self._before = (self._studio.environment.key, *self._before[1:])
+        self.changed.emit()

@@ -26,7 +26,7 @@ class KnobBar(QWidget):
         self.unit.setProperty("role", "hint")
         self.slider, self.box = BoundarySlider(self.quantity), KnobBox(self.quantity)
         self.box.setFixedWidth(_BOX)
-        self.inside, self.outside = QPushButton(), QPushButton()
+        self.inside, self.outside = QPushButton(autoDefault=True), QPushButton(autoDefault=True)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(8)
@@ -53,7 +53,10 @@ class KnobBar(QWidget):
         value = self._record.value
         knob = self._record.failure.knob
         mark(self.box, "invalid", False)
+        self.slider.known = self.box.known = value is not None
         if value is None:
+            self.slider.setAccessibleName(f"{knob.label}, its limit is not known yet")
+            self.slider.update()
             with QSignalBlocker(self.box):
                 self.box.lineEdit().clear()
             return

@@ -1,4 +1,4 @@
-"""The list of failures: title, what is known, and two signs: did it hold inside, did it fail outside."""
+"""The list of failures: title, what is known, and whether it held inside the limit and outside it."""
 
 from collections.abc import Iterable
 
@@ -14,6 +14,7 @@ from hapkit_studio.gui.theme import theme
 WIDE, NARROW = 244, 204
 _LEFT, _RIGHT, _EDGE = 14, 10, 9
 _SIGN, _LINE = 16, 18
+_SHORT = 6  # letters of a symbol that fits
 _WORDS, _SIGNS = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
 _SHEET = "QListWidget { background: @surface; border: none; border-right: 1px solid @line; }"
 _SAID = {None: "not tried", True: "holds", False: "fails"}
@@ -43,8 +44,11 @@ class _Row(QStyledItemDelegate):
         line = QRectF(box.left() + _LEFT, place.bottom() + 1, box.width() - _LEFT - _RIGHT, _LINE)
         painter.setFont(theme.font("hint"))
         painter.setPen(theme.color("ink2" if chosen else "ink3"))
-        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, index.data(_WORDS))
-        self._signs(painter, line, index.data(_SIGNS))
+        left = self._signs(painter, line, index.data(_SIGNS))
+        painter.setPen(theme.color("ink2" if chosen else "ink3"))
+        room = left - line.left() - 4
+        words = painter.fontMetrics().elidedText(index.data(_WORDS), Qt.TextElideMode.ElideRight, round(room))
+        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, words)
         if option.state & QStyle.StateFlag.State_HasFocus:
             painter.setPen(QPen(theme.color("accent"), 2))
             painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -59,18 +63,23 @@ class _Row(QStyledItemDelegate):
         return metrics.boundingRect(0, 0, width, 400, _WRAP, index.data(Qt.ItemDataRole.DisplayRole))
 
     @staticmethod
-    def _signs(painter: QPainter, line: QRectF, signs: tuple[bool | None, bool | None]) -> None:
-        ratio = painter.device().devicePixelRatio()
-        for place, holds in enumerate(signs):
-            x = line.right() - (2 - place) * (_SIGN + 2)
-            box = QRectF(x, line.center().y() - _SIGN / 2, _SIGN, _SIGN)
-            if holds is None:
-                painter.setPen(QPen(theme.color("edge"), 1.4))
-                painter.setBrush(Qt.BrushStyle.NoBrush)
-                painter.drawEllipse(box.center(), 3.2, 3.2)
-            else:
+    def _signs(painter: QPainter, line: QRectF, signs: tuple[bool | None, bool | None]) -> float:
+        """Paint "in" and "out", each with its sign if it was tried; return where that begins."""
+        if signs == (None, None):
+            return line.right()
+        ratio, x = painter.device().devicePixelRatio(), line.right()
+        painter.setPen(theme.color("ink2"))
+        for word, holds in (("out", signs[1]), ("in", signs[0])):
+            x -= _SIGN
+            if holds is not None:
                 name, token = ("check", "ok") if holds else ("close", "danger")
+                box = QRectF(x, line.center().y() - _SIGN / 2, _SIGN, _SIGN)
                 painter.drawPixmap(box.topLeft(), icons.pixmap(name, _SIGN, token, ratio))
+            wide = painter.fontMetrics().horizontalAdvance(word) + 2.0
+            x -= wide
+            painter.drawText(QRectF(x, line.top(), wide, line.height()), Qt.AlignmentFlag.AlignVCenter, word)
+            x -= 5.0
+        return x
 
 
 class FailureList(QListWidget):
@@ -112,6 +121,8 @@ class FailureList(QListWidget):
         )
         if signs == (None, None):
             spoken = f"{record.failure.title}. {_words(record, busy)}"
+        else:
+            item.setToolTip(f"<p>{record.failure.summary}. {spoken.split('. ')[-1]}.</p>")
         item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
 
     def _say(self, item: QListWidgetItem | None) -> None:
@@ -128,4 +139,6 @@ def _words(record: Record, busy: bool) -> str:
         return "Conditions changed"
     if record.limit is None:
         return "Not tried yet"
-    return f"Limit {reading(record.limit, record.failure.knob)}"
+    knob = record.failure.knob
+    name = "" if knob.unit else f"{knob.symbol if 0 < len(knob.symbol) <= _SHORT else knob.label.lower()} "
+    return f"Limit {name}{reading(record.limit, knob)}"

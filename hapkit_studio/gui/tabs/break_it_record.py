@@ -47,6 +47,7 @@ class Record:
         self.chart: Chart | None = None
         self.old: set[str] = set()
         self.wrong = ""
+        self.stopped = False
 
     @property
     def value(self) -> float | None:
@@ -80,7 +81,7 @@ class Record:
         """Change a condition; what was found until now is old."""
         if self.case[key] != value:
             self.case = {**self.case, key: value}
-            self.wrong = ""
+            self.wrong, self.stopped = "", False
             self.old = {BELOW, ABOVE, CHART, LIMIT, HERE}
 
     def turn(self, share: float) -> None:

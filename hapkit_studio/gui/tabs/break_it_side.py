@@ -10,12 +10,13 @@ from hapkit_studio.gui.choice_row import ChoiceRow
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.parameter_row import ParameterRow
 from hapkit_studio.gui.tabs.break_it_record import Record
-from hapkit_studio.gui.tabs.side import SidePanel
+from hapkit_studio.gui.tabs.side import SidePanel, hint
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.parameters import Choice
 
 _ROOM_FOR_SLIDERS = 760
 _NARROW = 290
+_WHOSE = "Limit and curves are of the device and loop named here, not of the one that is connected."
 
 
 def subscripts(text: str) -> str:
@@ -38,6 +39,7 @@ class FailureSide(SidePanel):
         self.formula.setFont(theme.font("formula"))
         dress(self.why, "QLabel { color: @ink2; }")
         self.section("Conditions")
+        self.add(hint(_WHOSE))
         self.rows: dict[str, ParameterRow | ChoiceRow] = {}
         self._holder = QWidget()
         self._rows = QVBoxLayout(self._holder)

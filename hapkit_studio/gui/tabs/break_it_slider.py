@@ -40,7 +40,12 @@ class KnobQuantity(Quantity):
 
 
 class BoundarySlider(ValueSlider):
-    """Emits ``picked`` with a value in screen units; a double click goes to the limit."""
+    """Emits ``picked`` with a value in screen units; a double click goes to the limit.
+
+    known: there is a limit; before, an empty groove is all there is to see.
+    """
+
+    known = True
 
     def __init__(self, quantity: KnobQuantity, parent: QWidget | None = None):
         super().__init__(quantity, parent)
@@ -63,6 +68,10 @@ class BoundarySlider(ValueSlider):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if not self.isEnabled():
             painter.setOpacity(_PALE)
+        if not self.known:
+            painter.setPen(QPen(theme.color("edge"), 1))
+            painter.drawRoundedRect(QRectF(0.5, _MIDDLE - _GROOVE / 2, self.width() - 1, _GROOVE), 3, 3)
+            return
         limit, thumb = self._place(self._quantity.default), self._place(self._exact)
         self._paint_groove(painter, limit)
         self._paint_words(painter, limit)
@@ -106,7 +115,12 @@ class BoundarySlider(ValueSlider):
 
 
 class KnobBox(NumberBox):
-    """The knob's value as a number."""
+    """The knob's value as a number; nothing before it is known."""
+
+    known = True
+
+    def textFromValue(self, value: float) -> str:
+        return super().textFromValue(value) if self.known else ""
 
     def take(self, quantity: Quantity) -> None:
         """Count in other steps."""

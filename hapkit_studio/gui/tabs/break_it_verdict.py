@@ -11,7 +11,8 @@ from hapkit_studio.gui.theme import theme
 
 _SIGN = 26
 _BOARD = "Only the simulated Hapkit is made to fail on purpose"
-_FEEL = "Puts scene, values and loop into the window; Take back undoes all of it"
+_GONE = "Not in the scene any more: the scene or its values were changed by hand."
+_FEEL = "Puts scene, values and loop into the window; Take back undoes that"
 
 
 class Verdict(QWidget):
@@ -25,7 +26,10 @@ class Verdict(QWidget):
         self.sign, self.words, self.more = Sign(_SIGN), QLabel(), QLabel()
         self.words.setWordWrap(True)
         self.more.setWordWrap(True)
-        self.feel, self.back = QPushButton("Feel it"), QPushButton("Take back")
+        self.feel, self.back = (
+            QPushButton("Feel it", autoDefault=True),
+            QPushButton("Take back", autoDefault=True),
+        )
         icons.bind(self.feel, "hand", "ink", 18)
         icons.bind(self.back, "reset", "ink", 18)
         self.feel.clicked.connect(self.feel_pressed)
@@ -43,8 +47,10 @@ class Verdict(QWidget):
         for button in (self.back, self.feel):
             row.addWidget(button, 0, Qt.AlignmentFlag.AlignVCenter)
 
-    def show_record(self, record: Record, simulated: bool, felt: bool, taken: bool) -> None:
-        """Show a failure's verdict; felt: it is in the scene now; taken: there is something to take back."""
+    def show_record(
+        self, record: Record, simulated: bool, felt: bool, taken: bool, gone: bool = False
+    ) -> None:
+        """Show a verdict; felt: it is in the scene; gone: it was; taken: there is something to take back."""
         here = record.here
         holds = here.evidence.holds if here and not record.wrong else None
         fresh = here is not None and HERE not in record.old
@@ -55,7 +61,8 @@ class Verdict(QWidget):
         dress(self.words, f"QLabel {{ color: @{token}; }}")
         live = here.live if here else None
         advice = live.advice if felt and live else ""
-        self.more.setText(f"In the scene now. {advice}".strip() if felt else self._where(record))
+        more = f"In the scene now. {advice}".strip() if felt else _GONE if gone else self._where(record)
+        self.more.setText(more)
         dress(self.more, f"QLabel {{ color: @{'accent' if felt else 'ink2'}; font-size: 12px; }}")
         self.feel.setVisible(record.failure.live is not None and not felt)
         self.feel.setEnabled(simulated and fresh and live is not None and not record.wrong)
