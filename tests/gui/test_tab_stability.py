@@ -81,6 +81,22 @@ def test_a_click_brings_both_sliders_there(page, window, qtbot):
     assert (margin.stiffness, margin.damping) == (values["stiffness"], values["damping"])
     press(page, 0.2 * width, 0.2 * top, Qt.MouseButton.RightButton)
     assert window.studio.values["damping"] == values["damping"]
+    go_back(page, window)
+
+
+def go_back(page, window):
+    """Go one step back from the click, and no further; not in another environment."""
+    page.back.shortcut.activated.emit()
+    back = window.studio.values["stiffness"], window.studio.values["damping"]
+    assert back == (620.0, 2.0)
+    window.studio.set_value("stiffness", 700.0)
+    page.back.shortcut.activated.emit()
+    assert window.studio.values["stiffness"] == 700.0
+    press(page, 1.0, 300.0)
+    window.studio.choose("spring")
+    now = window.studio.values["stiffness"]
+    page.back.shortcut.activated.emit()
+    assert window.studio.values["stiffness"] == now
 
 
 def test_dragging_takes_the_sliders_along_and_stops_at_the_frame(page, window):

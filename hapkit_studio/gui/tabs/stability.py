@@ -13,6 +13,7 @@ from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab, filled
 from hapkit_studio.gui.tabs.export import Export
 from hapkit_studio.gui.tabs.job import Job
+from hapkit_studio.gui.tabs.stability_back import Back
 from hapkit_studio.gui.tabs.stability_beside import Beside
 from hapkit_studio.gui.tabs.stability_chart import StabilityChart
 from hapkit_studio.gui.tabs.stability_legend import legend_words
@@ -22,7 +23,7 @@ from hapkit_studio.gui.tabs.stability_pair import Pair, pair_of
 from hapkit_studio.gui.tabs.stability_side import StabilitySide
 from hapkit_studio.gui.tabs.stability_start import Held
 from hapkit_studio.gui.tabs.stability_trial import Trial
-from hapkit_studio.gui.tabs.stability_verdict import Verdict, verdict
+from hapkit_studio.gui.tabs.stability_verdict import Verdict, nothing_yet, verdict
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live import Live
@@ -44,6 +45,7 @@ class StabilityPage(Page):
         self._studio = studio
         self.facts = LoopFacts(studio, self)
         self.job, self.trial = Job(self), Trial(studio, live, self)
+        self.back = Back(studio, self)
         self._worker = MarginWorker(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
@@ -233,15 +235,8 @@ class StabilityPage(Page):
         self.beside.show_conditions([])
         self.side.show_hands({}, 0.0)
         self.bar.export.setEnabled(False)
-        self.beside.show_verdict(self._no_verdict())
-
-    def _no_verdict(self) -> Verdict:
-        """Say what is missing before there are lines."""
-        if self._studio.engine is None:
-            return Verdict("Not judged yet", "Needs a device.")
-        if self.facts.delay is None:
-            return Verdict("Measuring the delay", "Half a second at zero force, on connecting.")
-        return Verdict("Computing", "The map's lines come in a moment.")
+        delay = self.facts.delay is not None
+        self.beside.show_verdict(nothing_yet(self._studio.engine is not None, delay))
 
     def _show_studio(self) -> None:
         """Show what a click and the button do now, and whether the controller is on."""
@@ -282,6 +277,7 @@ class StabilityPage(Page):
         self.side.release_pressed.connect(lambda: self.trial.begin(self.held))
         self.side.controller_chosen.connect(lambda on: studio.set_loop(controller=on))
         live.health.connect(self.facts.note_health)
+        self.chart.clicked.connect(lambda *_place: self.back.remember())
         self.chart.clicked.connect(self.go)
         self.chart.dragged.connect(self.go)
         self.bar.run_pressed.connect(self.measure)

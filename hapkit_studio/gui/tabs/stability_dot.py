@@ -39,12 +39,13 @@ class Label:
 
 
 def labels(chart: Chart, lines: Lines, circles: Sequence[QPointF] = ()) -> list[Label]:
-    """Return the dot's words and its arrow's, clear of the measured points where there is room."""
-    margin = lines.plane.margin
+    """Return the dot's words and its arrow's, clear of measured points and boundary where there is room."""
+    margin, plane = lines.plane.margin, lines.plane
     at = chart.at(margin.damping, margin.stiffness)
-    found, tip = [_label(chart, at, here(margin), circles)], _tip(chart, lines)
+    data = [*circles, *chart.points(plane.damping, plane.exact)]
+    found, tip = [_label(chart, at, here(margin), data)], _tip(chart, lines)
     if tip is not None and abs(tip.y() - at.y()) > _ROOM_FOR_WORDS:
-        found.append(_label(chart, (at + tip) * 0.5, factor(margin.ratio), circles))
+        found.append(_label(chart, (at + tip) * 0.5, factor(margin.ratio), data))
     return found
 
 

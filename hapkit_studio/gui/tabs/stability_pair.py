@@ -34,7 +34,7 @@ class Pair:
     def words(self) -> str:
         """Say what a click on the map does."""
         if self.stiffness and self.damping:
-            return "Click the map: the sliders go there and the scene shows what happens."
+            return "Click the map: the sliders go there, the scene shows what happens. Ctrl+Z goes back."
         if self.stiffness or self.damping:
             name = (self.stiffness or self.damping).label.lower()  # type: ignore[union-attr]
             return f"Click the map: {name} goes there, the only one of the two that is set here."

@@ -26,6 +26,15 @@ class Verdict:
     sign: tuple[str, str] = _OPEN
 
 
+def nothing_yet(device: bool, delay: bool) -> Verdict:
+    """Say what is missing before there are lines: a device, its delay, or only time."""
+    if not device:
+        return Verdict("Not judged yet", "Needs a device.")
+    if not delay:
+        return Verdict("Measuring the delay", "Half a second at zero force, on connecting.")
+    return Verdict("Computing", "The map's lines come in a moment.")
+
+
 def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
     """Return the class measured at a point; None beyond the axes that were measured."""
     rows, columns = measured.cells.classes.shape
