@@ -2,14 +2,17 @@
 
 import numpy as np
 import pytest
+from PySide6.QtGui import QFontMetricsF
 
 from hapkit_studio.gui import passivity
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.history import History
 from hapkit_studio.gui.live import Live
 from hapkit_studio.gui.passivity import Passivity, amount
+from hapkit_studio.gui.plots import strokes
 from hapkit_studio.gui.plots.declared import beside_plots, phase_plots
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.theme import theme
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import LIBRARY, RATE, colored, telemetry
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
@@ -231,3 +234,21 @@ def test_a_buzzing_spring_alarms_and_the_controller_calms_it(window, qtbot):
     window.banners.get("energy").buttons[0][1]()
     qtbot.waitUntil(lambda: swing() < 1e-3, timeout=PATIENCE_MS)
     assert studio.engine.excess[0] < 3.0 * studio.engine.excess[1]
+
+
+def test_a_dense_line_is_drawn_whole():
+    """A dash-dot line that swings often over few pixels would be a scribble."""
+    x = np.linspace(0.0, 200.0, 401)
+    calm, wild = np.zeros(401), 40.0 * np.sin(2.0 * np.pi * x / 10.0)
+    dash = (9.0, 4.0, 2.0, 4.0)
+    drawn = strokes.patterned(x, calm, dash)
+    assert np.ptp(drawn[:, (0, 2)], axis=1).sum() == pytest.approx(200.0 * 11.0 / 19.0, rel=0.05)
+    whole = strokes.patterned(x, wild, dash)
+    np.testing.assert_array_equal(whole, strokes.joined(x, wild))
+
+
+def test_the_energy_axis_has_its_unit(shown):
+    canvas = shown.beside[0].canvases[0]
+    assert canvas.left.tickStrings([-1.0, 0.0, 1.0], 1.0, 1.0) == ["−1", "0", "1 mJ"]
+    text = QFontMetricsF(theme.font("tick")).horizontalAdvance("1,000 mJ")
+    assert text <= canvas.left.width()

@@ -4,12 +4,17 @@ import json
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QFontMetricsF
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.analysis.fidelity import Effect, Fidelity
 from hapkit_studio.devices.terms import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.tabs.export import write
+from hapkit_studio.gui.tabs.fidelity import scale_words
+from hapkit_studio.gui.tabs.fidelity_table import _HEAD_FLAGS
+from hapkit_studio.gui.theme import theme
 
 
 def made_up(scene: str) -> Fidelity:
@@ -51,6 +56,31 @@ def test_a_click_tells_change_and_time(page):
     texts = [label.text() for pair in page.details._labels for label in pair]
     assert "40 %" in texts
     assert "0.50 of the time with" in texts
+
+
+def words_of(panel) -> list[str]:
+    return [label.text() for label in panel.findChildren(QLabel)]
+
+
+def test_scale_and_conditions_are_told(page):
+    assert "0.3 N or the largest force" in words_of(page.details)
+    assert scale_words("final_position") == scale_words("peak_position") == "0.4 mm"
+    assert scale_words("count:clicks") == "1"
+    assert {"1 kHz", "1 ms"} <= set(words_of(page.side))
+    assert any("35.5 Hz" in text for text in words_of(page.side))
+    assert any("In the Live view" in text for text in words_of(page.side))
+
+
+@pytest.mark.parametrize("size", [(960, 600), (1280, 720), (1440, 900)])
+def test_every_head_fits_its_column(page, idle_window, qapp, size):
+    idle_window.resize(*size)
+    for _ in range(3):
+        qapp.processEvents()
+    metrics = QFontMetricsF(theme.font("label"))
+    for column, term in enumerate(TERMS.values()):
+        box = page.table.head(column)
+        room = metrics.boundingRect(box, _HEAD_FLAGS, term.word)
+        assert box.adjusted(-1, -1, 1, 1).contains(room), (term.word, size)
 
 
 def test_picture_and_numbers_by_the_ending(page, tmp_path):

@@ -17,7 +17,8 @@ PLOT = TimePlot(
             "limit",
             "danger",
             dash=(2.0, 4.0),
-            help="What was stored where the sum began, and what the paddle's own damping took of more",
+            help="The most a passive scene can have given: what was stored where the sum began and what the "
+            "paddle's own damping took. Above it the loop has made energy",
         ),
         Trace(
             "energy",

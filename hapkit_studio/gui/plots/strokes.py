@@ -12,6 +12,7 @@ _LEAST_STEP = 0.8  # px
 _FINE = 1.4  # device pixel ratio from which square joints show
 _TREMOR, _NOISY = 0.25, 0.2  # px²: a turn that is seen; the share of turns that makes noise
 _LONG = 5.0  # px: noise that rises so far from point to point fills an area
+_DENSE = 2.5  # dashes of several lengths along a line so many times longer than wide are a scribble
 _HAZE = 40.0  # dashes along a line so many times longer than wide would be a haze
 
 
@@ -67,7 +68,10 @@ def joined(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def patterned(x: np.ndarray, y: np.ndarray, dash: tuple[float, ...]) -> np.ndarray:
-    """Return the dashes (n, 4) along a line, on and off by turns for so many pixels."""
+    """Return the dashes (n, 4) along a line, on and off by turns for so many pixels; dense lines whole."""
+    along = np.nansum(np.hypot(np.diff(x), np.diff(y)))
+    if len(x) > 1 and along > _DENSE * max(np.nanmax(x) - np.nanmin(x), 1.0):
+        return joined(x, y)
     begins = np.cumsum((0.0, *dash))
     parts = [dashed(x, y, on, begins[-1], begin) for on, begin in zip(dash[::2], begins[:-1:2], strict=True)]
     return np.concatenate(parts)

@@ -15,6 +15,7 @@ from hapkit_studio.gui.theme import number, theme
 
 _PALE = 0.45  # of a trace's colour while the device is gone
 _SAME = 0.3  # px: closer than this, two lines are one
+_WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px of the value axis, without and with a unit
 _EMPTY = Window(np.empty(0), {}, False)
 
 
@@ -43,7 +44,9 @@ class TraceCanvas(Canvas):
 
     def __init__(self, plot: TimePlot, shown: Shown, bottom: bool, first: bool):
         self.plot_of, self.shown, self.first = plot, shown, first
-        super().__init__(bottom, "s" if bottom else "")
+        super().__init__(bottom, "s" if bottom else "", left_width=_UNIT_WIDTH if plot.beside else _WIDTH)
+        if plot.beside:  # no header names it there
+            self.left.unit = plot.unit
         self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
         self.open()
 

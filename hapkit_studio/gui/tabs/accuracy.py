@@ -29,7 +29,7 @@ CHARTS = (
 )
 _SCENE_WIDTH, _WIDE_SCENE = 200, 280
 # from that width on a long scene's name finds room
-_WIDE = 900
+_WIDE = 1000
 _AGAIN = "Run again"
 _BEGIN = "Run to see what each method costs."
 _READ = (

@@ -21,9 +21,35 @@ if TYPE_CHECKING:
 
 _READ = (
     "Each term of the simulated device is left out alone, and the scene is rendered again under each of its "
-    "hands. A cell shows what changed most, as a share of its scale, the least that people feel. Above "
-    "2 % the scene needs the term."
+    "hands. A cell shows what changed most, as a share of its scale, the least that people feel: 0.4 mm of "
+    "a position, 0.3 N of a force or the whole force, if that is more. Above 2 % the scene needs the term; "
+    "above 999 % it changes by more than ten times its scale."
 )
+_LIVE = (
+    "The live simulated device models what its scene needs. In the Live view the panel has a switch, below "
+    "the loop, that models all."
+)
+
+
+def scale_words(outcome: str) -> str:
+    """Say what a change of an outcome is a share of."""
+    from hapkit_studio.analysis.outcomes import FORCE, LENGTH
+
+    return {
+        "peak_force": f"{FORCE:g} N or the largest force",
+        "final_position": f"{1e3 * LENGTH:g} mm",
+        "peak_position": f"{1e3 * LENGTH:g} mm",
+        "energy": "what went to and fro",
+    }.get(outcome, "1")
+
+
+def condition_pairs() -> list[tuple[str, str]]:
+    """Return the loop that every scene is judged with, as names and values."""
+    from hapkit_studio.analysis.fidelity import DELAY, ESTIMATOR, RATE
+    from hapkit_studio.analysis.zwidth_result import estimator_words
+
+    velocity = estimator_words(ESTIMATOR)[1]
+    return [("Rate", f"{1e-3 * RATE:g} kHz"), ("Delay", f"{1e3 * DELAY:g} ms"), ("Velocity", velocity)]
 
 
 def measure(keys: list[str], progress: Progress) -> "list[Fidelity]":
@@ -92,7 +118,15 @@ class FidelityPage(Page):
         self.side.words.setText(verdict)
         share = effect.ns_without / effect.ns_with
         moved = percent(effect.change) != "0 %"
-        most = [("Most in", outcome_word(effect.outcome)), ("Under", effect.hand)] if moved else []
+        most = (
+            [
+                ("Of", scale_words(effect.outcome)),
+                ("Most in", outcome_word(effect.outcome)),
+                ("Under", effect.hand),
+            ]
+            if moved
+            else []
+        )
         self.details.show_pairs(
             [("Change", percent(effect.change)), *most, ("Time without", f"{share:.2f} of the time with")]
         )
@@ -121,10 +155,12 @@ class FidelityPage(Page):
         side.add(self.details)
         side.section("Read the table")
         side.add(hint(_READ))
+        side.section("Conditions")
+        conditions = Pairs()
+        conditions.show_pairs(condition_pairs())
+        side.add(conditions)
         side.section("In the window")
-        side.add(
-            hint("The live simulated device models what its scene needs. A switch in the panel models all.")
-        )
+        side.add(hint(_LIVE))
         return side
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.fidelity import Effect, Fidelity
 
 _HEAD, _NAMES = 40, 172
+_HEAD_FLAGS = int(Qt.AlignmentFlag.AlignCenter) | int(Qt.TextFlag.TextWordWrap)
 _STEPS = {
     Qt.Key.Key_Up: (-1, 0), Qt.Key.Key_Down: (1, 0), Qt.Key.Key_Left: (0, -1), Qt.Key.Key_Right: (0, 1)
 }  # fmt: skip
@@ -65,6 +66,11 @@ class FidelityTable(QWidget):
         height = (self.height() - _HEAD - 10) / len(self._scenes)
         return QRectF(_NAMES + column * width, _HEAD + row * height, width, height)
 
+    def head(self, column: int) -> QRectF:
+        """Return the place of a term's name, which may take two lines."""
+        box = self.cell(0, column)
+        return QRectF(box.left() + 2, 0, box.width() - 4, _HEAD)
+
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -82,10 +88,7 @@ class FidelityTable(QWidget):
         painter.setPen(theme.color("ink2"))
         painter.setFont(theme.font("label"))
         for column, term in enumerate(TERMS.values()):
-            box = self.cell(0, column)
-            painter.drawText(
-                QRectF(box.left(), 0, box.width(), _HEAD), Qt.AlignmentFlag.AlignCenter, term.word
-            )
+            painter.drawText(self.head(column), _HEAD_FLAGS, term.word)
         painter.setFont(theme.font("body"))
         painter.setPen(theme.color("ink"))
         for row, (_, title) in enumerate(self._scenes):
