@@ -53,6 +53,8 @@ def test_ticks_keep_their_distance_and_are_more_than_one_where_there_is_room():
 def test_tick_labels_have_a_true_minus_and_enough_decimals():
     assert labels([-0.5, 0.0, 0.5]) == ["−0.5", "0.0", "0.5"]
     assert labels([-100.0, 0.0, 100.0]) == ["−100", "0", "100"]
+    assert labels([-20000.0, 0.0, 20000.0]) == ["−20,000", "0", "20,000"]
+    assert labels([1234.5, 1235.0]) == ["1,234.5", "1,235.0"]
 
 
 def test_widening_leaves_a_margin_and_ignores_what_is_no_number():
