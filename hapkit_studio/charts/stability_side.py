@@ -46,12 +46,15 @@ def _verdict(axes: Any, plane: Plane) -> float:
     margin = plane.margin
     said, hand = short(margin), hand_words(margin.hand)
     head, cut, _ = said.partition(" the limit")
-    color = INK if isnan(margin.limit) else OK if margin.stable else DANGER
+    controlled = plane.setting.controller
+    color = INK if controlled or isnan(margin.limit) else OK if margin.stable else DANGER
     axes.text(0.0, 0.97, head, size=26, weight="bold", color=color, va="top")
-    rest = f"the limit; {hand}." if cut else f"{hand}."
+    without = " without the controller" if controlled else ""
+    rest = f"the limit{without}; {hand}." if cut else f"{hand}{without}."
     axes.text(0.0, 0.90, rest, size=14, color=INK2, va="top")
-    axes.text(0.0, 0.855, way_out(margin).replace(": ", ":\n"), size=14, color=color, va="top")
-    return 0.80 if margin.stable else 0.76
+    out = "With it only measuring can tell." if controlled else way_out(margin)
+    axes.text(0.0, 0.855, out.replace(": ", ":\n"), size=14, color=color, va="top")
+    return 0.80 if margin.stable and not controlled else 0.76
 
 
 def _legend(axes: Any, plane: Plane, top: float) -> float:

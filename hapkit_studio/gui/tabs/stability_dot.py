@@ -86,7 +86,7 @@ def paint_dot(
 ) -> None:
     """Paint the rendered impedance and how far it is; without words where the pointer reads others."""
     margin, plane = lines.plane.margin, lines.plane
-    bad = not margin.stable and plane.setting.linear
+    bad = not margin.stable and plane.setting.linear and not plane.setting.controller
     token = "danger" if bad else "accent"
     at, tip = chart.at(margin.damping, margin.stiffness), _tip(chart, lines)
     for foot in (chart.at(0.0, margin.stiffness), chart.at(margin.damping, 0.0)):

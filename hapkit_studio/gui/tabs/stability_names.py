@@ -28,7 +28,7 @@ def paint_names(
     plane, dot = lines.plane, _around_dot(chart, lines, circles) if dotted else []
     taken = _taken(chart, lines, dot, circles)
     exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
-    hand = _hand(lines)
+    hand = "without controller" if plane.setting.controller else _hand(lines)
     taken += _name_hands(painter, chart, lines)
     if plane.edge.any():
         _name_passive(painter, chart, lines, taken, dot)

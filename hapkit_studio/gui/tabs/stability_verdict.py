@@ -79,7 +79,7 @@ def _controlled(margin: Margin, found: int | None) -> Verdict:
     plain = _exact(margin, False)
     if found is None:
         words = f"{plain.words.rstrip('.')}. This is the limit without the controller."
-        return Verdict(plain.headline, words, "With the controller only measuring can tell: Measure.")
+        return Verdict(plain.headline, words, "With the controller only measuring can tell.")
     name = _KINDS[found].partition(",")[0].capitalize()
     words = f"Measured with the controller; {hand_words(margin.hand)}."
     without = "" if math.isnan(margin.limit) else f"Without it: {short(margin)}."
