@@ -26,13 +26,17 @@ _COUNTS = 40.0
 _QUANTILE = 1.96
 # Shares of the sensor's steps in what the acceleration tells alone: so few do no harm, so many all of it.
 _RICH, _POOR = 5e-4, 0.1
+# So strong must instruments be where no other length of windows can be compared.
+_SURE = 20.0
 UNKNOWN_HOLD = (
     "Cannot tell: the file does not say how the hand held. Save the run anew, or let go in the piece."
 )
 UNKNOWN_HAND = (
     "Cannot tell: the hand's force is not known. Let go, and take a piece in which the handle moves freely."
 )
-NOTHING_MOVES = "Cannot tell: the handle does not move steadily. Move farther and faster, both ways."
+NOTHING_MOVES = (
+    "Cannot tell: the motion keeps still, or keeps one speed. Move farther and faster, both ways; shake."
+)
 
 
 def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
@@ -58,6 +62,7 @@ class _Found:
     part: Part
     moved: Sizes
     rich: bool
+    sure: bool
 
 
 def _best(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part | None:
@@ -84,7 +89,7 @@ def _agreeing(best: _Found, others: list[_Found]) -> Part | None:
     Each length lets other errors pass; what a loop makes of the sensor's steps at a steady speed is slow, and
     looks like motion to one of them. Where the motion is rich, their own intervals excuse them.
     """
-    if not (best.rich or others or best.part.released):
+    if not (best.sure or others or best.part.released):
         return None
     made, least = [], float(best.rich)
     for e in best.part.estimates:
@@ -104,10 +109,12 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
     rich = bool(noise < _RICH)
     if noise > _POOR and (released or grid.target is None):
         return None
+    sure = False
     if not (rich or released or grid.target is None):
         made, strong = fitted(grid.target, windows, columns, kept)
         if not (strong[: len(NAMES)] > STRONG).all():
             return None
+        sure = bool(noise < _POOR and strong.min() > _SURE)
         wider = widening(strong[: len(NAMES)])
         halves = [made, made]
     force, fit = _solved(grid, setup, windows, halves, columns, kept, released)
@@ -126,7 +133,7 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
         left_out=grid.left_out,
     )
     # chosen by the variances and not by the intervals found, the windows do not favour small intervals
-    return _Found(float(np.log(np.maximum(variances, 1e-300)).sum()), part, moved, rich)
+    return _Found(float(np.log(np.maximum(variances, 1e-300)).sum()), part, moved, rich, rich or sure)
 
 
 def _solved(
@@ -143,13 +150,13 @@ def _solved(
     force = windows.held(grid.commands)
     if not released:
         force = force + windows.derivative(grid.hand, 0) + windows.held(grid.hand_held, 0.0)
-    fit = solve(halves[0], halves[1], force, kept)
+    fit = solve(halves[0], halves[1], force, kept, again=True)
     if not released and fit is not None and fit.beta[0] > 0.0:
         force = force + windows.derivative(_jerks(grid, setup), 0) / fit.beta[0]
-        fit = solve(halves[0], halves[1], force, kept)
+        fit = solve(halves[0], halves[1], force, kept, again=True)
     if fit is not None and rest.any():
         # what the target does not make of the columns explains nothing, but it is no residual either
-        fit = solve(halves[0], halves[1], force - rest @ fit.beta, kept)
+        fit = solve(halves[0], halves[1], force - rest @ fit.beta, kept, again=True)
     return force, fit
 
 

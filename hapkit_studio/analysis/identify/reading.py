@@ -85,7 +85,7 @@ def _numbers(file: Any, names: list[str], name: str) -> np.ndarray:
     except ValueError as error:
         raise ParameterError(f"{name} is not a table of numbers: {error}.") from None
     if not table.size:
-        raise ParameterError(f"{name} has no samples: it is no recording of the studio.")
+        raise ParameterError(f"{name} has 0 rows under its names: it is no recording of the studio.")
     if table.shape[1] != len(names) or not len(table):
         shape = f"{len(table)} rows of {table.shape[1]} numbers for {len(names)} names"
         raise ParameterError(f"{name} has {shape}: it is no recording of the studio.")

@@ -45,11 +45,14 @@ class Fit:
         return width * float(stats.t.ppf(0.5 + 0.5 * LEVEL, self.freedom))
 
 
-def solve(one: np.ndarray, two: np.ndarray, y: np.ndarray, kept: np.ndarray) -> Fit | None:
+def solve(
+    one: np.ndarray, two: np.ndarray, y: np.ndarray, kept: np.ndarray, again: bool = False
+) -> Fit | None:
     """Fit y (windows,) by columns (windows, p) measured twice; kept says which windows count.
 
     Windows are in order of time, those not kept too: the distance between neighbours matters. None where too
-    few are kept, or a column is no different from the others.
+    few are kept, or a column is no different from the others. again: where residuals repeat, what repeats
+    counts once.
     """
     columns = one.shape[1]
     if kept.sum() < max(FEWEST_WINDOWS, 4 * columns):
@@ -67,7 +70,7 @@ def solve(one: np.ndarray, two: np.ndarray, y: np.ndarray, kept: np.ndarray) -> 
     residual = 0.5 * (ra + rb)
     scores = 0.5 * (a * rb[:, None] + b * ra[:, None])
     middle, freedom = _spread(scores, kept)
-    times = repeated(residual, kept)
+    times = repeated(residual, kept) if again else 1.0
     if times > 1.0:
         middle = middle + times * _nearby(scores)
     around = y[kept] - y[kept].mean()

@@ -27,19 +27,22 @@ def told(hand, scene, values, estimator):
 
 def test_what_is_told_is_true():
     found = {
-        hand: [x for scene in SCENES for est in ("difference", "iir") for x in told(hand, *scene, est)]
+        hand: [x for i, scene in enumerate(SCENES) for x in told(hand, *scene, ("difference", "iir")[i % 2])]
         for hand in HANDS
     }
     everything = np.array([holds for one in found.values() for _, holds in one])
     assert everything.mean() >= 0.90
-    assert all(np.mean([holds for _, holds in one]) >= 0.8 for one in found.values() if len(one) >= 10)
+    assert all(np.mean([holds for _, holds in one]) >= 0.8 for one in found.values() if len(one) >= 9)
     assert max(ratio for one in found.values() for ratio, _ in one) < 3.0
     # motions that are rich enough are told, not refused
     for hand in ("shake", "rub", "tap"):
-        assert len(found[hand]) >= 20
+        assert len(found[hand]) >= 12
 
 
 @pytest.mark.parametrize("hand", ["stroke", "pet"])
 def test_a_constant_speed_is_never_told_as_a_negative_mass(hand):
-    found = told(hand, "damping", {"damping": 3.0}, "iir")
-    assert all(ratio < 2.0 for ratio, _ in found)
+    run = hs.simulate("damping", {"damping": 3.0}, hand=hand, estimator="iir", seconds=8.0)
+    part = identify(from_run(run)).handle
+    assert not any(e.told for e in part.estimates)
+    assert "Cannot tell" in part.advice
+    assert "shake" in part.advice
