@@ -159,13 +159,17 @@ def test_a_table_has_one_unit_and_tells_rates_apart(page):
     assert (first, second) == (("1 kHz", "48", "80"), ("2 kHz, 1 ms later", "91", "159"))
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (1440, 900), (1920, 1080)])
+@pytest.mark.parametrize("size", [(960, 600), (1280, 720), (1440, 900), (1920, 1080)])
 def test_nothing_is_cut_off(idle_window, page, qapp, size):
     page.show_result(made_up("verlet"))
+    page.scenes.setItemText(0, "Tremor of 0.6 counts at 8 Hz")
+    page.bar.say("240 points, 10.3 s")
     idle_window.resize(*size)
     for _ in range(3):
         qapp.processEvents()
     assert cut_off(idle_window) == []
+    for button in page.charts.buttons:
+        assert button.width() >= button.sizeHint().width()
 
 
 def test_methods_of_a_chart_differ_in_marker_or_colour():

@@ -27,9 +27,9 @@ CHARTS = (
     ("servo", "Servo rate"),
     ("friction", "Friction"),
 )
-_SCENE_WIDTH, _WIDE_SCENE = 200, 280
-# from that width on a long scene's name finds room
-_WIDE = 1000
+_SCENE_WIDTH = 160
+# how wide the scenes' names may be, from which width of the page on
+_SCENE_WIDTHS = ((1000, 280), (900, 200))
 _AGAIN = "Run again"
 _BEGIN = "Run to see what each method costs."
 _READ = (
@@ -160,7 +160,9 @@ class AccuracyPage(Page):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.scenes.setMaximumWidth(_WIDE_SCENE if event.size().width() >= _WIDE else _SCENE_WIDTH)
+        room = event.size().width()
+        widths = (width for least, width in _SCENE_WIDTHS if room >= least)
+        self.scenes.setMaximumWidth(next(widths, _SCENE_WIDTH))
 
     def show_point(self, point: "Point | None") -> None:
         """Say in words what the point under the pointer is."""
