@@ -104,7 +104,7 @@ def _fitted(
         for i, name in enumerate(names)
     ]
     estimates += [estimate(name, 0.0, math.inf, moved, _set(name, asked)) for name in absent]
-    estimates += _centre(fit, names, grid, asked, estimates, moved)
+    estimates += _centre(fit, names, grid, asked, estimates, moved, expected.get("offset"))
     return Part(
         "rendered",
         tuple(estimates),
@@ -152,11 +152,17 @@ def _expected(
     if commands is None:
         return {}
     fit = solve(columns, columns, -windows.held(commands), kept)
-    return dict(zip(names, fit.beta.tolist(), strict=False)) if fit else {}
+    return dict(zip((*names, "offset"), fit.beta.tolist(), strict=True)) if fit else {}
 
 
 def _centre(
-    fit: Fit, names: tuple[str, ...], grid: Grid, asked: Asked, estimates: list[Estimate], moved: Sizes
+    fit: Fit,
+    names: tuple[str, ...],
+    grid: Grid,
+    asked: Asked,
+    estimates: list[Estimate],
+    moved: Sizes,
+    offset: float | None = None,
 ) -> list[Estimate]:
     """Return where the spring pulls to, or the wall's surface, where a stiffness was found.
 
@@ -179,7 +185,13 @@ def _centre(
     gradient = np.zeros(len(fit.beta))
     gradient[at], gradient[-1] = -mean / still + force / still**2, -1.0 / still
     value = float(grid.middle + mean - force / still)
-    return [estimate("centre", value, fit.half_of(gradient), moved, asked.centre, asked.centre)]
+    half = fit.half_of(gradient)
+    if offset is not None and found.expected is not None and asked.stiffness and asked.centre is not None:
+        # what a late velocity adds to the mean force, by the same fit to what was set
+        set_force = found.expected * mean + offset
+        shift = grid.middle + mean - set_force / asked.stiffness - asked.centre
+        value, half = value - shift, math.hypot(half, 0.5 * shift)
+    return [estimate("centre", value, half, moved, asked.centre, asked.centre)]
 
 
 def _why_not(grid: Grid, asked: Asked, names: tuple[str, ...]) -> str:
