@@ -100,6 +100,10 @@ def test_other_conditions_move_the_limit_and_keep_the_old_results_paler(page, qt
     assert page.knob.isEnabled()
 
 
+def test_the_level_has_its_name_in_the_key_and_not_over_the_data(page):
+    assert page.detail.curve.key.accessibleName() == "growth, 1/s, formula, measured, neither"
+
+
 def test_export_writes_both_tries_and_the_lines(page, tmp_path):
     figure, numbers = exports(page.record)
     found = json.loads(json.dumps(numbers()))

@@ -20,7 +20,7 @@ from hapkit_studio.analysis.failures.base import (
 from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability import stiffness_limit
 
-_SHARES = np.linspace(0.5, 1.5, 21)
+_SHARES = np.linspace(0.5, 2.0, 31)
 
 
 def limit(case: Case) -> float:

@@ -64,7 +64,10 @@ class CurveCard(QWidget):
         found = record.chart
         self._record = record
         self._painter = CurvePainter(record, found) if found else None
-        self.key.show_lines(found.y_label if found else "", found.lines if found else ())
+        if found:
+            self.key.show_lines(found.y_label, found.lines, found.level_label)
+        else:
+            self.key.show_lines("", ())
         self._use((found.log_x, found.log_y) if found else (False, False))
         self._place()
         self.chart.under = [self._painter.under] if self._painter else []

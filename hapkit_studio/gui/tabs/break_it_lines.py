@@ -42,6 +42,9 @@ _LOOKS = {
 }
 
 
+_LEVEL = Look("ink3", None, width=1.2)
+
+
 def looks(lines: "Sequence[Line]") -> list[Look]:
     """Return how each line is drawn: by its role, the second of a role unlike the first."""
     seen: dict[str, int] = {}
@@ -61,10 +64,11 @@ class Key(QWidget):
         self._entries: list[tuple[Look | None, str]] = []
         theme.changed.connect(self.update)
 
-    def show_lines(self, up: str, lines: "Sequence[Line]") -> None:
-        """Show these names."""
+    def show_lines(self, up: str, lines: "Sequence[Line]", level: str = "") -> None:
+        """Show these names; level is the one of the line at which it begins to fail."""
         pairs = zip(looks(lines), (line.label for line in lines), strict=True)
-        self._entries = [(None, up), *pairs] if up else []
+        last = [(_LEVEL, level)] if level else []
+        self._entries = [(None, up), *pairs, *last] if up else []
         self.setAccessibleName(", ".join(name for _, name in self._entries))
         self.update()
 

@@ -71,7 +71,7 @@ class CurvePainter:
         if self._found.level is not None:
             (low, high), _ = chart.shown()
             ends = [chart.at(low, self._found.level), chart.at(high, self._found.level)]
-            marks.line(painter, ends, "edge", 1.2)
+            marks.line(painter, ends, "ink3", 1.2)
 
     def _limits(self, painter: QPainter, chart: Chart) -> None:
         box = chart.frame()
@@ -93,7 +93,7 @@ class CurvePainter:
             marks.line(painter, points, look.token, look.width, look.dash)
 
     def _names(self, painter: QPainter, chart: Chart) -> None:
-        """Name the limits and the level where they hide least."""
+        """Name the limits where they hide least."""
         box = chart.frame()
         (low, high), _ = chart.shown()
         shown = [mark for mark in self._found.marks if low <= mark.x <= high]
@@ -108,11 +108,6 @@ class CurvePainter:
             levels = [box.top() + _LINE * (row + 1 + lower) for lower in range(_ROWS)]
             spots = [(x + side, y, float(side < 0)) for y in levels for side in (7, -7)]
             writer.write(place.label.replace("_", ""), token, "label", spots)
-        if self._found.level is not None and self._found.level_label:
-            y = chart.at(low, self._found.level).y()
-            ends = ((box.left() + 6, 0.0), (box.right() - 6, 1.0))
-            spots = [(x, y + drop, anchor) for drop in (-5.0, 14.0) for x, anchor in ends]
-            writer.write(self._found.level_label, "axis", "hint", spots)
 
     def _knob(self, painter: QPainter, chart: Chart) -> None:
         """Draw where the knob stands, and what it showed there."""
