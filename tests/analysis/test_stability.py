@@ -254,14 +254,15 @@ def test_a_handle_that_hardly_loses_energy_has_the_passive_limit(mass, viscous):
         )
 
 
+@pytest.mark.alone
 def test_is_quick_enough_for_a_status_bar():
     """Takes a few ms, tens of ms with 100 ms of delay at 10 kHz; the best of five."""
     for loop, longest in (({"damping": 2.0}, 0.02), ({"rate": 1e4, "delay": 0.1, "damping": 0.1}, 0.1)):
         took = []
         for _ in range(5):
-            start = time.perf_counter()
+            start = time.thread_time()
             assert stiffness_limit(0.05, 0.5, **loop) > 0.0
-            took.append(time.perf_counter() - start)
+            took.append(time.thread_time() - start)
         assert min(took) < longest
 
 

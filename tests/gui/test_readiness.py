@@ -43,7 +43,8 @@ class Compiler:
         return self.window.studio.environments[key].force
 
     def finish(self, *keys: str) -> None:
-        self.done.update(map(self.law, keys))
+        laws = [self.law(key) for key in keys]
+        self.done.update(laws, [law.companion for law in laws if law.companion is not None])
 
     def die(self) -> None:
         self.program.kill()
