@@ -12,7 +12,7 @@ from hapkit_studio.figures import new_figure
 if TYPE_CHECKING:
     from hapkit_studio.analysis.zwidth_result import ZWidth
 
-_WIDTH = 108
+_WIDTH, _TITLE_WIDTH = 108, 64  # letters that fit into a line
 
 
 def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
@@ -38,7 +38,8 @@ def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(LINE)
     axes.legend(frameon=False, fontsize=12, loc="upper left", labelcolor=INK)
-    axes.set_title(result.sentence, size=17, color=INK, loc="left", pad=14, weight="bold")
+    title = textwrap.fill(result.sentence, _TITLE_WIDTH)
+    axes.set_title(title, size=17, color=INK, loc="left", pad=14, weight="bold")
     figure.supxlabel(_caption(result), size=11, color=QUIET, x=0.02, ha="left")
     figure.savefig(path, dpi=110, facecolor=SURFACE)
 

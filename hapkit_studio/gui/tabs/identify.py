@@ -236,7 +236,7 @@ class IdentifyPage(Page):
         row.setSpacing(4)
         for chart in self.charts:
             row.addWidget(chart, 1)
-        column.addWidget(self.how, 1)
+        column.addWidget(self.how, 1000)  # all of it: the row of charts is empty then
         column.addLayout(row, 1)
         column.addWidget(self.left_over)
         return body
