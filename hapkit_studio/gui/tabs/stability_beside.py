@@ -77,6 +77,7 @@ class Beside(QScrollArea):
         assert layout is not None
         for folded in (False, True):
             self.legend.fold(folded)
+            layout.invalidate()
             layout.activate()
             if layout.totalHeightForWidth(self.width()) <= self.height():
                 break

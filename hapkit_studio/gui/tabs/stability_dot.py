@@ -42,14 +42,18 @@ def labels(chart: Chart, lines: Lines, circles: Sequence[QPointF] = ()) -> list[
     """Return the dot's words and its arrow's, clear of measured points and boundary where there is room."""
     margin, plane = lines.plane.margin, lines.plane
     at = chart.at(margin.damping, margin.stiffness)
-    data = [*circles, *chart.points(plane.damping, plane.exact)]
-    found, tip = [_label(chart, at, here(margin), data)], _tip(chart, lines)
-    if tip is not None and abs(tip.y() - at.y()) > _ROOM_FOR_WORDS:
-        found.append(_label(chart, (at + tip) * 0.5, factor(margin.ratio), data))
-    return found
+    curve = chart.points(plane.damping, plane.exact)
+    own, tip = _label(chart, at, here(margin), circles, curve), _tip(chart, lines)
+    if tip is None or abs(tip.y() - at.y()) <= _ROOM_FOR_WORDS:
+        return [own]
+    other = _label(chart, (at + tip) * 0.5, factor(margin.ratio), circles, curve)
+    return [own] if other.box.intersects(own.box) else [own, other]
 
 
-def _label(chart: Chart, at: QPointF, text: str, circles: Sequence[QPointF]) -> Label:
+def _label(
+    chart: Chart, at: QPointF, text: str, circles: Sequence[QPointF], curve: Sequence[QPointF]
+) -> Label:
+    """Return words beside a point where they cover the fewest measured points, then the least of a curve."""
     metrics, frame = QFontMetricsF(theme.font(_ROLE)), chart.frame()
     width, height = metrics.horizontalAdvance(text), metrics.height()
     left = at.x() > frame.left() + TURNS * frame.width()
@@ -58,13 +62,13 @@ def _label(chart: Chart, at: QPointF, text: str, circles: Sequence[QPointF]) -> 
         for up in _HIGHER
         for side in (left, not left)
     ]
-    free = (box for box in tries if frame.contains(box) and not _meets(box, circles))
-    return Label(text, next(free, tries[0]))
+    inside = [box for box in tries if frame.contains(box)] or tries[:1]
+    return Label(text, min(inside, key=lambda box: (_covered(box, circles), _covered(box, curve) > 0)))
 
 
-def _meets(box: QRectF, circles: Sequence[QPointF]) -> bool:
+def _covered(box: QRectF, points: Sequence[QPointF]) -> int:
     wide = box.adjusted(-_CIRCLE, -_CIRCLE, _CIRCLE, _CIRCLE)
-    return any(wide.contains(circle) for circle in circles)
+    return sum(wide.contains(point) for point in points)
 
 
 def _tip(chart: Chart, lines: Lines) -> QPointF | None:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPointF, QRectF, QSize
 from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from hapkit_studio.gui.tabs.marks import DASH_DOT, DOT, line, marker
 from hapkit_studio.gui.tabs.side import hint
@@ -56,6 +56,7 @@ class Row(QWidget):
     def __init__(self, key: str):
         super().__init__()
         self.name, self.words = QLabel(), hint()
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(12)
@@ -68,12 +69,20 @@ class Row(QWidget):
         column.addWidget(self.name)
         column.addWidget(self.words)
         row.addLayout(column, 1)
+        self._parts = row, column
 
     def show_words(self, name: str, words: str) -> None:
         """Name the line and explain it."""
         self.name.setText(name)
         self.words.setText(words)
         self.setToolTip(words)
+
+    def fold(self, on: bool) -> None:
+        """Leave the explanation to the tooltip; the height is another at once."""
+        self.words.setVisible(not on)
+        for layout in self._parts:
+            layout.invalidate()
+        self.updateGeometry()
 
 
 class Legend(QWidget):
@@ -102,7 +111,9 @@ class Legend(QWidget):
         """Leave the explanations to the tooltips."""
         self._column.setSpacing(3 if on else 8)
         for row in self.rows.values():
-            row.words.setVisible(not on)
+            row.fold(on)
+        self._column.invalidate()
+        self.updateGeometry()
 
 
 def legend_words(plane: "Plane", shown: dict[str, bool]) -> dict[str, tuple[str, str]]:
