@@ -1,11 +1,15 @@
 """The page Break it: what list, side and traces say; and a spring felt with the mouse for real."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from PySide6.QtCore import QPointF
 
 from hapkit_studio.analysis.failures import failures
 from hapkit_studio.gui.tabs.break_it_feel import Feel
 from hapkit_studio.gui.tabs.break_it_list import _words
+from hapkit_studio.gui.tabs.break_it_paint import along
 from hapkit_studio.gui.tabs.break_it_record import Record
 from hapkit_studio.gui.tabs.break_it_trace import scaled
 from hapkit_studio.haptics import rows
@@ -59,3 +63,10 @@ def test_a_spring_pulled_and_let_go_does_what_the_advice_says(window, qtbot, sha
     start = len(places())
     qtbot.waitUntil(lambda: len(places()) > start + 3000, timeout=PATIENCE_MS)
     assert (np.ptp(seen[-300:]) > 1e-3) == swings
+
+
+def test_a_name_keeps_off_long_strokes_between_two_points():
+    places = along([QPointF(0.0, 0.0), QPointF(60.0, 0.0), QPointF(60.0, 3.0)])
+    gaps = [b.x() - a.x() + b.y() - a.y() for a, b in pairwise(places)]
+    assert max(gaps) <= 6.0
+    assert places[-1] == QPointF(60.0, 3.0)

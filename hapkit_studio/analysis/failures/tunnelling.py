@@ -110,7 +110,7 @@ def curve(case: Case, progress: Progress) -> Chart:
         Line("peak force, rendered", speeds, np.array(peaks)),
         Line("energy gained or lost", speeds, np.array(energies), OTHER),
     )
-    marks = (Mark("w/(4T)", limit(case)), Mark("w/T: passes unseen", WANTED * limit(case)))
+    marks = (Mark("w/(4T)", limit(case)), Mark("w/T: unseen", WANTED * limit(case)))
     return Chart("speed, m/s", "worst throw, % of the whole", lines, marks, log_x=True)
 
 

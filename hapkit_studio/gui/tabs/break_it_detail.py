@@ -11,7 +11,7 @@ from hapkit_studio.gui.tabs.break_it_record import ABOVE, BELOW, Record
 from hapkit_studio.gui.tabs.break_it_traces import TraceCard
 from hapkit_studio.gui.tabs.break_it_verdict import Verdict
 
-_LEAST = (560, 316)
+_LEAST = (560, 350)
 _READABLE = 440  # px: two traces and a chart that can be read
 
 

@@ -40,5 +40,5 @@ class Names:
         inside = self._frame.left() <= box.left() and box.right() <= self._frame.right()
         cost = 0.0 if inside else 1000.0
         cost += 100.0 * sum(around.intersects(other) for other in self._written)
-        cost += 5.0 * sum(box.left() < x < box.right() for x in self._upright)
+        cost += 30.0 * sum(box.left() < x < box.right() for x in self._upright)
         return cost + sum(around.contains(point) for point in self._points)

@@ -1,6 +1,7 @@
 """Paints a failure's chart: regions, lines, limits, and where the knob stands."""
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPointF, QRectF
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 _PALE = 0.35
 _LINE, _ROWS = 16.0, 6
+_STRIDE, _PIECES = 6.0, 40  # px between the places that are looked at along a line
 _DOT = 30  # points that the dot of the knob stands for, where names are placed
 _BIG, _SMALL, _MANY = 3.8, 3.0, 40
 _LIKELY = (1.0, 1000.0)  # the screen's unit over the knob's: itself, or thousandths
@@ -30,6 +32,16 @@ def scale_of(record: Record) -> float | None:
         return None
     ratio = chart.marks[0].x / limit
     return next((s for s in _LIKELY if math.isclose(ratio, s, rel_tol=1e-3)), None)
+
+
+def along(points: list[QPointF]) -> list[QPointF]:
+    """Return places all along a line through pixels, so that what lies on a long stroke counts too."""
+    found = points[:1]
+    for start, end in pairwise(points):
+        way = end - start
+        pieces = max(1, min(_PIECES, round(math.hypot(way.x(), way.y()) / _STRIDE)))
+        found += [start + way * (k / pieces) for k in range(1, pieces + 1)]
+    return found
 
 
 class CurvePainter:
@@ -97,7 +109,7 @@ class CurvePainter:
         box = chart.frame()
         (low, high), _ = chart.shown()
         shown = [mark for mark in self._found.marks if low <= mark.x <= high]
-        points = [point for line in self._found.lines for point in chart.points(line.x, line.y)]
+        points = [p for line in self._found.lines for p in along(chart.points(line.x, line.y))]
         taken = [chart.at(mark.x, 1.0).x() for mark in shown]
         if self.scale is not None and self._record.value is not None:
             taken.append(chart.at(self._record.value * self.scale, 1.0).x())
