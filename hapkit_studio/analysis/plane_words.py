@@ -39,7 +39,7 @@ def conditions(setting: Setting, real: bool = False) -> list[tuple[str, str]]:
         ("Mass", f"{setting.mass:g} kg"),
         ("Viscous damping", f"{setting.viscous:g} N·s/m"),
         *(stiction if real else []),
-        ("Rate", f"{setting.rate:g} Hz"),
+        ("Rate", f"{setting.rate:,g} Hz"),
         ("Delay", f"{1e3 * setting.delay:.2f} ms"),
         ("Velocity filter", estimator_words(setting)),
         ("Hand", setting.hand if setting.hand == "released" else f"{setting.hand} grip"),

@@ -62,6 +62,7 @@ def _frame(axes: Any, plane: Plane) -> None:
     axes.set_ylabel("stiffness K, N/m", size=14, color=INK)
     axes.tick_params(labelsize=12, color=LINE, labelcolor=INK)
     axes.locator_params(nbins=6)
+    axes.yaxis.set_major_formatter("{x:,.0f}")
     axes.grid(color=GRID, linewidth=0.8)
     axes.set_axisbelow(False)
     for spine in axes.spines.values():
@@ -209,7 +210,7 @@ def _dot(axes: Any, plane: Plane) -> None:
         margin.damping, margin.stiffness, "o", markersize=14, color=color, markeredgecolor=SURFACE,
         markeredgewidth=2, zorder=8, clip_on=False,
     )  # fmt: skip
-    _say(axes, plane, margin.stiffness, f"{margin.stiffness:.0f} N/m, {margin.damping:.1f} N·s/m", color)
+    _say(axes, plane, margin.stiffness, f"{margin.stiffness:,.0f} N/m, {margin.damping:.1f} N·s/m", color)
 
 
 def _say(axes: Any, plane: Plane, height: float, words: str, color: str) -> None:

@@ -98,7 +98,7 @@ def _conditions(axes: Any, plane: Plane, top: float, device: str) -> None:
     if device:
         pairs.insert(0, ("Device", device))
     pairs += [
-        (f"Limit, {hand_words(hand)}", f"{limit:.0f} N/m")
+        (f"Limit, {hand_words(hand)}", f"{limit:,.0f} N/m")
         for hand, limit in plane.hands.items()
         if limit == limit
     ]

@@ -113,7 +113,7 @@ def test_the_picture_says_regions_verdict_and_conditions(drawn):
     words = drawn(plane(setting, 620.0, 2.0))
     wanted = ["1.4 × below", "the limit; released hand.", "grows, released", "stable, released", "× 1.4"]
     wanted += [" passive: stable in any hand", "Simple rule, hopeful here", "IIR, 35.5 Hz"]
-    wanted += ["Limit, released hand", "867 N/m", "Limit, firm grip", "6023 N/m"]
+    wanted += ["Limit, released hand", "867 N/m", "Limit, firm grip", "6,023 N/m"]
     wanted += ["Mass", "0.044 kg", "Viscous damping", "0.18 N·s/m"]
     assert set(wanted) <= set(words)
     assert "Measured boundary" not in words

@@ -43,7 +43,7 @@ def test_it_judges_the_loop_in_force(page):
     assert page.beside.headline.text() == f"{limits['released'] / 620.0:.1f} × below"
     assert page.beside.hand.text() == "the limit; released hand, without dry friction."
     shown = page.side.hands
-    assert f"{limits['firm']:.0f} N/m" in [label.text() for pair in shown._labels for label in pair]
+    assert f"{limits['firm']:,.0f} N/m" in [label.text() for pair in shown._labels for label in pair]
 
     read_with_the_pointer(page)
 
@@ -52,7 +52,7 @@ def read_with_the_pointer(page):
     plane = page.lines.plane
     limit = plane.exact[60]
     here, there = reading(page.lines, float(plane.damping[60]), 0.5 * float(limit))
-    assert there == f"limit {limit:.0f} N/m: 2.0 × below"
+    assert there == f"limit {limit:,.0f} N/m: 2.0 × below"
     assert here.endswith(f"{plane.damping[60]:.1f} N·s/m")
     QTest.mouseMove(page.chart.viewport(), page.chart.at(3.0, 100.0).toPoint())
     page.chart.grab()

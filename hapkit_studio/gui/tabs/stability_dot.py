@@ -27,7 +27,7 @@ _ROOM_FOR_WORDS = 34.0
 
 def here(margin: Margin) -> str:
     """Return the dot's words."""
-    return f"you: {number(margin.stiffness, 0)} N/m, {number(margin.damping, 1)} N·s/m"
+    return f"you: {margin.stiffness:,.0f} N/m, {number(margin.damping, 1)} N·s/m"
 
 
 @dataclass(frozen=True)
@@ -129,9 +129,9 @@ def paint_reading(
 def reading(lines: Lines, damping: float, stiffness: float) -> tuple[str, str]:
     """Return what the map says of a point: its values, and the limit with the margin there."""
     plane = lines.plane
-    values = f"{number(stiffness, 0)} N/m, {number(damping, 1)} N·s/m"
+    values = f"{stiffness:,.0f} N/m, {number(damping, 1)} N·s/m"
     limit = float(np.interp(damping, plane.damping, plane.exact))
     said = short(Margin(stiffness, damping, limit, plane.setting.hand))
     if not math.isfinite(limit) or limit <= 0.0:
         return values, said
-    return values, f"limit {number(limit, 0)} N/m: {said.removesuffix(' the limit')}"
+    return values, f"limit {limit:,.0f} N/m: {said.removesuffix(' the limit')}"

@@ -36,7 +36,7 @@ class Measured:
         """Say how much was measured, and how fast; how far, where the map's axes are wider than that."""
         m, n = self.cells.classes.shape
         if axes[0] > self.axes[0] or axes[1] > self.axes[1]:
-            return f"Measured to {self.axes[0]:g} N·s/m and {self.axes[1]:.0f} N/m only"
+            return f"Measured to {self.axes[0]:g} N·s/m and {self.axes[1]:,.0f} N/m only"
         return f"{m} × {n} cells, {self.seconds:.1f} s"
 
 

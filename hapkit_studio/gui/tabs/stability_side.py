@@ -39,9 +39,7 @@ class StabilitySide(SidePanel):
     def show_hands(self, limits: dict[str, float], damping: float) -> None:
         """Show every hand's limit at the rendered damping."""
         self.hands_heading.setText(f"Limit by hand, at B = {number(damping, 1)} N·s/m")
-        pairs = [
-            (_HANDS[hand], f"{number(limit, 0)} N/m") for hand, limit in limits.items() if limit == limit
-        ]
+        pairs = [(_HANDS[hand], f"{limit:,.0f} N/m") for hand, limit in limits.items() if limit == limit]
         none = [("Velocity filter", "not linear")] if limits else []
         self.hands.show_pairs(pairs or none)
         for part in (self._hands_line, self.hands_heading, self.hands):
