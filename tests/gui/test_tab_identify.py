@@ -180,6 +180,12 @@ def test_shaking_ends_in_what_was_rendered(window, qtbot):
     assert page.found.rendered["damping"].value == pytest.approx(-0.1, abs=0.02)
     assert page.found.handle["mass"].value == pytest.approx(0.094, rel=0.05)
     assert page.shaking.text() == "Shake"
+    # what comes after the piece was taken is no part of it, however late the thread begins
+    take = newest(window.studio, window.live, 2.0)
+    first, reader = take(), window.studio.engine.reader()
+    qtbot.waitUntil(lambda: len(reader.read()) > 0, timeout=PATIENCE_MS)
+    np.testing.assert_array_equal(take().position, first.position)
+    np.testing.assert_array_equal(take().time, first.time)
     # rows from before a change of settings are another piece
     window.studio.set_values({"stiffness": 100.0})
     with pytest.raises(StudioError, match=r"Only 0\.\d s since the settings changed"):

@@ -23,19 +23,21 @@ _ALL = 1 << 30
 
 
 def newest(studio: "Studio", live: "Live", seconds: float) -> "Callable[[], Recording]":
-    """Return what takes the newest so many seconds, to be called in a thread; inf: all that is kept.
+    """Take the newest so many seconds, inf: all that is kept; return what makes a recording of them.
 
-    Raise StudioError while there is no device.
+    That is to be called in a thread. The rows are taken before anything else, which may take its time: what
+    comes meanwhile is no part of the piece. Raise StudioError while there is no device, or too little.
     """
     engine = studio.engine
     if engine is None:
         raise StudioError("There is no device yet to take a piece from.")
-    setup, since = _setup(studio, engine), live.changed_at + _SETTLED
+    table = _table(engine, seconds, live.changed_at + _SETTLED)
+    setup = _setup(studio, engine)
 
     def take() -> "Recording":
         from hapkit_studio.analysis.identify import of_rows
 
-        return of_rows(_table(engine, seconds, since), setup)
+        return of_rows(table, setup)
 
     return take
 

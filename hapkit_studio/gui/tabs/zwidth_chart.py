@@ -139,6 +139,7 @@ class ZWidthChart(Chart):
     def _names(self, painter: QPainter, _chart: Chart) -> None:
         if not self._done or len(self._spots) < 2:
             return
+        painter.setOpacity(PALE if self._pale else 1.0)
         box, points = self.frame(), self._line()
         self._name_rendered(painter, box, points)
         limits = self.points(*self._curve)
