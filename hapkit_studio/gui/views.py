@@ -45,6 +45,7 @@ class Views(QObject):
         if key not in self._pages:
             page = self._pages[key] = self._library[key].build(self._window.studio, self._window.live)
             self._centre.take_page(page)
+            page.marked.connect(lambda words, key=key: self._show_mark(key, words))
         return self._pages[key]
 
     def show(self, key: str) -> None:
@@ -108,6 +109,11 @@ class Views(QObject):
         self._window.room.show_side(page.side if page else None)
         if page is not None:
             page.set_shown(True)
+
+    def _show_mark(self, key: str, words: str) -> None:
+        index, title = self._index(key), self._library[key].title
+        self._bar.setTabText(index, f"{title} ●" if words else title)
+        self._bar.setTabToolTip(index, words)
 
     def _mark(self) -> None:
         index = self._index(LAW)

@@ -70,6 +70,17 @@ def test_a_page_is_built_when_it_is_first_shown(two_tabs, idle_window):
     assert not page.side.isVisible()
 
 
+def test_a_page_that_acts_on_the_scene_marks_its_tab_in_every_view(two_tabs, idle_window):
+    bar, views = idle_window.header.tabs, idle_window.views
+    page = views.page("first")
+    views.show("second")
+    page.marked.emit("In the scene: a spring too stiff")
+    assert bar.tabText(1) == "First ●"
+    assert bar.tabToolTip(1) == "In the scene: a spring too stiff"
+    page.marked.emit("")
+    assert bar.tabText(1) == "First"
+
+
 def test_ctrl_and_a_digit_choose_a_view(two_tabs, idle_window):
     for digit, key in ((Qt.Key.Key_2, "first"), (Qt.Key.Key_3, "second"), (Qt.Key.Key_1, "live")):
         QTest.keyClick(idle_window, digit, Qt.KeyboardModifier.ControlModifier)

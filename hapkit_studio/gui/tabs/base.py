@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
 
 if TYPE_CHECKING:
@@ -27,8 +27,11 @@ def filled(*parts: QWidget) -> QFrame:
 class Page(QWidget):
     """A tab's page, below the scene; ``column`` holds its parts.
 
-    side, if any, stands in the place of the parameter panel while the page is in sight.
+    side, if any, stands in the place of the parameter panel while the page is in sight. ``marked(words)``: it
+    acts on the scene, and how; "" for not any more. Its tab says so in every view.
     """
+
+    marked = Signal(str)
 
     side: QWidget | None = None
 

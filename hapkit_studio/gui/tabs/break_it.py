@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
@@ -28,10 +28,9 @@ _ROOM_FOR_LIST = 840
 class BreakItPage(Page):
     """A list of failures; the chosen one with its knob, verdict, two traces and the curve over the knob.
 
-    ``felt``: the title of the failure that is in the scene now, or ""; ``felt_changed`` says it.
+    ``felt``: the title of the failure that is in the scene now, or ""; ``marked`` says it.
     """
 
-    felt_changed = Signal(str)
     side: FailureSide
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -215,7 +214,7 @@ class BreakItPage(Page):
         self.verdict.feel_pressed.connect(self.feel_it)
         self.verdict.back_pressed.connect(self.feel.take_back)
         self.feel.changed.connect(self._show_verdict)
-        self.feel.changed.connect(lambda: self.felt_changed.emit(self.felt))
+        self.feel.changed.connect(lambda: self.marked.emit(f"In the scene: {self.felt}" if self.felt else ""))
         self.feel.refused.connect(self._refuse)
         self._studio.engine_changed.connect(self._show_verdict)
 
