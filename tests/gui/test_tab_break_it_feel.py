@@ -73,7 +73,7 @@ def test_take_back_works_after_other_scenes_and_stays_while_another_failure_is_i
     before = state(window.studio)
     felt.feel_it()
     heard = []
-    felt.felt_changed.connect(heard.append)
+    felt.marked.connect(heard.append)
     window.studio.choose("puck")
     assert felt.felt == ""
     assert set(heard) == {""}
