@@ -29,7 +29,7 @@ from hapkit_studio.charts.style import (
 )
 from hapkit_studio.figures import new_figure
 
-_SIZE = (13.5, 8.0)
+_WIDTH = 13.5
 _DOTS = (1, 1.6)
 _NAME = 13
 _PASSIVE_NAME, _PASSIVE_SIZE = "passive: stable in any hand", (0.42, 0.06)
@@ -44,7 +44,7 @@ def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
 
     Raise ParameterError for an ending that is no format of pictures.
     """
-    figure = new_figure(path, _SIZE)
+    figure = new_figure(path, (_WIDTH, stability_side.height(plane)))
     left, right = figure.subplots(1, 2, width_ratios=(2.3, 1.0))
     _regions(left, plane)
     _lines(left, plane)

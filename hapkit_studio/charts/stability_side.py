@@ -26,8 +26,10 @@ from hapkit_studio.charts.style import (
 _SAMPLE = (0.0, 0.11)
 _MIDDLE = (0.055,)
 _TEXT = 0.16
-_MOST_STEP, _ROWS = 0.092, 0.56
-_MOST_LINE = 0.040
+_MOST_STEP = 0.092
+_LINE, _MOST_LINE = 0.027, 0.040
+# The height in inches that these shares are for, and the one that many rows need.
+LOW, HIGH = 8.0, 11.5
 
 
 def draw(axes: Any, plane: Plane, device: str = "") -> None:
@@ -36,9 +38,11 @@ def draw(axes: Any, plane: Plane, device: str = "") -> None:
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 1.0)
     below = _verdict(axes, plane)
-    below = _legend(axes, plane, below)
+    pairs = _pairs(plane, device)
+    shrunk = LOW / axes.figure.get_figheight()
+    below = _legend(axes, plane, below, below - shrunk * _LINE * (len(pairs) + 1.5) - 0.045)
     axes.plot([0.0, 1.0], [below, below], color=LINE, linewidth=1.0)
-    _conditions(axes, plane, below - 0.045, device)
+    _conditions(axes, pairs, below - 0.045)
 
 
 def _verdict(axes: Any, plane: Plane) -> float:
@@ -49,25 +53,29 @@ def _verdict(axes: Any, plane: Plane) -> float:
     controlled = plane.setting.controller
     color = INK if controlled or isnan(margin.limit) else OK if margin.stable else DANGER
     axes.text(0.0, 0.97, head, size=26, weight="bold", color=color, va="top")
-    without = " without the controller" if controlled else ""
-    rest = f"the limit{without}; {hand}." if cut else f"{hand}{without}."
+    rest = f"the limit; {hand}." if cut else f"{hand}."
     axes.text(0.0, 0.90, rest, size=14, color=INK2, va="top")
-    out = "With it only measuring can tell." if controlled else way_out(margin)
+    out = "Without the controller.\nWith it only measuring can tell." if controlled else way_out(margin)
     axes.text(0.0, 0.855, out.replace(": ", ":\n"), size=14, color=color, va="top")
     return 0.80 if margin.stable and not controlled else 0.76
 
 
-def _legend(axes: Any, plane: Plane, top: float) -> float:
+def height(plane: Plane) -> float:
+    """Return the height in inches that the rows need."""
+    return HIGH if len(_samples(plane)) > 5 else LOW
+
+
+def _legend(axes: Any, plane: Plane, top: float, room: float) -> float:
     samples = _samples(plane)
-    step = min(_MOST_STEP, _ROWS / len(samples))
+    step, apart = min(_MOST_STEP, room / len(samples)), 0.034 * LOW / axes.figure.get_figheight()
     for key, style in samples:
         name, words = plane_words.line(plane, key)
         places = _SAMPLE if style.get("linestyle") != "none" else _MIDDLE
         axes.plot(places, [top - 0.016] * len(places), **style)
         axes.text(_TEXT, top, name, size=13, color=INK, va="center")
-        axes.text(_TEXT, top - 0.034, words, size=11, color=INK2, va="center")
+        axes.text(_TEXT, top - apart, words, size=11, color=INK2, va="center")
         top -= step
-    return top + 0.02
+    return top + min(0.02, step - apart - 0.014)
 
 
 def _samples(plane: Plane) -> list[tuple[str, dict]]:
@@ -91,17 +99,20 @@ def _samples(plane: Plane) -> list[tuple[str, dict]]:
     return found
 
 
-def _conditions(axes: Any, plane: Plane, top: float, device: str) -> None:
-    axes.text(0.0, top, "Conditions", size=13, weight="bold", color=INK2, va="center")
+def _pairs(plane: Plane, device: str) -> list[tuple[str, str]]:
+    """Return the conditions and every hand's limit."""
     real = any(found is not None and found.real for found in (plane.cells, plane.points))
-    pairs = plane_words.conditions(plane.setting, real)
-    if device:
-        pairs.insert(0, ("Device", device))
-    pairs += [
+    limits = [
         (f"Limit, {hand_words(hand)}", f"{limit:,.0f} N/m")
         for hand, limit in plane.hands.items()
         if limit == limit
     ]
+    own = [("Device", device)] if device else []
+    return [*own, *plane_words.conditions(plane.setting, real), *limits]
+
+
+def _conditions(axes: Any, pairs: list[tuple[str, str]], top: float) -> None:
+    axes.text(0.0, top, "Conditions", size=13, weight="bold", color=INK2, va="center")
     step = min(_MOST_LINE, top / (len(pairs) + 0.5))
     for index, (name, value) in enumerate(pairs):
         height = top - step * (index + 1)

@@ -243,7 +243,7 @@ def test_nothing_is_cut_off(page, window, qapp, qtbot):
     page.hands.button(2).click()
     follow(page, qtbot)
     page.bar.say("100 × 100 cells, 12.3 s")
-    for size in ((1280, 720), (1440, 900), (960, 600), (800, 560)):
+    for size in ((1280, 720), (1440, 900), (1920, 1080), (960, 600), (800, 560)):
         window.resize(*size)
         for _ in range(3):
             qapp.processEvents()

@@ -130,9 +130,9 @@ def legend_words(plane: "Plane", shown: dict[str, bool]) -> dict[str, tuple[str,
         "passive": bool(plane.edge.any()),
         "coulomb": plane.coulomb < plane.top,
     }
-    above = "" if shown["controlled_seen"] else ", above this map"
+    seen = "Measured, controlled" if shown["controlled_seen"] else "Controlled: above this map"
     own = {
         "hands": ("Other hands", "light, medium and firm grip"),
-        "controlled": ("Measured, controlled", f"with the passivity controller{above}"),
+        "controlled": (seen, "measured with the passivity controller"),
     }
     return {key: own[key] if key in own else line(plane, key) for key, on in wanted.items() if on}
