@@ -234,3 +234,18 @@ def test_what_a_moving_object_holds_may_be_given_back(told):
     out = np.array(found)
     assert out[-1, rows.ENERGY] - out[100, rows.ENERGY] > 5e-3
     assert bool(alarms(out)) == (not told)
+
+
+@pytest.mark.parametrize("start", [0.007, 0.012])
+@pytest.mark.parametrize("rate", [500.0, 1000.0])
+def test_a_handle_thrown_out_of_a_wall_does_not_outrun_the_survey(start, rate):
+    """It moves by ever more cells a tick; what the sampled wall gives beyond what it stored is seen."""
+    device = SimulatedHapkit(
+        mass=0.0625, damping=0.5, coulomb_force=0.0, quantum=0.0, max_force=math.inf, initial_position=start
+    )
+    values = WALL.values({"stiffness": 1541.0})
+    out, _ = headless.render(headless.Scene(WALL, values, device, LoopSettings(rate, 0.0, "iir")), None, 300)
+    stored = 0.5 * 1541.0 * (start - values["position"]) ** 2
+    given = np.sum(out[:-1, rows.APPLIED] * np.diff(out[:, rows.TRUE_POSITION]))
+    assert given > 1.1 * stored
+    assert alarms(out)
