@@ -66,7 +66,7 @@ def way_out(margin: Margin) -> str:
         return "The velocity filter is not linear: only a run can tell."
     if margin.limit <= 0.0:
         return "Lower damping."
-    return "" if margin.stable else f"Lower stiffness below {margin.limit:.0f} N/m."
+    return "" if margin.stable else f"Lower stiffness below {margin.limit:,.0f} N/m."
 
 
 def verdict(margin: Margin) -> str:
