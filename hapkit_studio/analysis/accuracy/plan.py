@@ -48,10 +48,17 @@ class Plan:
     order: int
 
     def sheet(self, scene: Scene) -> Sheet:
-        """Return a scene's sheet, its runs timed beside each other."""
+        """Return a scene's sheet, its runs timed beside each other, and those that compete once more alone.
+
+        Few take short turns, so that more turns fit in where the machine is calm.
+        """
         runs = self.runs(scene)
         spent = timing.shortest([run.prepare for run in runs])
         points = [self._point(scene, run, ns) for run, ns in zip(runs, spent, strict=True)]
+        rivals = [i for i, point in enumerate(points) if scene.competes(point)]
+        again = timing.shortest([runs[i].prepare for i in rivals])
+        for i, ns in zip(rivals, again, strict=True):
+            points[i] = self._point(scene, runs[i], min(ns, spent[i]))
         return Sheet(self.key, scene, self.methods, mark_front(points))
 
     def _point(self, scene: Scene, run: Run, ns: float) -> Point:
