@@ -14,9 +14,9 @@ Work = Callable[[], object]
 Prepare = Callable[[], Work]
 Clock = Callable[[], int]
 
-LEAST_TURNS, MOST_TURNS = 20, 400
+LEAST_TURNS, MOST_TURNS = 40, 400
 # The shortest is believed once so many turns came as near to it as this, or after so many ns of work.
-HITS, NEAR = 4, 1.03
+HITS, NEAR = 8, 1.03
 ENOUGH_NS = 500_000_000
 # A clock is fine enough that moves on within so many ns, and by less.
 _FINE_NS, _LOOKS = 10_000, 5
