@@ -36,7 +36,7 @@ def test_the_margin_is_the_first_line(capsys):
 
 def test_above_the_limit_it_says_how_to_get_below(capsys):
     assert (
-        "1.5 × above the limit; released hand. Lower stiffness below 1002 N/m."
+        "1.5 × above the limit; released hand. Lower stiffness below 1,002 N/m."
         in run(capsys, "-K", "1500")[1]
     )
 

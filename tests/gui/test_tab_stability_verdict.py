@@ -38,7 +38,7 @@ def test_without_the_controller_the_exact_limit_is_the_verdict_and_says_what_it_
     said = judged(2000.0, 2.0)
     assert (said.headline, said.sign) == ("2.0 × above", ("cross", "danger"))
     assert said.words == "the limit; released hand, without dry friction."
-    assert said.more == "Lower stiffness below 1000 N/m."
+    assert said.more == "Lower stiffness below 1,000 N/m."
 
 
 def test_with_the_controller_the_exact_limit_is_not_the_verdict():
