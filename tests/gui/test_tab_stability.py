@@ -68,7 +68,7 @@ def test_the_dot_follows_the_sliders_the_axes_stay_and_the_way_out_is_said(page,
     limit = follow(page, qtbot).margin.limit
     assert page.chart.shown()[1][1] > 5000.0
     assert page.beside.headline.text() == f"{5000.0 / limit:.1f} × above"
-    assert page.beside.out.text() == f"Lower stiffness below {limit:.0f} N/m."
+    assert page.beside.out.text() == f"Lower stiffness below {limit:,.0f} N/m."
 
 
 def test_a_click_brings_both_sliders_there(page, window, qtbot):
