@@ -13,7 +13,7 @@ from hapkit_studio.gui.scenes.stage import Stage
 from tests.gui.scene_support import LIBRARY, paint, scene_of
 
 ODD = (math.nan, math.inf, -math.inf, 0.0, -1.0, 0.5, 1e12, -1e12, 1e300, 5e-324)
-LONGEST = 0.5  # s for one picture: a hundred times what one takes
+LONGEST = 5.0  # s for one picture: a thousand times what one takes
 
 
 def states(key):
