@@ -102,6 +102,7 @@ void Controller::send_sample(const board::Sampling& sampling, int32_t count) {
   sample.seq = sampling.seq;
   sample.time_us = sampling.time_us;
   sample.count = count;
+  sample.raw = sampling.raw;
   sample.rx_errors = parser_.bad_frames() + board::lost_bytes();
   {
     const Lock lock;
@@ -129,6 +130,9 @@ void Controller::send_hello() {
   hello.watchdog_ms = profile::kWatchdogMs;
   hello.pwm_top = profile::kPwmTop;
   hello.profile = profile::kNumber;
+  hello.laws = 0;
+  hello.origin = protocol::kOriginDefault;
+  hello.reset = 0;
   memset(hello.build, 0, sizeof(hello.build));
   memcpy(hello.build, HAPKIT_BUILD, sizeof(HAPKIT_BUILD) - 1);
   static_assert(sizeof(HAPKIT_BUILD) - 1 <= sizeof(hello.build), "the build's name is too long");

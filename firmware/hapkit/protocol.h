@@ -7,15 +7,33 @@
 
 namespace protocol {
 
-constexpr uint16_t kVersion = 1;
+constexpr uint16_t kVersion = 2;
 constexpr uint32_t kBaud = 1000000;
-constexpr uint8_t kLargestToBoard = 6;  // payload bytes
-constexpr uint8_t kLargestFromBoard = 55;
+constexpr uint8_t kLargestToBoard = 69;  // payload bytes
+constexpr uint8_t kLargestFromBoard = 71;
+constexpr uint8_t kValues = 16;  // numbers of a scene
+constexpr uint8_t kNoLaw = 255;  // in place of a law: the computer renders
 constexpr uint8_t kFlagWatchdog = 1;
 constexpr uint8_t kFlagStopped = 2;
 constexpr uint8_t kFlagClamped = 4;
 constexpr uint8_t kFlagOverrun = 8;
 constexpr uint8_t kFlagRefused = 16;
+constexpr uint8_t kFlagOverSpeed = 32;
+constexpr uint8_t kEstimatorDifference = 0;
+constexpr uint8_t kEstimatorIir = 1;
+constexpr uint8_t kEstimatorKalman = 2;
+constexpr uint8_t kPinsD5D8 = 0;
+constexpr uint8_t kPinsD3D12 = 1;
+constexpr uint8_t kSensorMagnetoresistive = 0;
+constexpr uint8_t kSensorAs5048A = 1;
+constexpr uint8_t kSensorQuadrature = 2;
+constexpr uint8_t kMotorMapSquare = 0;
+constexpr uint8_t kMotorMapLinear = 1;
+constexpr uint8_t kMotorMapTable = 2;
+constexpr uint8_t kOriginDefault = 0;
+constexpr uint8_t kOriginStored = 1;
+constexpr uint8_t kOriginDamaged = 2;
+constexpr uint8_t kOriginUnsaved = 3;
 
 // Ask the board who it is; it answers with Hello.
 struct __attribute__((packed)) HelloRequest {
@@ -47,15 +65,95 @@ struct __attribute__((packed)) Release {
 // Switch the samples on or off; off also switches the motor off.
 struct __attribute__((packed)) Stream {
   static constexpr uint8_t kId = 0x05;
-  static constexpr uint8_t kSize = 1;
+  static constexpr uint8_t kSize = 2;
   uint8_t on;  // 1 on, 0 off
+  uint8_t padded;  // every frame is filled with delimiters to a multiple of so many bytes; 0 not
 };
 static_assert(sizeof(Stream) == Stream::kSize, "Stream has gaps");
+
+// Choose what is rendered: a law of the board with all its parameters, or the computer's forces.
+//
+// The same law again: its state stays, its numbers move over 30 ms. Another one, or another choice: the
+// force fades in from zero over 30 ms.
+struct __attribute__((packed)) Scene {
+  static constexpr uint8_t kId = 0x06;
+  static constexpr uint8_t kSize = 66;
+  uint8_t law;  // number of the law, NO_LAW: the computer renders
+  uint8_t generation;  // any number; Telemetry repeats it once the scene is in force
+  float values[16];  // the law's parameters in order, SI units, then zeros
+};
+static_assert(sizeof(Scene) == Scene::kSize, "Scene has gaps");
+
+// Set how fast the board renders its own laws, and how it estimates velocity.
+struct __attribute__((packed)) Loop {
+  static constexpr uint8_t kId = 0x07;
+  static constexpr uint8_t kSize = 11;
+  uint16_t rate;  // ticks per second: 500, 1000, 2000 or 4000 [Hz]
+  uint8_t estimator;  // Estimator
+  float first;  // its first coefficient
+  float second;  // its second coefficient [1/s]
+};
+static_assert(sizeof(Loop) == Loop::kSize, "Loop has gaps");
+
+// Ask for the name of a law; the board answers with LawName.
+struct __attribute__((packed)) LawRequest {
+  static constexpr uint8_t kId = 0x08;
+  static constexpr uint8_t kSize = 1;
+  uint8_t law;  // number of the law, from 0
+};
+static_assert(sizeof(LawRequest) == LawRequest::kSize, "LawRequest has gaps");
+
+// Say that the computer is there while the board renders; without it for watchdog_ms: motor off.
+struct __attribute__((packed)) Alive {
+  static constexpr uint8_t kId = 0x09;
+  static constexpr uint8_t kSize = 0;
+};
+
+// Ask for the settings in force; the board answers with Settings.
+struct __attribute__((packed)) SettingsRequest {
+  static constexpr uint8_t kId = 0x0a;
+  static constexpr uint8_t kSize = 0;
+};
+
+// Keep the settings in force in the EEPROM; the board answers with Settings.
+struct __attribute__((packed)) Save {
+  static constexpr uint8_t kId = 0x0b;
+  static constexpr uint8_t kSize = 0;
+};
+
+// Everything about one kit: pins, sensor, geometry, motor. Motor off, in force at once, not saved.
+//
+// The board answers with Settings; numbers that no kit has are refused as a whole.
+struct __attribute__((packed)) Board {
+  static constexpr uint8_t kId = 0x0c;
+  static constexpr uint8_t kSize = 69;
+  uint8_t profile;  // number of the kit's profile, for the computer
+  uint8_t pins;  // Pins
+  uint8_t sensor;  // Sensor
+  uint8_t motor_map;  // MotorMap
+  int8_t direction;  // 1: the direction pin is high to push to the right, -1: low
+  int8_t sense;  // 1: counts grow to the right, -1: to the left
+  uint16_t counts_per_flip;  // sensor counts from one repeat to the next
+  int32_t zero;  // count, before sense, at the handle's zero; after a start its nearest repeat
+  float quantum;  // handle travel per sensor count [m]
+  float max_force;  // force limit [N]
+  float motor_constant;  // motor torque at full duty [N*m]
+  float handle_radius;  // sector axis to handle [m]
+  float pulley_radius;  // motor pulley [m]
+  float sector_radius;  // sector drum [m]
+  float mass;  // of the paddle at the handle [kg]
+  float viscous;  // friction of the paddle at the handle [N*s/m]
+  float coulomb;  // dry friction of the paddle at the handle [N]
+  uint8_t dead_band;  // pwm below which the motor does not turn; what is asked starts above it
+  uint8_t table[8];  // torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, never falling
+  char label[12];  // the kit's name
+};
+static_assert(sizeof(Board) == Board::kSize, "Board has gaps");
 
 // Who the board is: version, build and every constant the computer needs.
 struct __attribute__((packed)) Hello {
   static constexpr uint8_t kId = 0x81;
-  static constexpr uint8_t kSize = 55;
+  static constexpr uint8_t kSize = 58;
   uint16_t version;  // version of the protocol; stays the first field in every version
   float quantum;  // handle travel per sensor count [m]
   float max_force;  // force limit of the board [N]
@@ -68,7 +166,10 @@ struct __attribute__((packed)) Hello {
   uint16_t sample_rate;  // samples per second [Hz]
   uint16_t watchdog_ms;  // silence after which the motor goes off [ms]
   uint16_t pwm_top;  // pwm value of full duty
-  uint8_t profile;  // number of the board profile
+  uint8_t profile;  // number of the kit's profile
+  uint8_t laws;  // how many laws the board can render
+  uint8_t origin;  // Origin
+  uint8_t reset;  // why it started: 1 power, 2 reset, 4 brown-out, 8 watchdog
   char build[16];  // name of the firmware build
 };
 static_assert(sizeof(Hello) == Hello::kSize, "Hello has gaps");
@@ -76,10 +177,11 @@ static_assert(sizeof(Hello) == Hello::kSize, "Hello has gaps");
 // One sensor sample and the state of the motor, sent every period while the stream is on.
 struct __attribute__((packed)) Sample {
   static constexpr uint8_t kId = 0x82;
-  static constexpr uint8_t kSize = 18;
+  static constexpr uint8_t kSize = 20;
   uint16_t seq;  // sample number, counts every period, wraps at 65536
   uint32_t time_us;  // board clock at sampling, wraps at 2^32 [us]
-  int32_t count;  // sensor counts, half turns of the motor included
+  int32_t count;  // sensor counts from the zero, repeats included, positive to the right
+  uint16_t raw;  // the sensor's reading itself
   uint16_t answered;  // sample number that the last applied force answered
   uint16_t delay_us;  // from that sampling to its force in the PWM register; 0 none yet, 65535 longer [us]
   uint8_t flags;  // BoardFlag
@@ -87,5 +189,66 @@ struct __attribute__((packed)) Sample {
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
 };
 static_assert(sizeof(Sample) == Sample::kSize, "Sample has gaps");
+
+// What the board renders by itself, in place of Sample while a law of its own is in force; 1 kHz.
+struct __attribute__((packed)) Telemetry {
+  static constexpr uint8_t kId = 0x83;
+  static constexpr uint8_t kSize = 31;
+  uint16_t seq;  // number of the tick shown, wraps at 65536
+  uint32_t time_us;  // board clock at its sampling, wraps at 2^32 [us]
+  int32_t count;  // sensor counts from the zero, repeats included, positive to the right
+  float velocity;  // as the board estimates it, positive to the right [m/s]
+  float asked;  // force that the law asked for, positive to the right [N]
+  int16_t pwm;  // signed duty in force, of pwm_top
+  uint16_t delay_us;  // longest from a sampling to its force since the last frame [us]
+  uint8_t flags;  // BoardFlag
+  uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
+  uint8_t overruns;  // ticks that were skipped so far, wraps at 256
+  uint8_t generation;  // of the scene in force
+  uint8_t state_at;  // which value of the law's state this frame shows; they take turns
+  float state;  // that value
+};
+static_assert(sizeof(Telemetry) == Telemetry::kSize, "Telemetry has gaps");
+
+// One law that the board can render.
+struct __attribute__((packed)) LawName {
+  static constexpr uint8_t kId = 0x84;
+  static constexpr uint8_t kSize = 23;
+  uint8_t law;  // its number
+  uint8_t parameters;  // how many parameters it takes
+  uint8_t states;  // how many values of state it has
+  uint32_t fingerprint;  // of its generated source: the same law here and there
+  char key[16];  // its name
+};
+static_assert(sizeof(LawName) == LawName::kSize, "LawName has gaps");
+
+// The settings in force, laid out as Board, and whether they are saved.
+struct __attribute__((packed)) Settings {
+  static constexpr uint8_t kId = 0x85;
+  static constexpr uint8_t kSize = 71;
+  uint8_t profile;  // number of the kit's profile, for the computer
+  uint8_t pins;  // Pins
+  uint8_t sensor;  // Sensor
+  uint8_t motor_map;  // MotorMap
+  int8_t direction;  // 1: the direction pin is high to push to the right, -1: low
+  int8_t sense;  // 1: counts grow to the right, -1: to the left
+  uint16_t counts_per_flip;  // sensor counts from one repeat to the next
+  int32_t zero;  // count, before sense, at the handle's zero; after a start its nearest repeat
+  float quantum;  // handle travel per sensor count [m]
+  float max_force;  // force limit [N]
+  float motor_constant;  // motor torque at full duty [N*m]
+  float handle_radius;  // sector axis to handle [m]
+  float pulley_radius;  // motor pulley [m]
+  float sector_radius;  // sector drum [m]
+  float mass;  // of the paddle at the handle [kg]
+  float viscous;  // friction of the paddle at the handle [N*s/m]
+  float coulomb;  // dry friction of the paddle at the handle [N]
+  uint8_t dead_band;  // pwm below which the motor does not turn; what is asked starts above it
+  uint8_t table[8];  // torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, never falling
+  char label[12];  // the kit's name
+  uint8_t origin;  // Origin
+  uint8_t refused;  // 1: the last Board held numbers that no kit has, nothing was changed
+};
+static_assert(sizeof(Settings) == Settings::kSize, "Settings has gaps");
 
 }  // namespace protocol

@@ -99,12 +99,12 @@ TEST(hello_waits_for_room) {
 
 TEST(samples_while_the_stream_is_on) {
   Bench bench;
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   const auto sample = bench.sample(300);
   CHECK(sample.seq == bench.seq() && sample.time_us == fake::now_us && sample.count == 300);
   CHECK(sample.flags == protocol::kFlagWatchdog && sample.pwm == 0 && sample.delay_us == 0);
   CHECK(bench.sample(900).count == 900 - 921);
-  bench.say(protocol::Stream{0});
+  bench.say(protocol::Stream{0, 0});
   fake::sent.clear();
   bench.period();
   CHECK(fake::sent.empty());
@@ -112,7 +112,7 @@ TEST(samples_while_the_stream_is_on) {
 
 TEST(force_drives_the_motor_and_measures_its_delay) {
   Bench bench;
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   bench.periods(5);
   const uint16_t answered = static_cast<uint16_t>(bench.seq() - 2);
   fake::now_us += 700;
@@ -126,7 +126,7 @@ TEST(force_drives_the_motor_and_measures_its_delay) {
 
 TEST(delay_that_cannot_be_told_is_the_largest) {
   Bench bench;
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   bench.period();
   bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() - 100), 0.5f});
   CHECK(bench.sample().delay_us == 65535);
@@ -136,7 +136,7 @@ TEST(delay_that_cannot_be_told_is_the_largest) {
 
 TEST(clamped_force_says_so) {
   Bench bench;
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   bench.say(protocol::Force{0, 99.0f});
   CHECK(fake::pwm == 255);
   CHECK(bench.sample().flags == protocol::kFlagClamped);
@@ -146,7 +146,7 @@ TEST(clamped_force_says_so) {
 
 TEST(not_a_number_switches_off_at_once) {
   Bench bench;
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   bench.say(protocol::Force{0, 1.0f});
   bench.say(protocol::Force{0, std::nanf("")});
   CHECK(fake::pwm == 0);
@@ -157,7 +157,7 @@ TEST(not_a_number_switches_off_at_once) {
 
 TEST(silence_switches_off_within_the_watchdog) {
   Bench bench;
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   bench.say(protocol::Force{0, 1.0f});
   bench.periods(kWatchdogPeriods - 1);
   CHECK(fake::pwm > 0);
@@ -181,7 +181,7 @@ TEST(refused_and_damaged_commands_are_silence) {
   }
   bench.period();
   CHECK(fake::pwm == 0);
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   CHECK(bench.sample().rx_errors == kWatchdogPeriods - 1);
 }
 
@@ -196,7 +196,7 @@ TEST(commands_in_time_keep_the_motor_on) {
 
 TEST(stop_latches_until_release) {
   Bench bench;
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   bench.say(protocol::Force{0, 1.0f});
   bench.say(protocol::Stop{});
   CHECK(fake::pwm == 0);
@@ -213,7 +213,7 @@ TEST(stop_latches_until_release) {
 TEST(stream_off_switches_the_motor_off) {
   Bench bench;
   bench.say(protocol::Force{0, 1.0f});
-  bench.say(protocol::Stream{0});
+  bench.say(protocol::Stream{0, 0});
   CHECK(fake::pwm == 0);
 }
 
@@ -231,7 +231,7 @@ TEST(wrong_sizes_and_ids_do_nothing) {
 
 TEST(overrun_is_told_once) {
   Bench bench;
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   CHECK(bench.sample(500, true).flags & protocol::kFlagOverrun);
   CHECK(!(bench.sample().flags & protocol::kFlagOverrun));
   fake::room = 5;
@@ -244,7 +244,7 @@ TEST(overrun_is_told_once) {
 
 TEST(lost_bytes_are_reported) {
   Bench bench;
-  bench.say(protocol::Stream{1});
+  bench.say(protocol::Stream{1, 0});
   fake::lost = 7;
   CHECK(bench.sample().rx_errors == 7);
 }

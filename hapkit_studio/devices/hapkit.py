@@ -79,7 +79,7 @@ class HapkitBoard:
             with contextlib.suppress(OSError, ValueError, AttributeError):  # not every port and system has it
                 self._serial.set_low_latency_mode(True)
             self._hello = self._handshake(time.monotonic() + handshake_time)
-            self._send(Stream(0), Release())
+            self._send(Stream(0, 0), Release())
         except (serial.SerialException, OSError) as error:
             self._abandon()
             raise gone(self.port) from error
@@ -106,11 +106,11 @@ class HapkitBoard:
 
     def start_stream(self) -> None:
         """Switch the samples on; raise PortGoneError."""
-        self._send_or_gone(Stream(1))
+        self._send_or_gone(Stream(1, 0))
 
     def stop_stream(self) -> None:
         """Set the force to zero and switch samples and motor off; raise PortGoneError."""
-        self._send_or_gone(Force(0, 0.0), Stream(0))
+        self._send_or_gone(Force(0, 0.0), Stream(0, 0))
 
     def close(self) -> None:
         """Set the force to zero and close the port; never fails, may be called twice."""

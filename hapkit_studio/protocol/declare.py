@@ -19,9 +19,14 @@ class Wire(NamedTuple):
     def size(self) -> int:
         return struct.calcsize("<" + self.code)
 
+    @property
+    def numbers(self) -> int:
+        """How many numbers the field holds; text is one value."""
+        return 1 if self.code.endswith("s") else int(self.code[:-1] or 1)
+
 
 def wire(code: str, help: str, unit: str = "") -> Any:
-    """Declare a field by its struct code, e.g. ``"H"`` or ``"16s"``."""
+    """Declare a field by its struct code: ``"H"``, ``"16s"`` for text, ``"8B"`` for a tuple of numbers."""
     return field(metadata={"code": code, "unit": unit, "help": help})
 
 
@@ -63,9 +68,14 @@ class Message:
 
     def pack(self) -> bytes:
         """Return id and payload, little endian; raise struct.error if a value does not fit."""
-        values = [getattr(self, f.name) for f in self.layout()]
-        raw = [v.encode("ascii") if isinstance(v, str) else v for v in values]
-        return struct.pack(self._format(), self.ID, *raw)
+        values: list[Any] = []
+        for f in self.layout():
+            value = getattr(self, f.name)
+            if f.code.endswith("s"):
+                values.append(value.encode("ascii"))
+            else:
+                values += value if f.numbers > 1 else [value]
+        return struct.pack(self._format(), self.ID, *values)
 
     @classmethod
     def unpack(cls, body: bytes) -> Self:
@@ -75,4 +85,11 @@ class Message:
                 f"{cls.__name__} is {1 + cls.size()} bytes starting with {cls.ID}, not {body!r}."
             )
         _, *raw = struct.unpack(cls._format(), body)
-        return cls(*(v.rstrip(b"\0").decode("ascii", "replace") if isinstance(v, bytes) else v for v in raw))
+        values: list[Any] = []
+        for f in cls.layout():
+            several, raw = raw[: f.numbers], raw[f.numbers :]
+            if f.code.endswith("s"):
+                values.append(several[0].rstrip(b"\0").decode("ascii", "replace"))
+            else:
+                values.append(tuple(several) if f.numbers > 1 else several[0])
+        return cls(*values)

@@ -1,12 +1,72 @@
 """Every message between computer and board, declared once; the firmware's header is generated from here."""
 
 from dataclasses import dataclass
-from enum import IntFlag
+from enum import IntEnum, IntFlag
 
 from hapkit_studio.protocol.declare import Message, wire
 
-PROTOCOL_VERSION = 1
+PROTOCOL_VERSION = 2
 BAUD = 1_000_000
+
+VALUES = 16
+"""Numbers of a law that travel in one message: its parameters, and as many values of state."""
+
+NO_LAW = 255
+"""In place of a law's number: the computer renders."""
+
+
+class Estimator(IntEnum):
+    """How the board estimates velocity; the coefficients of Loop are first and second."""
+
+    DIFFERENCE = 0
+    """v = (x - before) / T."""
+    IIR = 1
+    """v += first ((x - before) / T - v)."""
+    KALMAN = 2
+    """The steady filter: r = x - (at + T v); at += T v + first r; v += second r."""
+
+
+class Pins(IntEnum):
+    """Where motor 1 is connected."""
+
+    D5_D8 = 0
+    """PWM on D5, direction on D8: every board since 2013's second."""
+    D3_D12 = 1
+    """PWM on D3, direction on D12: board 1.0."""
+
+
+class Sensor(IntEnum):
+    """What reads the motor's angle."""
+
+    MAGNETORESISTIVE = 0
+    """Analog on A2, repeats every half turn."""
+    AS5048A = 1
+    """14 bits over SPI, selected by D10, repeats every turn."""
+    QUADRATURE = 2
+    """Two channels on D2 and D3, counted without repeating."""
+
+
+class MotorMap(IntEnum):
+    """How the motor's torque follows from its duty."""
+
+    SQUARE = 0
+    """torque = constant * duty^2."""
+    LINEAR = 1
+    """torque = constant * duty."""
+    TABLE = 2
+    """torque = constant * table / 255, straight between eight duties."""
+
+
+class Origin(IntEnum):
+    """Where the settings in force come from."""
+
+    DEFAULT = 0
+    STORED = 1
+    """From the EEPROM, or saved to it since."""
+    DAMAGED = 2
+    """The EEPROM's check failed: defaults."""
+    UNSAVED = 3
+    """Changed since the start, not saved."""
 
 
 class BoardFlag(IntFlag):
@@ -21,7 +81,9 @@ class BoardFlag(IntFlag):
     OVERRUN = 8
     """A sample was skipped or its frame did not fit the send buffer since the last frame."""
     REFUSED = 16
-    """The last force command was not a finite number: motor off until the next one."""
+    """The last force was not a finite number: motor off until the next command, or the next Scene."""
+    OVER_SPEED = 32
+    """The handle was faster than the board's limit: motor off until Release."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +114,81 @@ class Stream(Message, id=0x05):
     """Switch the samples on or off; off also switches the motor off."""
 
     on: int = wire("B", "1 on, 0 off")
+    padded: int = wire("B", "every frame is filled with delimiters to a multiple of so many bytes; 0 not")
+
+
+@dataclass(frozen=True)
+class Scene(Message, id=0x06):
+    """Choose what is rendered: a law of the board with all its parameters, or the computer's forces.
+
+    The same law again: its state stays, its numbers move over 30 ms. Another one, or another choice: the
+    force fades in from zero over 30 ms.
+    """
+
+    law: int = wire("B", "number of the law, NO_LAW: the computer renders")
+    generation: int = wire("B", "any number; Telemetry repeats it once the scene is in force")
+    values: tuple[float, ...] = wire(f"{VALUES}f", "the law's parameters in order, SI units, then zeros")
+
+
+@dataclass(frozen=True)
+class Loop(Message, id=0x07):
+    """Set how fast the board renders its own laws, and how it estimates velocity."""
+
+    rate: int = wire("H", "ticks per second: 500, 1000, 2000 or 4000", "Hz")
+    estimator: int = wire("B", "Estimator")
+    first: float = wire("f", "its first coefficient")
+    second: float = wire("f", "its second coefficient", "1/s")
+
+
+@dataclass(frozen=True)
+class LawRequest(Message, id=0x08):
+    """Ask for the name of a law; the board answers with LawName."""
+
+    law: int = wire("B", "number of the law, from 0")
+
+
+@dataclass(frozen=True)
+class Alive(Message, id=0x09):
+    """Say that the computer is there while the board renders; without it for watchdog_ms: motor off."""
+
+
+@dataclass(frozen=True)
+class SettingsRequest(Message, id=0x0A):
+    """Ask for the settings in force; the board answers with Settings."""
+
+
+@dataclass(frozen=True)
+class Save(Message, id=0x0B):
+    """Keep the settings in force in the EEPROM; the board answers with Settings."""
+
+
+@dataclass(frozen=True)
+class Board(Message, id=0x0C):
+    """Everything about one kit: pins, sensor, geometry, motor. Motor off, in force at once, not saved.
+
+    The board answers with Settings; numbers that no kit has are refused as a whole.
+    """
+
+    profile: int = wire("B", "number of the kit's profile, for the computer")
+    pins: int = wire("B", "Pins")
+    sensor: int = wire("B", "Sensor")
+    motor_map: int = wire("B", "MotorMap")
+    direction: int = wire("b", "1: the direction pin is high to push to the right, -1: low")
+    sense: int = wire("b", "1: counts grow to the right, -1: to the left")
+    counts_per_flip: int = wire("H", "sensor counts from one repeat to the next")
+    zero: int = wire("i", "count, before sense, at the handle's zero; after a start its nearest repeat")
+    quantum: float = wire("f", "handle travel per sensor count", "m")
+    max_force: float = wire("f", "force limit", "N")
+    motor_constant: float = wire("f", "motor torque at full duty", "N*m")
+    handle_radius: float = wire("f", "sector axis to handle", "m")
+    pulley_radius: float = wire("f", "motor pulley", "m")
+    sector_radius: float = wire("f", "sector drum", "m")
+    mass: float = wire("f", "of the paddle at the handle", "kg")
+    viscous: float = wire("f", "friction of the paddle at the handle", "N*s/m")
+    coulomb: float = wire("f", "dry friction of the paddle at the handle", "N")
+    dead_band: int = wire("B", "pwm below which the motor does not turn; what is asked starts above it")
+    table: tuple[int, ...] = wire("8B", "torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, never falling")
+    label: str = wire("12s", "the kit's name")
 
 
 @dataclass(frozen=True)
@@ -70,7 +207,10 @@ class Hello(Message, id=0x81):
     sample_rate: int = wire("H", "samples per second", "Hz")
     watchdog_ms: int = wire("H", "silence after which the motor goes off", "ms")
     pwm_top: int = wire("H", "pwm value of full duty")
-    profile: int = wire("B", "number of the board profile")
+    profile: int = wire("B", "number of the kit's profile")
+    laws: int = wire("B", "how many laws the board can render")
+    origin: int = wire("B", "Origin")
+    reset: int = wire("B", "why it started: 1 power, 2 reset, 4 brown-out, 8 watchdog")
     build: str = wire("16s", "name of the firmware build")
 
 
@@ -80,7 +220,8 @@ class Sample(Message, id=0x82):
 
     seq: int = wire("H", "sample number, counts every period, wraps at 65536")
     time_us: int = wire("I", "board clock at sampling, wraps at 2^32", "us")
-    count: int = wire("i", "sensor counts, half turns of the motor included")
+    count: int = wire("i", "sensor counts from the zero, repeats included, positive to the right")
+    raw: int = wire("H", "the sensor's reading itself")
     answered: int = wire("H", "sample number that the last applied force answered")
     delay_us: int = wire(
         "H", "from that sampling to its force in the PWM register; 0 none yet, 65535 longer", "us"
@@ -90,4 +231,45 @@ class Sample(Message, id=0x82):
     rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
 
 
-MESSAGES: tuple[type[Message], ...] = (HelloRequest, Force, Stop, Release, Stream, Hello, Sample)
+@dataclass(frozen=True)
+class Telemetry(Message, id=0x83):
+    """What the board renders by itself, in place of Sample while a law of its own is in force; 1 kHz."""
+
+    seq: int = wire("H", "number of the tick shown, wraps at 65536")
+    time_us: int = wire("I", "board clock at its sampling, wraps at 2^32", "us")
+    count: int = wire("i", "sensor counts from the zero, repeats included, positive to the right")
+    velocity: float = wire("f", "as the board estimates it, positive to the right", "m/s")
+    asked: float = wire("f", "force that the law asked for, positive to the right", "N")
+    pwm: int = wire("h", "signed duty in force, of pwm_top")
+    delay_us: int = wire("H", "longest from a sampling to its force since the last frame", "us")
+    flags: int = wire("B", "BoardFlag")
+    rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
+    overruns: int = wire("B", "ticks that were skipped so far, wraps at 256")
+    generation: int = wire("B", "of the scene in force")
+    state_at: int = wire("B", "which value of the law's state this frame shows; they take turns")
+    state: float = wire("f", "that value")
+
+
+@dataclass(frozen=True)
+class LawName(Message, id=0x84):
+    """One law that the board can render."""
+
+    law: int = wire("B", "its number")
+    parameters: int = wire("B", "how many parameters it takes")
+    states: int = wire("B", "how many values of state it has")
+    fingerprint: int = wire("I", "of its generated source: the same law here and there")
+    key: str = wire("16s", "its name")
+
+
+@dataclass(frozen=True)
+class Settings(Board, id=0x85):
+    """The settings in force, laid out as Board, and whether they are saved."""
+
+    origin: int = wire("B", "Origin")
+    refused: int = wire("B", "1: the last Board held numbers that no kit has, nothing was changed")
+
+
+MESSAGES: tuple[type[Message], ...] = (
+    HelloRequest, Force, Stop, Release, Stream, Scene, Loop, LawRequest, Alive, SettingsRequest, Save, Board,
+    Hello, Sample, Telemetry, LawName, Settings,
+)  # fmt: skip

@@ -21,7 +21,7 @@ ATTEMPTS = 8
 def sample(seq, count, answered=0, delay_us=0, flags=0, period_us=1000):
     """Return the frame of a sample as a board would send it."""
     time_us = seq * period_us & 0xFFFFFFFF
-    return encode(Sample(seq & 0xFFFF, time_us, count, answered & 0xFFFF, delay_us, flags, 0, 0))
+    return encode(Sample(seq & 0xFFFF, time_us, count, 0, answered & 0xFFFF, delay_us, flags, 0, 0))
 
 
 class SteppedBoard(FakeBoard):

@@ -6,6 +6,7 @@ from hapkit_studio.protocol.messages import MESSAGES, Sample
 
 _INTEGERS = {
     "B": (0, 255),
+    "b": (-128, 127),
     "h": (-32768, 32767),
     "H": (0, 65535),
     "i": (-(2**31), 2**31 - 1),
@@ -15,6 +16,9 @@ _INTEGERS = {
 
 def values(wire):
     """Return a strategy for one field."""
+    if wire.numbers > 1:
+        one = values(wire._replace(code=wire.code[-1]))
+        return st.tuples(*[one] * wire.numbers)
     if wire.code in _INTEGERS:
         low, high = _INTEGERS[wire.code]
         return st.integers(low, high) | st.sampled_from([low, 0, 1, high])

@@ -33,7 +33,7 @@ class Reader:
 
 
 def sample(seq, time_us=0, count=0):
-    return Sample(seq & 0xFFFF, time_us & 0xFFFFFFFF, count, 0, 0, 0, 0, 0)
+    return Sample(seq & 0xFFFF, time_us & 0xFFFFFFFF, count, 0, 0, 0, 0, 0, 0)
 
 
 def stream(*messages):
@@ -42,7 +42,7 @@ def stream(*messages):
 
 def test_sample_becomes_a_row_in_si_units():
     flags = BoardFlag.CLAMPED | BoardFlag.OVERRUN
-    [row] = Reader()(encode(Sample(513, 2_500_000, -70000, 511, 1234, int(flags), -255, 3)))
+    [row] = Reader()(encode(Sample(513, 2_500_000, -70000, 0, 511, 1234, int(flags), -255, 3)))
     assert row[codec.SEQ] == 513
     assert row[codec.BOARD_TIME] == pytest.approx(2.5, abs=1e-12)
     assert row[codec.COUNT] == -70000
@@ -179,7 +179,7 @@ def test_same_results_without_compilation():
 import numpy as np
 from hapkit_studio.protocol import codec, framing, messages
 state, buffer = codec.new_reader()
-data = np.frombuffer(framing.encode(messages.Sample(5, 7, -9, 4, 300, 1, -2, 0)), np.uint8)
+data = np.frombuffer(framing.encode(messages.Sample(5, 7, -9, 0, 4, 300, 1, -2, 0)), np.uint8)
 out = np.zeros((1, codec.SAMPLE_WIDTH))
 command = np.zeros(codec.FRAME_SIZE, np.uint8)
 size = codec.encode_force(command, 260, -1.5)

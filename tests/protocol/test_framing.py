@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hapkit_studio.protocol.framing import Decoder, cobs_decode, cobs_encode, crc16, encode, frame
-from hapkit_studio.protocol.messages import MESSAGES, Force, Hello, Sample, Stop
+from hapkit_studio.protocol.messages import MESSAGES, Force, Hello, LawName, Sample, Settings, Stop, Telemetry
 from tests.protocol.strategies import any_message
 
 
@@ -42,7 +42,8 @@ def test_cobs_there_and_back(raw):
 def test_ids_are_distinct_and_tell_the_direction():
     ids = [m.ID for m in MESSAGES]
     assert len(set(ids)) == len(ids)
-    assert all(m.from_board() == (m in (Hello, Sample)) for m in MESSAGES)
+    told = {Hello, Sample, Telemetry, LawName, Settings}
+    assert all(m.from_board() == (m in told) for m in MESSAGES)
 
 
 @given(st.lists(any_message, max_size=8), st.integers(1, 30))
@@ -85,5 +86,5 @@ def test_in_step_again_with_the_next_frame():
 
 def test_largest_sample_and_command_fit_their_periods():
     """At 1 Mbaud a byte takes 10 us; both directions must be done well within 1 ms."""
-    assert len(encode(Sample(0xFFFF, 0xFFFFFFFF, -1, 0xFFFF, 0xFFFF, 255, -1, 255))) <= 25
+    assert len(encode(Sample(0xFFFF, 0xFFFFFFFF, -1, 0xFFFF, 0xFFFF, 0xFFFF, 255, -1, 255))) <= 27
     assert len(encode(Force(0xFFFF, 1.1))) <= 12

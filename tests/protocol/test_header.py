@@ -33,7 +33,8 @@ def test_compiler_agrees_on_every_offset(tmp_path):
             at = message.offset(wire.name) - 1
             checks.append(f"static_assert(offsetof({name}, {wire.name}) == {at});")
             checks.append(f"static_assert(sizeof({name}::{wire.name}) == {wire.size});")
-    checks += [f"static_assert(protocol::kFlag{flag.name.title()} == {flag.value});" for flag in BoardFlag]
+    flags = {flag.name.title().replace("_", ""): flag.value for flag in BoardFlag}
+    checks += [f"static_assert(protocol::kFlag{name} == {value});" for name, value in flags.items()]
     source = tmp_path / "checks.cpp"
     source.write_text("#include <cstddef>\n#include <protocol.h>\n" + "\n".join(checks))
     folder = header.default_path().parent
