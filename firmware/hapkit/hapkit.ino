@@ -1,4 +1,4 @@
-// Firmware of the Hapkit board for Hapkit Studio. The program is in program.cpp; the pins are in board_avr.cpp.
+// Firmware of the Hapkit board for Hapkit Studio. The program is in program.cpp; the chip is in the files *_avr.cpp.
 #include "program.h"
 
 void setup() { program::begin(); }
