@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio import environments
+from hapkit_studio.analysis.setting import DELAY, RATE
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import Hand, Prescribed, hand_named
@@ -19,8 +20,6 @@ from hapkit_studio.haptics.settings_writer import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.0, 86_400.0)
-ANY_RATE = Parameter("rate", "Rate", "Hz", 1000.0, 1.0, 1e6)
-ANY_DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 10.0)
 SPEED = Parameter("max_speed", "Largest speed", "m/s", 3.0, 0.0, 1e6)
 # a row takes 256 bytes
 MOST_SAMPLES = 10_000_000
@@ -111,7 +110,7 @@ def simulate(
     device = SimulatedHapkit() if device is None else device
     if not isinstance(device, SimulatedHapkit):
         raise ParameterError(f"device takes a SimulatedHapkit or None, not {device!r}.")
-    loop = LoopSettings(ANY_RATE.check(rate), ANY_DELAY.check(delay), estimator, bool(controller))
+    loop = LoopSettings(RATE.check(rate), DELAY.check(delay), estimator, bool(controller))
     count = _count(SECONDS.check(seconds), loop.rate)
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
         raise ParameterError(f"seed takes a whole number, not {seed!r}.")

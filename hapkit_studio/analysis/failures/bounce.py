@@ -5,23 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import wall_bounce
-from hapkit_studio.analysis.failures.base import (
-    MEASURED,
-    OTHER,
-    Case,
-    Chart,
-    Choice,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    short,
-    within,
-)
+from hapkit_studio.analysis.failures import base, wall_bounce
 from hapkit_studio.analysis.failures.in_window import thrown
 from hapkit_studio.analysis.failures.loop import MASS, RATE
 from hapkit_studio.analysis.failures.numbers import signed, text, thinned
@@ -35,24 +19,24 @@ _WALL = 0.005  # m: where it stands in the window
 _LATENESS = np.linspace(0.05, 0.6, 12)
 
 
-def stiffness_of(lateness: float, case: Case) -> float:
+def stiffness_of(lateness: float, case: base.Case) -> float:
     """Return the stiffness in N/m whose ω T (1 + 2 td/T) that is."""
     turn = lateness / (1.0 + 2.0 * case["late"])
     return case["mass"] * (turn * case["rate"]) ** 2
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return ω T (1 + 2 td/T) = 0.4, up to which the formula is within about 1 %."""
     return LATENESS
 
 
-def damper(lateness: float, case: Case, balance: float) -> tuple[float, float, float]:
+def damper(lateness: float, case: base.Case, balance: float) -> tuple[float, float, float]:
     """Return stiffness N/m, delay s and the damping N·s/m that is so many times K (T/2 + td)."""
     k, delay = stiffness_of(lateness, case), case["late"] / case["rate"]
     return k, delay, balance * k * (0.5 / case["rate"] + delay)
 
 
-def rendered(lateness: float, case: Case, balance: float = 0.0) -> float:
+def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
     """Return energy out over energy in by the tick, the mean over the sampling phases."""
     k, delay, damping = damper(lateness, case, balance)
     given = (case["mass"], k, case["rate"], delay)
@@ -60,29 +44,29 @@ def rendered(lateness: float, case: Case, balance: float = 0.0) -> float:
     return float(np.mean(gains))
 
 
-def exact(lateness: float, case: Case, balance: float) -> float:
+def exact(lateness: float, case: base.Case, balance: float) -> float:
     """Return the same by exact motion between events, the damper acting in contact alone."""
     k, delay, damping = damper(lateness, case, balance)
     given = (case["mass"], damping, k, case["rate"], delay)
     return float(np.mean([wall_bounce.exact_gain(*given, p) for p in wall_bounce.phases(PHASES)]))
 
 
-def off(lateness: float, case: Case, gain: float, balance: float = 0.0) -> float:
+def off(lateness: float, case: base.Case, gain: float, balance: float = 0.0) -> float:
     """Return by how much the formula differs from a gain, as a share of the gain."""
     k, delay, damping = damper(lateness, case, balance)
     return wall_bounce.formula(case["mass"], damping, k, case["rate"], delay) / gain - 1.0
 
 
 # What is compared: its label, where the gain comes from, b as a share of K (T/2 + td), its role.
-_LINES: tuple[tuple[str, Callable[[float, Case, float], float], float, str], ...] = (
-    ("b = 0, rendered", rendered, 0.0, MEASURED),
-    ("b in contact alone, half the balance", exact, 0.5, OTHER),
-    ("b everywhere, half the balance", rendered, 0.5, OTHER),
-    ("b everywhere, the balance", rendered, 1.0, OTHER),
+_LINES: tuple[tuple[str, Callable[[float, base.Case, float], float], float, str], ...] = (
+    ("b = 0, rendered", rendered, 0.0, base.MEASURED),
+    ("b in contact alone, half the balance", exact, 0.5, base.OTHER),
+    ("b everywhere, half the balance", rendered, 0.5, base.OTHER),
+    ("b everywhere, the balance", rendered, 1.0, base.OTHER),
 )
 
 
-def probe(lateness: float, case: Case) -> Evidence:
+def probe(lateness: float, case: base.Case) -> base.Evidence:
     """Throw the handle at the wall, at every sampling phase, and compare the energy with the formula."""
     k, rate, delay = stiffness_of(lateness, case), case["rate"], case["late"] / case["rate"]
     gain = rendered(lateness, case)
@@ -90,10 +74,10 @@ def probe(lateness: float, case: Case) -> Evidence:
     out = wall_bounce.rendered(case["mass"], k, rate, delay, 0.5)
     time, x = thinned(np.arange(len(out)) / rate, 1e3 * (out[:, rows.TRUE_POSITION] - wall_bounce.WALL))
     words = f"energy × {text(gain, '', 4)} in a bounce; the formula is off by {signed(100.0 * error, '%', 2)}"
-    return Evidence(time, x, "depth in the wall", "mm", abs(error) <= WITHIN, 100.0 * error, "%", words)
+    return base.Evidence(time, x, "depth in the wall", "mm", abs(error) <= WITHIN, 100.0 * error, "%", words)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return by how much the formula is off over ω T (1 + 2 td/T), without and with damping."""
     found: list[list[float]] = [[] for _ in _LINES]
     for done, lateness in enumerate(map(float, _LATENESS), 1):
@@ -101,20 +85,22 @@ def curve(case: Case, progress: Progress) -> Chart:
             y.append(100.0 * off(lateness, case, gain(lateness, case, balance), balance))
         progress(done, len(_LATENESS))
     lines = tuple(
-        Line(label, _LATENESS, np.array(y), role)
+        base.Line(label, _LATENESS, np.array(y), role)
         for (label, _, _, role), y in zip(_LINES, found, strict=True)
     )
-    marks = (Mark("ω T (1 + 2 td/T) = 0.4", LATENESS),)
+    marks = (base.Mark("ω T (1 + 2 td/T) = 0.4", LATENESS),)
     label = "the formula is off by, %"
-    return Chart("ω T (1 + 2 td/T)", label, lines, marks, 100.0 * WITHIN, "1 %", log_y=True)
+    return base.Chart("ω T (1 + 2 td/T)", label, lines, marks, 100.0 * WITHIN, "1 %", log_y=True)
 
 
-def live(lateness: float, case: Case) -> Live:
+def live(lateness: float, case: base.Case) -> base.Live:
     """Return the wall in the window."""
     most = stiffness_of(LATENESS, case)
-    values = within("wall", {"stiffness": short(stiffness_of(lateness, case), most), "damping": 0.0})
+    values = base.within(
+        "wall", {"stiffness": base.short(stiffness_of(lateness, case), most), "damping": 0.0}
+    )
     loop = {"rate": case["rate"], "delay": case["late"] / case["rate"]}
-    found = Live("wall", {**values, "position": _WALL}, loop)
+    found = base.Live("wall", {**values, "position": _WALL}, loop)
     gain = text(thrown(found, _WALL), "", 3)
     drag = "Drag to −30 mm, swing at the wall at 0.25 m/s and let go just before"
     advice = f"{drag}: it comes back {gain} × as fast."
@@ -123,7 +109,7 @@ def live(lateness: float, case: Case) -> Live:
     return replace(found, advice=advice)
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="bounce",
     title="The energy of a bounce",
     summary="A sampled wall gives energy at every bounce; beyond a stiffness its formula is off",
@@ -134,13 +120,13 @@ FAILURE = Failure(
     "and is no half swing. A damper in contact alone changes little of that. The handle's own damper "
     "acts outside as well, for the samples before the wall is seen and after it is left, and takes "
     "more than the formula knows.",
-    knob=Parameter(
+    knob=base.Parameter(
         "lateness", "Lateness", "", 0.4, 0.01, 2.0, "How far a swing turns while late", "ω T (1 + 2 td/T)"
     ),
     limit=limit,
     probe=probe,
     curve=curve,
-    options=(Choice("late", "Delay", ("none", "one_period"), "none"), MASS, RATE),
+    options=(base.Choice("late", "Delay", ("none", "one_period"), "none"), MASS, RATE),
     live=live,
     margin=0.2,
     span=(0.2, 2.0),

@@ -6,21 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.failures.base import (
-    OTHER,
-    Case,
-    Chart,
-    Choice,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    short,
-    within,
-)
+from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.in_window import let_go
 from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
 from hapkit_studio.analysis.failures.numbers import readable, text, thinned
@@ -40,17 +26,17 @@ _PLACES = (0.01, 0.02, 0.03, 0.04)  # m: where the pointer lets go
 _SHARES = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0, 1.15, 1.33, 1.5, 1.75, 2.0])
 
 
-def count_force(case: Case) -> float:
+def count_force(case: base.Case) -> float:
     """Return m Δ/T² in N: the force that moves the handle by a count within a period."""
     return case["mass"] * case["quantum"] * case["rate"] ** 2
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return the friction in N above which it chatters over several counts; found by simulation."""
     return RATIOS[int(case["late"])] * count_force(case)
 
 
-def slides(friction: float, case: Case, model: int = COULOMB) -> list[np.ndarray]:
+def slides(friction: float, case: base.Case, model: int = COULOMB) -> list[np.ndarray]:
     """Return the place (n,) in counts of a handle that slides to rest, one for each of STARTS."""
     values = dict(environments.named("friction").values())
     values |= {"model": float(model), "kinetic_force": friction, "static_force": friction, "viscous": 0.0}
@@ -67,7 +53,7 @@ def slides(friction: float, case: Case, model: int = COULOMB) -> list[np.ndarray
     return found
 
 
-def peak_to_peak(friction: float, case: Case, model: int = COULOMB) -> tuple[float, np.ndarray]:
+def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tuple[float, np.ndarray]:
     """Return the largest p-p of the last half second in counts, and the tail (n,) that has it."""
     last = round(LAST * case["rate"])
     tails = [x[-last:] for x in slides(friction, case, model)]
@@ -75,16 +61,16 @@ def peak_to_peak(friction: float, case: Case, model: int = COULOMB) -> tuple[flo
     return float(np.ptp(worst)), worst
 
 
-def probe(friction: float, case: Case) -> Evidence:
+def probe(friction: float, case: base.Case) -> base.Evidence:
     """Let the handle slide to rest against friction by the sign of its velocity."""
     size, tail = peak_to_peak(friction, case)
     holds = size <= FLICKER
     time, x = thinned(np.arange(len(tail)) / case["rate"], tail - tail.mean())
     words = f"{'flickers' if holds else 'chatters'} by {text(size, 'counts p-p', 2)}"
-    return Evidence(time, x, "position", "counts", holds, size, "counts", words)
+    return base.Evidence(time, x, "position", "counts", holds, size, "counts", words)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the chatter over the friction, beside that of the implicit projection."""
     levels = limit(case) * _SHARES
     plain, held = [], []
@@ -93,28 +79,31 @@ def curve(case: Case, progress: Progress) -> Chart:
         held.append(peak_to_peak(level, case, PROJECTION)[0])
         progress(done, len(levels))
     lines = (
-        Line("by the sign of the velocity", levels, np.array(plain)),
-        Line("implicit projection", levels, np.array(held), OTHER),
+        base.Line("by the sign of the velocity", levels, np.array(plain)),
+        base.Line("implicit projection", levels, np.array(held), base.OTHER),
     )
-    marks = (Mark(f"{RATIOS[int(case['late'])]:g} m Δ/T²", limit(case)), Mark("m Δ/T²", count_force(case)))
-    return Chart("friction, N", "chatter, counts p-p", lines, marks, FLICKER, "more than a flicker")
+    marks = (
+        base.Mark(f"{RATIOS[int(case['late'])]:g} m Δ/T²", limit(case)),
+        base.Mark("m Δ/T²", count_force(case)),
+    )
+    return base.Chart("friction, N", "chatter, counts p-p", lines, marks, FLICKER, "more than a flicker")
 
 
-def live(friction: float, case: Case) -> Live:
+def live(friction: float, case: base.Case) -> base.Live:
     """Return the friction scene in the window, by the sign of the velocity."""
-    force = short(friction, limit(case))
-    values = within("friction", {"kinetic_force": force, "static_force": force, "viscous": 0.0})
+    force = base.short(friction, limit(case))
+    values = base.within("friction", {"kinetic_force": force, "static_force": force, "viscous": 0.0})
     loop = {
         "rate": case["rate"],
         "delay": case["late"] / case["rate"],
         "estimator": "difference",
         "options": (),
     }
-    found = Live("friction", {**values, "model": float(COULOMB)}, loop)
+    found = base.Live("friction", {**values, "model": float(COULOMB)}, loop)
     return replace(found, advice=_advice(found, friction < limit(case)))
 
 
-def _advice(found: Live, inside: bool) -> str:
+def _advice(found: base.Live, inside: bool) -> str:
     """Say where the handle is let go, and what its force does then: it depends on the place in a count."""
     size = {place: let_go(found, place, rows.APPLIED) for place in _PLACES}
     place = max(size, key=lambda one: size[one])
@@ -125,7 +114,7 @@ def _advice(found: Live, inside: bool) -> str:
     return f"{first} {flips}; with the model Projection it does."
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="chatter",
     title="Friction by the sign of the velocity",
     summary="A force that flips with a counted velocity throws the handle over several counts, forever",
@@ -135,15 +124,15 @@ FAILURE = Failure(
     "mass m by F T²/(2 m) and leaves it with F T/m of speed; once that carries it over more than a "
     "count or so before the next look, each flip causes the next. A model that knows a place to "
     "hold, such as the implicit projection, rests.",
-    knob=Parameter("friction", "Friction", "N", 1.0, 0.0, 1e4, "Kinetic and static", "F"),
+    knob=base.Parameter("friction", "Friction", "N", 1.0, 0.0, 1e4, "Kinetic and static", "F"),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Choice("late", "Delay", ("none", "one_period"), "none"),
+        base.Choice("late", "Delay", ("none", "one_period"), "none"),
         MASS,
         VISCOUS,
-        Parameter("quantum", "Sensor step", "m", 20.7e-6, 1e-6, 1e-3, "One count", "Δ"),
+        base.Parameter("quantum", "Sensor step", "m", 20.7e-6, 1e-6, 1e-3, "One count", "Δ"),
         RATE,
     ),
     live=live,

@@ -5,21 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.failures.base import (
-    OTHER,
-    THEORY,
-    Case,
-    Chart,
-    Choice,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    live_rate,
-)
+from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.numbers import before_lost, growth, text, thinned
 from hapkit_studio.analysis.failures.step_roots import growth_per_radian
 from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -42,11 +28,11 @@ SECONDS = 8.0
 _STEPS = np.geomspace(0.1e-3, 7e-3, 25)
 
 
-def _method(case: Case) -> str:
+def _method(case: base.Case) -> str:
     return METHODS[int(case["method"])]
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return the longest step in s at which the mass in contact does not grow."""
     return longest_step(_method(case), MASS, DAMPING, BOTH)
 
@@ -87,17 +73,17 @@ def rate_of(x: np.ndarray, step: float) -> float:
     return growth(np.hypot(x, speed / OMEGA), step)
 
 
-def probe(step: float, case: Case) -> Evidence:
+def probe(step: float, case: base.Case) -> base.Evidence:
     """Press the handle against the mass, nudge it and hold it still."""
     time, x = swing(_method(case), step)
     rate = rate_of(x, step)
     holds = rate < 0.0
     words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}; in truth it decays by 0.25 1/s"
     time, x = thinned(time, 1e3 * x)
-    return Evidence(time, x, "mass from its rest", "mm", holds, rate, "1/s", words)
+    return base.Evidence(time, x, "mass from its rest", "mm", holds, rate, "1/s", words)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over the step: rendered, from the method's formula, and the truth."""
     method, measured = _method(case), []
     for done, step in enumerate(_STEPS, 1):
@@ -106,12 +92,12 @@ def curve(case: Case, progress: Progress) -> Chart:
     theory = [OMEGA * growth_per_radian(method, RATIO, OMEGA * step) for step in _STEPS]
     steps = 1e3 * _STEPS
     lines = (
-        Line("largest root", steps, np.array(theory), THEORY),
-        Line("rendered", steps, np.array(measured)),
-        Line("the truth", steps, np.full(len(steps), -DAMPING / (2.0 * MASS)), OTHER),
+        base.Line("largest root", steps, np.array(theory), base.THEORY),
+        base.Line("rendered", steps, np.array(measured)),
+        base.Line("the truth", steps, np.full(len(steps), -DAMPING / (2.0 * MASS)), base.OTHER),
     )
-    marks = (Mark("limit", 1e3 * limit(case)), Mark("1 ms", 1.0), Mark("230 Hz", 1e3 / 230.0))
-    return Chart("step, ms", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays", log_x=True)
+    marks = (base.Mark("limit", 1e3 * limit(case)), base.Mark("1 ms", 1.0), base.Mark("230 Hz", 1e3 / 230.0))
+    return base.Chart("step, ms", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays", log_x=True)
 
 
 _ADVICE = (
@@ -120,13 +106,13 @@ _ADVICE = (
 )
 
 
-def live(step: float, case: Case) -> Live:
+def live(step: float, case: base.Case) -> base.Live:
     """Return the course's scene in the window at this step."""
-    loop = {"rate": live_rate(1.0 / step)}
-    return Live("mass_spring_damper", values(_method(case)), loop, "firm", _ADVICE)
+    loop = {"rate": base.live_rate(1.0 / step)}
+    return base.Live("mass_spring_damper", values(_method(case)), loop, "firm", _ADVICE)
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="course",
     title="The course's mass–spring–damper at 1 ms",
     summary="With the lecture's rule the mass in contact grows by 0.075 1/s, though its damper brakes it",
@@ -136,12 +122,12 @@ FAILURE = Failure(
     "accelerations; it is centred half a step too early, so the whole scheme lags by a step, and "
     "that acts like a damper of −k dt = −1.3 N·s/m. At 1 ms it takes away more than the damper of 1 "
     "N·s/m gives. Semi-implicit Euler costs no more and holds up to 78 ms.",
-    knob=Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Of the loop and of the integrator", "dt"),
+    knob=base.Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Of the loop and of the integrator", "dt"),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Choice(
+        base.Choice(
             "method",
             "Integrator",
             METHODS,

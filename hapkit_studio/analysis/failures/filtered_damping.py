@@ -5,21 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import loop
-from hapkit_studio.analysis.failures.base import (
-    THEORY,
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    short,
-    within,
-)
+from hapkit_studio.analysis.failures import base, loop
 from hapkit_studio.analysis.failures.filters import bound, options_of
 from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability import measured_stiffness_limit
@@ -31,12 +17,12 @@ _SCAN = np.linspace(0.0, MOST, 41)
 _HALVINGS = 25
 
 
-def spec(case: Case) -> Spec:
+def spec(case: base.Case) -> Spec:
     """Return the Butterworth filter of a case."""
     return ("butterworth", {"cutoff": case["cutoff"]})
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return the damping in N·s/m up to which the spring is stable: 0 if it never is, inf if always."""
     return _limit(tuple(case.items()))
 
@@ -57,12 +43,12 @@ def _limit(numbers: tuple) -> float:
     return float(low)
 
 
-def probe(damping: float, case: Case) -> Evidence:
+def probe(damping: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of the rendered spring with this much damping."""
     return loop.evidence(loop.setting(case, spec(case)), damping, case["stiffness"])
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the largest stable stiffness over the virtual damping, exact and rendered."""
     most = min(2.5 * limit(case) or 2.0, MOST)
     damping = np.linspace(0.0, most, 41)
@@ -73,12 +59,12 @@ def curve(case: Case, progress: Progress) -> Chart:
     exact = np.array([bound(case, float(b), spec(case)) for b in damping])
     plain = np.array([bound(case, float(b), "difference") for b in damping])
     lines = (
-        Line("no filter", damping, plain, "other"),
-        Line("exact", damping, exact, THEORY),
-        Line("rendered", points, np.array(measured)),
+        base.Line("no filter", damping, plain, "other"),
+        base.Line("exact", damping, exact, base.THEORY),
+        base.Line("rendered", points, np.array(measured)),
     )
-    marks = (Mark("limit", limit(case)),)
-    return Chart(
+    marks = (base.Mark("limit", limit(case)),)
+    return base.Chart(
         "virtual damping, N·s/m",
         "largest stable stiffness, N/m",
         lines,
@@ -88,19 +74,19 @@ def curve(case: Case, progress: Progress) -> Chart:
     )
 
 
-def live(damping: float, case: Case) -> Live:
+def live(damping: float, case: base.Case) -> base.Live:
     """Return the spring in the window with this damping behind the filter."""
     most = limit(case)
     loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
 
-    def make(value: float) -> Live:
-        given = {"stiffness": case["stiffness"], "damping": short(value, most), "center": 0.0}
-        return Live("spring", within("spring", given), loop_)
+    def make(value: float) -> base.Live:
+        given = {"stiffness": case["stiffness"], "damping": base.short(value, most), "center": 0.0}
+        return base.Live("spring", base.within("spring", given), loop_)
 
     return pulled(make, damping, most, "damping", "N·s/m")
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="filtered_damping",
     title="Damping that makes it worse",
     summary="Behind a second-order filter of 20 Hz, more virtual damping leaves less stable stiffness",
@@ -110,13 +96,13 @@ FAILURE = Failure(
     "the motion as often as against it and a little more. It no longer takes energy, it gives some. "
     "Every N·s/m added makes the spring less stable; a plain difference with the same damping would "
     "triple its limit.",
-    knob=Parameter("damping", "Virtual damping", "N·s/m", 0.5, 0.0, MOST, "Behind the filter", "B"),
+    knob=base.Parameter("damping", "Virtual damping", "N·s/m", 0.5, 0.0, MOST, "Behind the filter", "B"),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Parameter("stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Of the rendered spring", "K"),
-        Parameter("cutoff", "Corner", "Hz", 20.0, 5.0, 200.0, "Of the Butterworth filter", "f"),
+        base.Parameter("stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Of the rendered spring", "K"),
+        base.Parameter("cutoff", "Corner", "Hz", 20.0, 5.0, 200.0, "Of the Butterworth filter", "f"),
         loop.MASS,
         loop.VISCOUS,
         loop.RATE,

@@ -2,23 +2,7 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import loop
-from hapkit_studio.analysis.failures.base import (
-    OTHER,
-    THEORY,
-    Case,
-    Chart,
-    Choice,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    short,
-    within,
-)
+from hapkit_studio.analysis.failures import base, loop
 from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
 from hapkit_studio.dynamics.estimators import Spec, parse
@@ -36,28 +20,28 @@ _DAMPINGS = np.linspace(0.0, 10.0, 21)
 _MEASURED = _DAMPINGS[::2]
 
 
-def spec(case: Case) -> Spec:
+def spec(case: base.Case) -> Spec:
     """Return the estimator of a case."""
     return list(ESTIMATORS.values())[int(case["estimator"])][1]
 
 
-def bound(case: Case, damping: float, estimator: Spec, find=stiffness_limit) -> float:
+def bound(case: base.Case, damping: float, estimator: Spec, find=stiffness_limit) -> float:
     """Return the limit in N/m of a case with another virtual damping and estimator."""
     given = {"rate": case["rate"], "delay": case["delay"], "estimator": estimator}
     return find(case["mass"], case["viscous"], damping=damping, **given)
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return the exact limit in N/m with this filter; 0 where the damping alone is unstable."""
     return bound(case, case["damping"], spec(case))
 
 
-def probe(stiffness: float, case: Case) -> Evidence:
+def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of the rendered spring and damper."""
     return loop.evidence(loop.setting(case, spec(case)), case["damping"], stiffness)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the largest stable stiffness over the virtual damping: exact, rendered, and without a filter."""
     chosen, measured = spec(case), []
     for done, damping in enumerate(_MEASURED, 1):
@@ -66,12 +50,14 @@ def curve(case: Case, progress: Progress) -> Chart:
     label = list(ESTIMATORS.values())[int(case["estimator"])][0]
     plain = np.array([bound(case, b, "difference") for b in _DAMPINGS])
     lines = (
-        Line("no filter", _DAMPINGS, plain, OTHER),
-        Line(f"{label}, exact", _DAMPINGS, np.array([bound(case, b, chosen) for b in _DAMPINGS]), THEORY),
-        Line("rendered", _MEASURED, np.array(measured)),
+        base.Line("no filter", _DAMPINGS, plain, base.OTHER),
+        base.Line(
+            f"{label}, exact", _DAMPINGS, np.array([bound(case, b, chosen) for b in _DAMPINGS]), base.THEORY
+        ),
+        base.Line("rendered", _MEASURED, np.array(measured)),
     )
-    marks = (Mark("this damping", case["damping"]),)
-    return Chart("virtual damping, N·s/m", "largest stable stiffness, N/m", lines, marks)
+    marks = (base.Mark("this damping", case["damping"]),)
+    return base.Chart("virtual damping, N·s/m", "largest stable stiffness, N/m", lines, marks)
 
 
 def options_of(estimator: Spec) -> dict[str, object]:
@@ -80,19 +66,19 @@ def options_of(estimator: Spec) -> dict[str, object]:
     return {"estimator": parse(estimator)[0].key, "options": given}
 
 
-def live(stiffness: float, case: Case) -> Live:
+def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring and damper in the window behind this filter."""
     most = limit(case)
     loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
 
-    def make(value: float) -> Live:
-        given = {"stiffness": short(value, most), "damping": case["damping"], "center": 0.0}
-        return Live("spring", within("spring", given), loop_)
+    def make(value: float) -> base.Live:
+        given = {"stiffness": base.short(value, most), "damping": case["damping"], "center": 0.0}
+        return base.Live("spring", base.within("spring", given), loop_)
 
     return pulled(make, stiffness, most, "stiffness", "N/m")
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="filters",
     title="A velocity filter inside the loop",
     summary="What smooths the velocity also delays it, and lowers the stiffness that stays stable",
@@ -102,19 +88,21 @@ FAILURE = Failure(
     "velocity damps less, and beyond a quarter of a swing it pushes. So the same virtual damping B "
     "buys less stiffness the lower the corner, and a second-order filter less than a first-order "
     "one.",
-    knob=Parameter("stiffness", "Stiffness", "N/m", 2000.0, 1.0, 200_000.0, "Of the rendered spring", "K"),
+    knob=base.Parameter(
+        "stiffness", "Stiffness", "N/m", 2000.0, 1.0, 200_000.0, "Of the rendered spring", "K"
+    ),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Choice(
+        base.Choice(
             "estimator",
             "Velocity filter",
             tuple(ESTIMATORS),
             "iir",
             labels=tuple(label for label, _ in ESTIMATORS.values()),
         ),
-        Parameter("damping", "Virtual damping", "N·s/m", 2.0, 0.0, 20.0, "Of the rendered spring", "B"),
+        base.Parameter("damping", "Virtual damping", "N·s/m", 2.0, 0.0, 20.0, "Of the rendered spring", "B"),
         loop.MASS,
         loop.VISCOUS,
         loop.RATE,

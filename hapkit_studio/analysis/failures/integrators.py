@@ -2,23 +2,7 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.failures.base import (
-    OTHER,
-    THEORY,
-    Case,
-    Chart,
-    Choice,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    live_rate,
-    short,
-    within,
-)
+from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.numbers import alive, before_lost, growth, text, thinned
 from hapkit_studio.analysis.failures.step_roots import growth_per_radian
 from hapkit_studio.dynamics.integrators import INTEGRATORS, integrate
@@ -37,24 +21,24 @@ _SHARES = np.concatenate(
 )
 
 
-def _method(case: Case) -> str:
+def _method(case: base.Case) -> str:
     return METHODS[int(case["method"])]
 
 
-def _ratio(case: Case) -> float:
+def _ratio(case: base.Case) -> float:
     return RATIOS[int(case["ratio"])]
 
 
-def _truth(case: Case) -> float:
+def _truth(case: base.Case) -> float:
     return OMEGA * growth_per_radian("exact", _ratio(case), 1.0)
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return the largest ω dt that does not grow."""
     return longest_step(_method(case), 1.0, 2.0 * _ratio(case), 1.0)
 
 
-def swing(step: float, case: Case, count: int = STEPS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def swing(step: float, case: base.Case, count: int = STEPS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return time, position and size (its swing with its speed), each (n,), until it is lost or has died."""
     given = {
         "mass": 1.0,
@@ -72,7 +56,7 @@ def swing(step: float, case: Case, count: int = STEPS) -> tuple[np.ndarray, np.n
     return time[:n], x[:n], size[:n]
 
 
-def probe(step: float, case: Case) -> Evidence:
+def probe(step: float, case: base.Case) -> base.Evidence:
     """Let the mass go and follow it over many steps."""
     time, x, size = swing(step, case)
     rate = growth(size, step / OMEGA)
@@ -81,10 +65,10 @@ def probe(step: float, case: Case) -> Evidence:
     time, x = thinned(time[:shown], 1e3 * x[:shown])
     true = text(-_truth(case), "1/s")
     words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}; in truth it decays by {true}"
-    return Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
+    return base.Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over ω dt: measured, from the method's formula, and the truth."""
     bound, ratio, measured = limit(case), _ratio(case), []
     steps = bound * _SHARES
@@ -93,26 +77,26 @@ def curve(case: Case, progress: Progress) -> Chart:
         progress(done, len(steps))
     theory = [OMEGA * growth_per_radian(_method(case), ratio, h) for h in steps]
     lines = (
-        Line("largest root", steps, np.array(theory), THEORY),
-        Line("measured", steps, np.array(measured)),
-        Line("the truth", steps, np.full(len(steps), _truth(case)), OTHER),
+        base.Line("largest root", steps, np.array(theory), base.THEORY),
+        base.Line("measured", steps, np.array(measured)),
+        base.Line("the truth", steps, np.full(len(steps), _truth(case)), base.OTHER),
     )
-    marks = (Mark("limit", bound),)
-    return Chart("ω·dt", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+    marks = (base.Mark("limit", bound),)
+    return base.Chart("ω·dt", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
 
 
-def live(step: float, case: Case) -> Live:
+def live(step: float, case: base.Case) -> base.Live:
     """Return the mass in the window with this integrator; its damping and spring as ω dt and ratio ask."""
     ratio = max(_ratio(case), 1.0)
     omega = 200.0 / ratio  # the fastest that the window's mass swings with as much damping
     values = {"mass": 0.05, "stiffness": 0.05 * omega**2, "damping": 0.1 * _ratio(case) * omega}
     method = float(INTEGRATORS.index(_method(case)))
-    given = {**within("mass_spring_damper", values), "integrator": method, "contact_stiffness": 100.0}
-    rate = live_rate(short(omega / step, omega / limit(case)))
-    return Live("mass_spring_damper", given, {"rate": rate}, advice=_advice(omega / rate, step, case))
+    given = {**base.within("mass_spring_damper", values), "integrator": method, "contact_stiffness": 100.0}
+    rate = base.live_rate(base.short(omega / step, omega / limit(case)))
+    return base.Live("mass_spring_damper", given, {"rate": rate}, advice=_advice(omega / rate, step, case))
 
 
-def _advice(turn: float, step: float, case: Case) -> str:
+def _advice(turn: float, step: float, case: base.Case) -> str:
     """Say what the window's mass does, which turns by so much in a step."""
     holds = turn < limit(case)
     what = "comes to rest" if holds else "swings more and more, flies apart and begins anew"
@@ -120,7 +104,7 @@ def _advice(turn: float, step: float, case: Case) -> str:
     return f"Drag to 30 mm against the mass, then back to −30 mm: it {what}.{slow}"
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="integrators",
     title="A step too long for its integrator",
     summary="Above a step a computed mass on a spring gains energy at every swing",
@@ -130,19 +114,19 @@ FAILURE = Failure(
     "share of the swing, ω dt, and the damping ratio ζ. Explicit Euler and the lecture's rule push "
     "outwards at every step, and only damping hides it; the others hold up to about two radians a "
     "step.",
-    knob=Parameter("step", "Step", "", 1.0, 1e-3, 10.0, "How far the swing turns in one step", "ω·dt"),
+    knob=base.Parameter("step", "Step", "", 1.0, 1e-3, 10.0, "How far the swing turns in one step", "ω·dt"),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Choice(
+        base.Choice(
             "method",
             "Integrator",
             METHODS,
             "semi_implicit",
             labels=tuple(LABELS[INTEGRATORS.index(m)] for m in METHODS),
         ),
-        Choice("ratio", "Damping ratio", tuple(f"{r:g}" for r in RATIOS), "0.2"),
+        base.Choice("ratio", "Damping ratio", tuple(f"{r:g}" for r in RATIOS), "0.2"),
     ),
     live=live,
     order=2,

@@ -8,23 +8,7 @@ from itertools import groupby
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.failures import loop
-from hapkit_studio.analysis.failures.base import (
-    OTHER,
-    THEORY,
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    live_rate,
-    short,
-    within,
-)
+from hapkit_studio.analysis.failures import base, loop
 from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
 from hapkit_studio.analysis.setting import Setting
@@ -38,13 +22,13 @@ DEAD = 1e-12
 _SCAN = 200
 
 
-def pattern(case: Case) -> tuple[float, ...]:
+def pattern(case: base.Case) -> tuple[float, ...]:
     """Return the periods in s that repeat: usual ones, then a long one."""
     period = 1.0 / case["rate"]
     return (period,) * round(case["usual"]) + (case["long"] * period,)
 
 
-def exact(stiffness: float, case: Case, periods: tuple[float, ...]) -> float:
+def exact(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> float:
     """Return the growth in 1/s of the loop that repeats these periods, from its map over all of them."""
     whole = np.eye(4)
     for period, times in _runs(periods):
@@ -58,17 +42,17 @@ def _runs(periods: tuple[float, ...]) -> list[tuple[float, int]]:
     return [(period, len(list(same))) for period, same in groupby(periods)]
 
 
-def worst(case: Case) -> float:
+def worst(case: base.Case) -> float:
     """Return the limit in N/m of a loop all of whose periods are as long as the longest."""
     return stiffness_limit(case["mass"], case["viscous"], rate=1.0 / max(pattern(case)))
 
 
-def nominal(case: Case) -> float:
+def nominal(case: base.Case) -> float:
     """Return the limit in N/m at the nominal rate."""
     return stiffness_limit(case["mass"], case["viscous"], rate=case["rate"])
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return the least stiffness in N/m at which the loop with this pattern of periods grows; exact."""
     return _limit(tuple(case.items()))
 
@@ -89,7 +73,7 @@ def _limit(numbers: tuple) -> float:
     return float(low)
 
 
-def swing(stiffness: float, case: Case, periods: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return times and rows, one each time the periods have passed, of a handle let go: by the tick."""
     where = Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"])
     device = where.device(real=False, position=loop.START)
@@ -113,7 +97,7 @@ def swing(stiffness: float, case: Case, periods: tuple[float, ...]) -> tuple[np.
     return sum(periods) * np.arange(len(seen)), seen
 
 
-def rate_of(stiffness: float, case: Case, seen: np.ndarray, seconds: float) -> float:
+def rate_of(stiffness: float, case: base.Case, seen: np.ndarray, seconds: float) -> float:
     """Return the growth in 1/s of rows (n, 2) of place and speed, ``seconds`` apart."""
     size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
     half = alive(size, DEAD * loop.START) // 2
@@ -122,7 +106,7 @@ def rate_of(stiffness: float, case: Case, seen: np.ndarray, seconds: float) -> f
     return float(np.log(size[half:].max() / size[:half].max()) / (half * seconds)) if half else math.inf
 
 
-def probe(stiffness: float, case: Case) -> Evidence:
+def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of a spring whose loop is late now and then."""
     periods = pattern(case)
     time, seen = swing(stiffness, case, periods)
@@ -131,10 +115,10 @@ def probe(stiffness: float, case: Case) -> Evidence:
     n = before_lost(seen[:, 0], loop.REACH)
     time, x = thinned(time[:n], 1e3 * seen[:n, 0])
     words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}"
-    return Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
+    return base.Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over the stiffness: rendered with the pattern, exact, and at the nominal rate."""
     bound, periods, measured = limit(case), pattern(case), []
     stiffness = np.union1d(bound * _NEAR, np.linspace(0.5 * worst(case), 1.05 * nominal(case), _POINTS))
@@ -145,38 +129,40 @@ def curve(case: Case, progress: Progress) -> Chart:
     always[always > 2.0 * max(measured)] = np.nan
     even = (1.0 / case["rate"],)
     lines = (
-        Line("largest root", stiffness, np.array([exact(k, case, periods) for k in stiffness]), THEORY),
-        Line("rendered", stiffness, np.array(measured)),
-        Line("never late", stiffness, np.array([exact(k, case, even) for k in stiffness]), OTHER),
-        Line("always late", stiffness, always, OTHER),
+        base.Line(
+            "largest root", stiffness, np.array([exact(k, case, periods) for k in stiffness]), base.THEORY
+        ),
+        base.Line("rendered", stiffness, np.array(measured)),
+        base.Line("never late", stiffness, np.array([exact(k, case, even) for k in stiffness]), base.OTHER),
+        base.Line("always late", stiffness, always, base.OTHER),
     )
     marks = (
-        Mark("exact limit", bound),
-        Mark("by the longest period", worst(case)),
-        Mark("by the nominal rate", nominal(case)),
+        base.Mark("exact limit", bound),
+        base.Mark("by the longest period", worst(case)),
+        base.Mark("by the nominal rate", nominal(case)),
     )
-    return Chart("stiffness, N/m", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+    return base.Chart("stiffness, N/m", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
 
 
-def live(stiffness: float, case: Case) -> Live:
+def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring in the window in a loop that is always as slow as this one is at times."""
     bound = limit(case)
     loop_ = {
-        "rate": live_rate(1.0 / max(pattern(case))),
+        "rate": base.live_rate(1.0 / max(pattern(case))),
         "delay": 0.0,
         "estimator": "difference",
         "options": (),
     }
 
-    def make(value: float) -> Live:
-        given = {"stiffness": short(value, bound), "damping": 0.0, "center": 0.0}
-        return Live("spring", within("spring", given), loop_)
+    def make(value: float) -> base.Live:
+        given = {"stiffness": base.short(value, bound), "damping": 0.0, "center": 0.0}
+        return base.Live("spring", base.within("spring", given), loop_)
 
     found = pulled(make, stiffness, bound, "stiffness", "N/m")
     return replace(found, advice=f"Here every period is the long one. {found.advice}")
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="jitter",
     title="A loop that is late now and then",
     summary="The nominal rate promises a stiffness that the late samples break",
@@ -186,13 +172,13 @@ FAILURE = Failure(
     "that repeats has its own exact limit, lowest where the long periods come in step with the swing, at "
     "its fastest. In whatever order they come, and whoever holds the handle, only the limit by the "
     "longest period is safe: K < 2 b/T.",
-    knob=Parameter("stiffness", "Stiffness", "N/m", 500.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
+    knob=base.Parameter("stiffness", "Stiffness", "N/m", 500.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Parameter("usual", "Usual periods", "", 24.0, 1.0, 500.0, "Between two long ones"),
-        Parameter("long", "Long period", "periods", 5.0, 1.0, 20.0, "How many usual periods it takes"),
+        base.Parameter("usual", "Usual periods", "", 24.0, 1.0, 500.0, "Between two long ones"),
+        base.Parameter("long", "Long period", "periods", 5.0, 1.0, 20.0, "How many usual periods it takes"),
         loop.MASS,
         loop.VISCOUS,
         loop.RATE,

@@ -5,20 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import counted_spring
-from hapkit_studio.analysis.failures.base import (
-    THEORY,
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    within,
-)
+from hapkit_studio.analysis.failures import base, counted_spring
 from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
 from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
 from hapkit_studio.analysis.failures.numbers import readable, text, thinned
@@ -27,7 +14,7 @@ _SHARES = np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0])
 _HALVINGS = 16
 
 
-def amplitude(case: Case, stiffness: float) -> float:
+def amplitude(case: base.Case, stiffness: float) -> float:
     """Return 4 F_c/(π ω (K T/2 − b)) in m: friction's work over a swing against what sampling gives."""
     spare = 0.5 * stiffness / case["rate"] - case["viscous"]
     if spare <= 0.0:
@@ -35,24 +22,24 @@ def amplitude(case: Case, stiffness: float) -> float:
     return 4.0 * case["coulomb"] / (math.pi * math.sqrt(stiffness / case["mass"]) * spare)
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return the push in m up to which the case's spring settles."""
     return amplitude(case, case["stiffness"])
 
 
-def swing(push: float, case: Case, stiffness: float) -> np.ndarray:
+def swing(push: float, case: base.Case, stiffness: float) -> np.ndarray:
     """Return the handle's place (n,) in m, let go after a push; the sensor is ideal."""
     device = (case["mass"], case["viscous"], case["coulomb"], 0.0, case["rate"])
     return counted_spring.released(*device, stiffness, push)
 
 
-def settles(push: float, case: Case, stiffness: float) -> bool:
+def settles(push: float, case: base.Case, stiffness: float) -> bool:
     """Return whether it comes to rest."""
     x = swing(push, case, stiffness)
     return counted_spring.judged(x, push, case["rate"])[0] == counted_spring.RESTS
 
 
-def measured(case: Case, stiffness: float) -> float:
+def measured(case: base.Case, stiffness: float) -> float:
     """Return the push in m between settling and growing, by bisection about the formula."""
     middle = amplitude(case, stiffness)
     low, high = 0.5 * middle, 2.0 * middle
@@ -62,7 +49,7 @@ def measured(case: Case, stiffness: float) -> float:
     return math.sqrt(low * high)
 
 
-def probe(push: float, case: Case) -> Evidence:
+def probe(push: float, case: base.Case) -> base.Evidence:
     """Pull the handle aside by so much and let it go."""
     x = swing(push, case, case["stiffness"])
     word, _ = counted_spring.judged(x, push, case["rate"])
@@ -74,10 +61,10 @@ def probe(push: float, case: Case) -> Evidence:
     )
     shown = min(round(1.2 * seconds * case["rate"]), len(x))
     time, trace = thinned(np.arange(shown) / case["rate"], 1e3 * x[:shown])
-    return Evidence(time, trace, "position", "mm", holds, 1e3 * float(np.abs(x).max()), "mm", words)
+    return base.Evidence(time, trace, "position", "mm", holds, 1e3 * float(np.abs(x).max()), "mm", words)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the largest push that settles over the stiffness: rendered, and by the balance of energy."""
     edge = 2.0 * case["viscous"] * case["rate"]
     stiffness, found = edge * _SHARES, []
@@ -86,27 +73,31 @@ def curve(case: Case, progress: Progress) -> Chart:
         progress(done, len(stiffness))
     fine = np.geomspace(stiffness[0], stiffness[-1], 60)
     lines = (
-        Line("balance of energy", fine, np.array([1e3 * amplitude(case, float(k)) for k in fine]), THEORY),
-        Line("rendered", stiffness, np.array(found)),
+        base.Line(
+            "balance of energy", fine, np.array([1e3 * amplitude(case, float(k)) for k in fine]), base.THEORY
+        ),
+        base.Line("rendered", stiffness, np.array(found)),
     )
-    marks = (Mark("this spring", case["stiffness"]), Mark("2 b/T", edge))
+    marks = (base.Mark("this spring", case["stiffness"]), base.Mark("2 b/T", edge))
     level = 1e3 * limit(case)
     words = "its largest push"
-    return Chart("stiffness, N/m", "largest push that settles, mm", lines, marks, level, words, log_y=True)
+    return base.Chart(
+        "stiffness, N/m", "largest push that settles, mm", lines, marks, level, words, log_y=True
+    )
 
 
-def live(push: float, case: Case) -> Live:
+def live(push: float, case: base.Case) -> base.Live:
     """Return the spring in the window; the handle has 0.1 N of dry friction there."""
-    values = within("spring", {"stiffness": case["stiffness"], "damping": 0.0, "center": 0.0})
+    values = base.within("spring", {"stiffness": case["stiffness"], "damping": 0.0, "center": 0.0})
     loop = {"rate": case["rate"], "delay": 0.0, "estimator": "difference", "options": ()}
-    found = Live("spring", values, loop)
+    found = base.Live("spring", values, loop)
     pointer = behind(push, values["stiffness"])
     said = "It swings on." if let_go(found, pointer) > SEEN else "It comes to rest."
     drag = f"Drag to {readable(pointer, 'm', 3)}, the handle comes {readable(push, 'm', 3)}, and let go."
     return replace(found, advice=f"{drag} {said}")
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="large_push",
     title="Calm after a small push, lost after a large one",
     summary="Dry friction holds a spring beyond its limit, but only up to an amplitude",
@@ -115,15 +106,17 @@ FAILURE = Failure(
     "surplus π ω A² (K T/2 − b) grows with the square of the amplitude A. Dry friction takes 4 F_c "
     "A, in proportion to A only. So small swings lose and settle, large ones win and grow. A wall "
     "that seems quite stable under a light touch can be thrown into a buzz by one hard knock.",
-    knob=Parameter("push", "Push", "m", 2e-3, 1e-6, 1.0, "How far the handle is pulled aside", "A"),
+    knob=base.Parameter("push", "Push", "m", 2e-3, 1e-6, 1.0, "How far the handle is pulled aside", "A"),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Parameter("stiffness", "Stiffness", "N/m", 2000.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
+        base.Parameter("stiffness", "Stiffness", "N/m", 2000.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
         MASS,
         VISCOUS,
-        Parameter("coulomb", "Dry friction", "N", 0.1, 1e-3, 2.0, "Coulomb friction of the handle", "F_c"),
+        base.Parameter(
+            "coulomb", "Dry friction", "N", 0.1, 1e-3, 2.0, "Coulomb friction of the handle", "F_c"
+        ),
         RATE,
     ),
     live=live,

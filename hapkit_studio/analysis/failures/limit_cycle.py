@@ -2,17 +2,7 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import counted_spring
-from hapkit_studio.analysis.failures.base import (
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Mark,
-    Parameter,
-    Progress,
-)
+from hapkit_studio.analysis.failures import base, counted_spring
 from hapkit_studio.analysis.failures.loop import MASS, RATE
 from hapkit_studio.analysis.failures.numbers import text, thinned
 
@@ -22,18 +12,18 @@ SHOWN = 0.2
 _SHARES = np.array([0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.01, 1.05, 1.1, 1.2, 1.3, 1.5, 1.7, 1.9])
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return 2 F_c/Δ in N/m."""
     return 2.0 * case["coulomb"] / case["quantum"]
 
 
-def swing(stiffness: float, case: Case) -> np.ndarray:
+def swing(stiffness: float, case: base.Case) -> np.ndarray:
     """Return the handle's place (n,) in m."""
     device = (case["mass"], case["viscous"], case["coulomb"], case["quantum"], case["rate"])
     return counted_spring.released(*device, stiffness, START * case["quantum"])
 
 
-def probe(stiffness: float, case: Case) -> Evidence:
+def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go a few counts from where it would rest."""
     x = swing(stiffness, case)
     word, size = counted_spring.judged(x, START * case["quantum"], case["rate"])
@@ -48,10 +38,10 @@ def probe(stiffness: float, case: Case) -> Evidence:
     if word == counted_spring.CYCLES:
         time, trace = np.arange(n) / case["rate"], (x[-n:] - x[-n:].mean()) / case["quantum"]
         label = f"position in the last {text(SHOWN, 's')}"
-    return Evidence(time, trace, label, "counts", holds, counts, "counts", words)
+    return base.Evidence(time, trace, label, "counts", holds, counts, "counts", words)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the size of the buzz over the stiffness; 0 is exact rest."""
     stiffness, sizes = limit(case) * _SHARES, []
     for done, k in enumerate(stiffness, 1):
@@ -59,12 +49,12 @@ def curve(case: Case, progress: Progress) -> Chart:
         word, size = counted_spring.judged(x, START * case["quantum"], case["rate"])
         sizes.append(np.nan if word == counted_spring.GROWS else size / case["quantum"])
         progress(done, len(stiffness))
-    marks = (Mark("2 F_c/Δ", limit(case)), Mark("2 b/T", 2.0 * case["viscous"] * case["rate"]))
-    lines = (Line("rendered", stiffness, np.array(sizes)),)
-    return Chart("stiffness, N/m", "buzz, counts p-p", lines, marks)
+    marks = (base.Mark("2 F_c/Δ", limit(case)), base.Mark("2 b/T", 2.0 * case["viscous"] * case["rate"]))
+    lines = (base.Line("rendered", stiffness, np.array(sizes)),)
+    return base.Chart("stiffness, N/m", "buzz, counts p-p", lines, marks)
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="limit_cycle",
     title="A buzz of less than a count",
     summary="Where half a count's force is more than dry friction holds, the handle never rests",
@@ -73,15 +63,19 @@ FAILURE = Failure(
     "ought to rest on the edge of a step, the force is +½ K Δ on one side and −½ K Δ on the other, "
     "never 0. Dry friction F_c can hold that as long as ½ K Δ stays below it. Above, the handle is "
     "pushed back and forth over the edge for good: bounded, often below a count, and felt.",
-    knob=Parameter("stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "K"),
+    knob=base.Parameter(
+        "stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "K"
+    ),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
         MASS,
-        Parameter("viscous", "Handle's damping", "N·s/m", 1.0, 0.01, 10.0, "Of the handle itself", "b"),
-        Parameter("coulomb", "Dry friction", "N", 0.01, 1e-4, 2.0, "Coulomb friction of the handle", "F_c"),
-        Parameter("quantum", "Sensor step", "m", 20.7e-6, 1e-6, 1e-3, "One count", "Δ"),
+        base.Parameter("viscous", "Handle's damping", "N·s/m", 1.0, 0.01, 10.0, "Of the handle itself", "b"),
+        base.Parameter(
+            "coulomb", "Dry friction", "N", 0.01, 1e-4, 2.0, "Coulomb friction of the handle", "F_c"
+        ),
+        base.Parameter("quantum", "Sensor step", "m", 20.7e-6, 1e-6, 1e-3, "One count", "Δ"),
         RATE,
     ),
     span=(0.6, 1.9),

@@ -2,39 +2,25 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import loop
-from hapkit_studio.analysis.failures.base import (
-    THEORY,
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    short,
-    within,
-)
+from hapkit_studio.analysis.failures import base, loop
 from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability import stiffness_limit
 
 _SHARES = np.linspace(0.5, 2.0, 31)
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return the exact limit in N/m: where a root of the sampled loop leaves the unit circle."""
     rate, delay = case["rate"], case["delay"]
     return stiffness_limit(case["mass"], case["viscous"], damping=case["damping"], rate=rate, delay=delay)
 
 
-def probe(stiffness: float, case: Case) -> Evidence:
+def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of the rendered spring."""
     return loop.evidence(loop.setting(case), case["damping"], stiffness)
 
 
-def exact(stiffness: float, case: Case) -> float:
+def exact(stiffness: float, case: base.Case) -> float:
     """Return the growth in 1/s from the loop's largest root."""
     period = 1.0 / case["rate"]
     matrix = loop.step_matrix(
@@ -43,7 +29,7 @@ def exact(stiffness: float, case: Case) -> float:
     return loop.exact_rate(matrix, period)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over the stiffness: of the rendered spring, and of the loop's largest root."""
     bound = limit(case)
     stiffness, where, measured = bound * _SHARES, loop.setting(case), []
@@ -52,26 +38,26 @@ def curve(case: Case, progress: Progress) -> Chart:
         progress(done, len(stiffness))
     rule = (case["viscous"] + case["damping"]) / (0.5 / case["rate"] + case["delay"])
     lines = (
-        Line("largest root", stiffness, np.array([exact(k, case) for k in stiffness]), THEORY),
-        Line("rendered", stiffness, np.array(measured)),
+        base.Line("largest root", stiffness, np.array([exact(k, case) for k in stiffness]), base.THEORY),
+        base.Line("rendered", stiffness, np.array(measured)),
     )
-    marks = (Mark("exact limit", bound), Mark("(b + B)/(T/2 + td)", rule))
-    return Chart("stiffness, N/m", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+    marks = (base.Mark("exact limit", bound), base.Mark("(b + B)/(T/2 + td)", rule))
+    return base.Chart("stiffness, N/m", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
 
 
-def live(stiffness: float, case: Case) -> Live:
+def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring in the window; there the handle has friction, which holds it far beyond the limit."""
     bound = limit(case)
     loop_ = {"rate": case["rate"], "delay": case["delay"], "estimator": "difference", "options": ()}
 
-    def make(value: float) -> Live:
-        given = {"stiffness": short(value, bound), "damping": case["damping"], "center": 0.0}
-        return Live("spring", within("spring", given), loop_)
+    def make(value: float) -> base.Live:
+        given = {"stiffness": base.short(value, bound), "damping": case["damping"], "center": 0.0}
+        return base.Live("spring", base.within("spring", given), loop_)
 
     return pulled(make, stiffness, bound, "stiffness", "N/m")
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="sampled_spring",
     title="A spring too stiff for its loop",
     summary="Above a stiffness the held force gives more energy than the handle's damping takes",
@@ -81,7 +67,9 @@ FAILURE = Failure(
     "it resisted on the way in, and at every swing gives energy in proportion to K (T/2 + td). The "
     "damping b of the handle and B of the spring take energy in proportion to b + B. Where giving "
     "wins, the swing grows.",
-    knob=Parameter("stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "K"),
+    knob=base.Parameter(
+        "stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "K"
+    ),
     limit=limit,
     probe=probe,
     curve=curve,

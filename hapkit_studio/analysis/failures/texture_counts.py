@@ -4,18 +4,7 @@ import math
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import stroking
-from hapkit_studio.analysis.failures.base import (
-    THEORY,
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Mark,
-    Parameter,
-    Progress,
-)
+from hapkit_studio.analysis.failures import base, stroking
 from hapkit_studio.analysis.failures.loop import RATE
 from hapkit_studio.analysis.failures.numbers import text
 from hapkit_studio.haptics import rows
@@ -25,18 +14,18 @@ RIDGES, TO_SEE = 200, 80
 _SHARES = np.geomspace(0.2, 4.0, 24)
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return λ/10 in m."""
     return case["wavelength"] / WANTED
 
 
-def stroke(quantum: float, case: Case) -> np.ndarray:
+def stroke(quantum: float, case: base.Case) -> np.ndarray:
     """Return the rows of a stroke over many ridges, with TO_SEE samples for each."""
     speed = case["wavelength"] * case["rate"] / TO_SEE
     return stroking.stroke(case["wavelength"], speed, case["rate"], quantum, RIDGES * TO_SEE)
 
 
-def probe(quantum: float, case: Case) -> Evidence:
+def probe(quantum: float, case: base.Case) -> base.Evidence:
     """Stroke the grating slowly with one sensor; the ridge with the fewest readings decides."""
     out = stroke(quantum, case)
     least = stroking.least_in_a_ridge(out, case["wavelength"], different=True)
@@ -44,16 +33,18 @@ def probe(quantum: float, case: Case) -> Evidence:
     words = f"{least} readings at the least in a ridge, {text(100.0 * peak, '%')} of its force"
     n = 4 * TO_SEE
     time, force = np.arange(n) / case["rate"], out[:n, rows.ASKED]
-    return Evidence(time, force, "force", "N", least >= WANTED, float(least), "readings", words, held=True)
+    return base.Evidence(
+        time, force, "force", "N", least >= WANTED, float(least), "readings", words, held=True
+    )
 
 
-def step(quantum: float, case: Case) -> float:
+def step(quantum: float, case: base.Case) -> float:
     """Return the largest step of the rendered force in % of its amplitude."""
     force = stroke(quantum, case)[:, rows.ASKED]
     return 100.0 * float(np.abs(np.diff(force)).max()) / stroking.AMPLITUDE
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the step of the force over that of the sensor: rendered, and by theory."""
     quanta, found = limit(case) * _SHARES, []
     for done, quantum in enumerate(quanta, 1):
@@ -61,17 +52,17 @@ def curve(case: Case, progress: Progress) -> Chart:
         progress(done, len(quanta))
     theory = 200.0 * np.sin(np.pi * quanta / case["wavelength"])
     lines = (
-        Line("2 sin(π Δ/λ)", 1e3 * quanta, theory, THEORY),
-        Line("rendered", 1e3 * quanta, np.array(found)),
+        base.Line("2 sin(π Δ/λ)", 1e3 * quanta, theory, base.THEORY),
+        base.Line("rendered", 1e3 * quanta, np.array(found)),
     )
-    marks = (Mark("λ/10", 1e3 * limit(case)), Mark("a Hapkit's count", 20.7e-3))
+    marks = (base.Mark("λ/10", 1e3 * limit(case)), base.Mark("a Hapkit's count", 20.7e-3))
     level = 200.0 * math.sin(math.pi / WANTED)
-    return Chart(
+    return base.Chart(
         "sensor step, mm", "largest step of the force, % of A", lines, marks, level, "ten counts", log_x=True
     )
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="texture_counts",
     title="Ridges with too few sensor counts",
     summary="A sensor of fewer than ten counts a ridge renders a staircase in place of a wave",
@@ -81,12 +72,12 @@ FAILURE = Failure(
     "each jump is a little knock, and the knocks are finer and sharper than the ridges themselves. "
     "The Hapkit's 20.7 µm is fine enough for ridges of 0.2 mm; a paddle with 0.78 mm a count only "
     "for ridges of 8 mm.",
-    knob=Parameter("quantum", "Sensor step", "m", 1e-4, 1e-7, 0.02, "One count", "Δ"),
+    knob=base.Parameter("quantum", "Sensor step", "m", 1e-4, 1e-7, 0.02, "One count", "Δ"),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Parameter("wavelength", "Wavelength", "m", 0.001, 0.0005, 0.02, "From ridge to ridge", "λ"),
+        base.Parameter("wavelength", "Wavelength", "m", 0.001, 0.0005, 0.02, "From ridge to ridge", "λ"),
         RATE,
     ),
     span=(0.2, 3.0),

@@ -4,19 +4,7 @@ import math
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import stroking
-from hapkit_studio.analysis.failures.base import (
-    THEORY,
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-)
+from hapkit_studio.analysis.failures import base, stroking
 from hapkit_studio.analysis.failures.loop import RATE
 from hapkit_studio.analysis.failures.numbers import text
 from hapkit_studio.haptics import rows
@@ -26,17 +14,17 @@ SAMPLES = 4000
 _SHARES = np.geomspace(0.2, 3.7, 24)
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return λ/(10 T) in m/s."""
     return case["wavelength"] * case["rate"] / WANTED
 
 
-def stroke(speed: float, case: Case) -> np.ndarray:
+def stroke(speed: float, case: base.Case) -> np.ndarray:
     """Return the rows of a stroke over hundreds of ridges."""
     return stroking.stroke(case["wavelength"], speed, case["rate"], 0.0, SAMPLES)
 
 
-def probe(speed: float, case: Case) -> Evidence:
+def probe(speed: float, case: base.Case) -> base.Evidence:
     """Stroke the grating at one speed; the ridge with the fewest samples decides."""
     out = stroke(speed, case)
     least, peak = (
@@ -46,7 +34,7 @@ def probe(speed: float, case: Case) -> Evidence:
     words = f"{least} samples at the least in a ridge, {text(100.0 * peak, '%')} of its force"
     n = min(4 * WANTED + 1, len(out))
     force = out[:n, rows.ASKED]
-    return Evidence(
+    return base.Evidence(
         np.arange(n) / case["rate"],
         force,
         "force",
@@ -59,28 +47,33 @@ def probe(speed: float, case: Case) -> Evidence:
     )
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return over the speed how much of a ridge's force the worst ridge gets: rendered, and by theory."""
     speeds, peaks = limit(case) * _SHARES, []
     for done, speed in enumerate(speeds, 1):
         peaks.append(100.0 * stroking.least_peak(stroke(float(speed), case), case["wavelength"]))
         progress(done, len(speeds))
     theory = 100.0 * np.cos(np.pi * speeds / (case["wavelength"] * case["rate"]))
-    lines = (Line("cos(π v T/λ)", speeds, theory, THEORY), Line("rendered", speeds, np.array(peaks)))
+    lines = (
+        base.Line("cos(π v T/λ)", speeds, theory, base.THEORY),
+        base.Line("rendered", speeds, np.array(peaks)),
+    )
     level = 100.0 * math.cos(math.pi / WANTED)
-    marks = (Mark("λ/(10T)", limit(case)),)
-    return Chart(
+    marks = (base.Mark("λ/(10T)", limit(case)),)
+    return base.Chart(
         "speed, m/s", "force in the worst ridge, % of A", lines, marks, level, "ten samples", log_x=True
     )
 
 
-def live(speed: float, case: Case) -> Live:
+def live(speed: float, case: base.Case) -> base.Live:
     """Return the grating in the window."""
     advice = stroking.swipe(speed)
-    return Live("texture", stroking.grating(case["wavelength"]), {"rate": case["rate"]}, "medium", advice)
+    return base.Live(
+        "texture", stroking.grating(case["wavelength"]), {"rate": case["rate"]}, "medium", advice
+    )
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="texture_samples",
     title="Ridges with too few samples",
     summary="With fewer than ten samples for each, ridges come out weak, uneven and late",
@@ -89,7 +82,7 @@ FAILURE = Failure(
     "strongest may lie 1/(2n) of a wavelength beside the top, so the worst ridge gets cos(π/n) of "
     "its force: 95 % of it with ten samples, 81 % with five. Which ridge is weak changes from one to "
     "the next, and that is felt as a slow beat that is not in the texture.",
-    knob=Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v"),
+    knob=base.Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v"),
     limit=limit,
     probe=probe,
     curve=curve,

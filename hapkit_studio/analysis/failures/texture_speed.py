@@ -2,20 +2,7 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import stroking
-from hapkit_studio.analysis.failures.base import (
-    OTHER,
-    THEORY,
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-)
+from hapkit_studio.analysis.failures import base, stroking
 from hapkit_studio.analysis.failures.loop import RATE
 from hapkit_studio.analysis.failures.numbers import text
 from hapkit_studio.haptics import rows
@@ -26,25 +13,25 @@ TRUE_WITHIN = 0.005
 _SHARES = np.linspace(0.1, 1.95, 38)
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return λ/(2 T) in m/s, at which a ridge gets two samples."""
     return 0.5 * case["wavelength"] * case["rate"]
 
 
-def felt(speed: float, case: Case) -> tuple[float, np.ndarray]:
+def felt(speed: float, case: base.Case) -> tuple[float, np.ndarray]:
     """Return the frequency in Hz of the rendered force, and its rows."""
     out = stroking.stroke(case["wavelength"], speed, case["rate"], 0.0, SAMPLES, 0.13 * case["wavelength"])
     return stroking.felt(out[:, rows.ASKED], case["rate"]), out
 
 
-def probe(speed: float, case: Case) -> Evidence:
+def probe(speed: float, case: base.Case) -> base.Evidence:
     """Stroke the grating at one speed and count the vibration."""
     frequency, out = felt(speed, case)
     there = speed / case["wavelength"]
     holds = abs(frequency - there) <= TRUE_WITHIN * there
     words = f"vibrates at {text(frequency, 'Hz', 4)}, its ridges come at {text(there, 'Hz', 4)}"
     n = 80
-    return Evidence(
+    return base.Evidence(
         np.arange(n) / case["rate"],
         out[:n, rows.ASKED],
         "force",
@@ -57,7 +44,7 @@ def probe(speed: float, case: Case) -> Evidence:
     )
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the frequency felt over the speed, beside that of the ridges and of theory."""
     speeds, found = limit(case) * _SHARES, []
     for done, speed in enumerate(speeds, 1):
@@ -66,22 +53,22 @@ def curve(case: Case, progress: Progress) -> Chart:
     there = speeds / case["wavelength"]
     folded = np.abs(there - case["rate"] * np.round(there / case["rate"]))
     lines = (
-        Line("the ridges, v/λ", speeds, there, OTHER),
-        Line("folded at half the rate", speeds, folded, THEORY),
-        Line("rendered", speeds, np.array(found)),
+        base.Line("the ridges, v/λ", speeds, there, base.OTHER),
+        base.Line("folded at half the rate", speeds, folded, base.THEORY),
+        base.Line("rendered", speeds, np.array(found)),
     )
-    marks = (Mark("λ/(2T)", limit(case)), Mark("λ/(10T)", 0.2 * limit(case)))
-    return Chart("speed, m/s", "vibration, Hz", lines, marks)
+    marks = (base.Mark("λ/(2T)", limit(case)), base.Mark("λ/(10T)", 0.2 * limit(case)))
+    return base.Chart("speed, m/s", "vibration, Hz", lines, marks)
 
 
-def live(speed: float, case: Case) -> Live:
+def live(speed: float, case: base.Case) -> base.Live:
     """Return the grating in the window, in a loop slow enough for a hand to outrun it."""
     values = {k: v for k, v in stroking.grating(case["wavelength"]).items()}
     advice = stroking.swipe(speed)
-    return Live("texture", values, {"rate": case["rate"]}, "medium", advice)
+    return base.Live("texture", values, {"rate": case["rate"]}, "medium", advice)
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="texture_speed",
     title="Ridges stroked too fast",
     summary="Beyond half the rate a faster stroke feels like a slower one",
@@ -90,12 +77,12 @@ FAILURE = Failure(
     "looks 1/T times a second; two looks a ridge are the least that tell its frequency (Nyquist). "
     "Beyond that the samples are also those of a slower vibration, 1/T − v/λ, and that is what the "
     "motor plays: stroked faster, the texture hums lower.",
-    knob=Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v"),
+    knob=base.Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v"),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Parameter("wavelength", "Wavelength", "m", 0.001, 0.0005, 0.02, "From ridge to ridge", "λ"),
+        base.Parameter("wavelength", "Wavelength", "m", 0.001, 0.0005, 0.02, "From ridge to ridge", "λ"),
         RATE,
     ),
     live=live,

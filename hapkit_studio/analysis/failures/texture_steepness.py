@@ -5,21 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.failures import loop, stroking
-from hapkit_studio.analysis.failures.base import (
-    THEORY,
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    short,
-    within,
-)
+from hapkit_studio.analysis.failures import base, loop, stroking
 from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
 from hapkit_studio.analysis.setting import Setting
@@ -34,18 +20,18 @@ _POINTER = 0.01  # m: where the mouse lets go
 _SHARES = np.linspace(0.5, 1.5, 21)
 
 
-def stiffness(amplitude: float, case: Case) -> float:
+def stiffness(amplitude: float, case: base.Case) -> float:
     """Return 2π A/λ in N/m, the steepest slope."""
     return math.tau * amplitude / case["wavelength"]
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return the amplitude in N whose steepest slope is the stiffest stable spring; exact."""
     most = stiffness_limit(case["mass"], case["viscous"], rate=case["rate"])
     return most * case["wavelength"] / math.tau
 
 
-def swing(amplitude: float, case: Case) -> tuple[Setting, np.ndarray]:
+def swing(amplitude: float, case: base.Case) -> tuple[Setting, np.ndarray]:
     """Return the device and the rows of a handle let go beside the middle of a valley."""
     where = Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"])
     wavelength = case["wavelength"]
@@ -59,17 +45,17 @@ def swing(amplitude: float, case: Case) -> tuple[Setting, np.ndarray]:
     return where, out[: alive(np.abs(place[:n]), DEAD * START * wavelength)]
 
 
-def probe(amplitude: float, case: Case) -> Evidence:
+def probe(amplitude: float, case: base.Case) -> base.Evidence:
     """Let the handle go beside the middle of a valley."""
     where, out = swing(amplitude, case)
     rate = loop.rate_of(where, stiffness(amplitude, case), out)
     place = 1e6 * (out[:, rows.TRUE_POSITION] - 0.5 * case["wavelength"])
     time, x = thinned(np.arange(len(out)) * where.period, place)
     words = f"{'decays' if rate < 0.0 else 'grows'} by {text(abs(rate), '1/s')}"
-    return Evidence(time, x, "position in the valley", "µm", rate < 0.0, rate, "1/s", words)
+    return base.Evidence(time, x, "position in the valley", "µm", rate < 0.0, rate, "1/s", words)
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over the amplitude: rendered, and of the spring that the valley is."""
     amplitudes, found, exact = limit(case) * _SHARES, [], []
     for done, amplitude in enumerate(amplitudes, 1):
@@ -80,26 +66,26 @@ def curve(case: Case, progress: Progress) -> Chart:
         exact.append(loop.exact_rate(one, where.period))
         progress(done, len(amplitudes))
     lines = (
-        Line("largest root", amplitudes, np.array(exact), THEORY),
-        Line("rendered", amplitudes, np.array(found)),
+        base.Line("largest root", amplitudes, np.array(exact), base.THEORY),
+        base.Line("rendered", amplitudes, np.array(found)),
     )
     rule = case["viscous"] * case["wavelength"] * case["rate"] / math.pi
-    marks = (Mark("exact limit", limit(case)), Mark("b λ/(π T)", rule))
-    return Chart("amplitude, N", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+    marks = (base.Mark("exact limit", limit(case)), base.Mark("b λ/(π T)", rule))
+    return base.Chart("amplitude, N", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
 
 
-def live(amplitude: float, case: Case) -> Live:
+def live(amplitude: float, case: base.Case) -> base.Live:
     """Return the grating in the window."""
     bound = limit(case)
 
-    def make(value: float) -> Live:
-        values = stroking.grating(case["wavelength"], short(value, bound))
-        return Live("texture", within("texture", values), {"rate": case["rate"], "delay": 0.0})
+    def make(value: float) -> base.Live:
+        values = stroking.grating(case["wavelength"], base.short(value, bound))
+        return base.Live("texture", base.within("texture", values), {"rate": case["rate"], "delay": 0.0})
 
     return pulled(make, amplitude, bound, "amplitude", "N", _POINTER)
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="texture_steepness",
     title="Ridges too steep for the loop",
     summary="Between two ridges a grating is a spring; above an amplitude it is too stiff and buzzes",
@@ -108,7 +94,7 @@ FAILURE = Failure(
     "where a valley draws the handle in, that is the stiffness of a spring. So it obeys the spring's "
     "limit 2 b/T. The finer the ridges, the less they may push: 0.8 N at 5 mm, 0.16 N at 1 mm, for "
     "0.5 N·s/m at 1 kHz. Beyond, the texture buzzes under a finger that does not even move.",
-    knob=Parameter("amplitude", "Amplitude", "N", 0.8, 1e-4, 50.0, "The most a ridge pushes", "A"),
+    knob=base.Parameter("amplitude", "Amplitude", "N", 0.8, 1e-4, 50.0, "The most a ridge pushes", "A"),
     limit=limit,
     probe=probe,
     curve=curve,

@@ -5,20 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.failures.base import (
-    OTHER,
-    THEORY,
-    Case,
-    Chart,
-    Evidence,
-    Failure,
-    Line,
-    Live,
-    Mark,
-    Parameter,
-    Progress,
-    within,
-)
+from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.loop import MASS, RATE
 from hapkit_studio.analysis.failures.numbers import text
 from hapkit_studio.analysis.failures.stroking import swipe
@@ -38,12 +25,12 @@ MOST_SHOWN = 120.0
 _SHARES = np.geomspace(0.2, 6.0, 26)
 
 
-def limit(case: Case) -> float:
+def limit(case: base.Case) -> float:
     """Return w/(4 T) in m/s."""
     return case["width"] * case["rate"] / WANTED
 
 
-def thrown(speed: float, case: Case, phase: float) -> np.ndarray:
+def thrown(speed: float, case: base.Case, phase: float) -> np.ndarray:
     """Return the rows of one throw over the bump; phase, 0 to 1: where between samples it begins."""
     values = environments.named("bump_valley").values()
     values |= {"peak_force": PEAK, "width": case["width"], "profile": _COSINE}
@@ -61,7 +48,7 @@ def inside(out: np.ndarray) -> int:
     return int(np.count_nonzero(out[:, rows.ASKED]))
 
 
-def throws(speed: float, case: Case) -> list[np.ndarray]:
+def throws(speed: float, case: base.Case) -> list[np.ndarray]:
     """Return the rows of throws at every phase."""
     return [thrown(speed, case, (k + 0.5) / PHASES) for k in range(PHASES)]
 
@@ -71,7 +58,7 @@ def least_peak(runs: list[np.ndarray]) -> float:
     return min(float(np.abs(out[:, rows.ASKED]).max()) for out in runs) / PEAK
 
 
-def probe(speed: float, case: Case) -> Evidence:
+def probe(speed: float, case: base.Case) -> base.Evidence:
     """Throw the handle over the bump at one speed, at every phase."""
     runs = throws(speed, case)
     worst = min(runs, key=inside)
@@ -81,7 +68,7 @@ def probe(speed: float, case: Case) -> Evidence:
     words = f"{least} samples at the least, {peak} of the force; energy off by {energy}"
     force = 100.0 * worst[:, rows.ASKED] / PEAK
     time = np.arange(len(worst)) / case["rate"]
-    return Evidence(
+    return base.Evidence(
         time, force, "force", "% of the peak", least >= WANTED, float(least), "samples", words, held=True
     )
 
@@ -96,7 +83,7 @@ def missed(runs: list[np.ndarray]) -> float:
     return max(found) / hill
 
 
-def curve(case: Case, progress: Progress) -> Chart:
+def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return over the speed how much of the bump the worst throw feels, and the energy it gains or loses."""
     speeds, peaks, energies = limit(case) * _SHARES, [], []
     for done, speed in enumerate(speeds, 1):
@@ -106,15 +93,15 @@ def curve(case: Case, progress: Progress) -> Chart:
         energies.append(energy if energy <= MOST_SHOWN else np.nan)
         progress(done, len(speeds))
     lines = (
-        Line("worst sample, theory", speeds, 100.0 * _theory(speeds, case), THEORY),
-        Line("peak force, rendered", speeds, np.array(peaks)),
-        Line("energy gained or lost", speeds, np.array(energies), OTHER),
+        base.Line("worst sample, theory", speeds, 100.0 * _theory(speeds, case), base.THEORY),
+        base.Line("peak force, rendered", speeds, np.array(peaks)),
+        base.Line("energy gained or lost", speeds, np.array(energies), base.OTHER),
     )
-    marks = (Mark("w/(4T)", limit(case)), Mark("w/T: unseen", WANTED * limit(case)))
-    return Chart("speed, m/s", "worst throw, % of the whole", lines, marks, log_x=True)
+    marks = (base.Mark("w/(4T)", limit(case)), base.Mark("w/T: unseen", WANTED * limit(case)))
+    return base.Chart("speed, m/s", "worst throw, % of the whole", lines, marks, log_x=True)
 
 
-def _theory(speeds: np.ndarray, case: Case) -> np.ndarray:
+def _theory(speeds: np.ndarray, case: base.Case) -> np.ndarray:
     """Return the least largest |sin| that samples a stretch u = v T/w apart can have in one wave."""
     u = speeds / (case["width"] * case["rate"])
     offsets = np.linspace(0.0, 1.0, 401)[:, None]
@@ -126,14 +113,16 @@ def _theory(speeds: np.ndarray, case: Case) -> np.ndarray:
     return np.array(least)
 
 
-def live(speed: float, case: Case) -> Live:
+def live(speed: float, case: base.Case) -> base.Live:
     """Return the bump in the window, as narrow as it can be set."""
     given = {"peak_force": 1.0, "width": case["width"], "profile": _COSINE}
     advice = swipe(speed)
-    return Live("bump_valley", within("bump_valley", given), {"rate": case["rate"]}, "medium", advice)
+    return base.Live(
+        "bump_valley", base.within("bump_valley", given), {"rate": case["rate"]}, "medium", advice
+    )
 
 
-FAILURE = Failure(
+FAILURE = base.Failure(
     key="tunnelling",
     title="A bump crossed between two looks",
     summary="Thrown fast enough, the handle passes a thin bump with hardly a force, or none",
@@ -143,12 +132,12 @@ FAILURE = Failure(
     "force; with two it may give nearly nothing, and from v = w/T on the handle can pass without a "
     "single sample on it. What is left out up the hill is not what is left out down, so the crossing "
     "also gains or loses energy.",
-    knob=Parameter("speed", "Speed", "m/s", 1.0, 1e-3, 500.0, "Of the throw", "v"),
+    knob=base.Parameter("speed", "Speed", "m/s", 1.0, 1e-3, 500.0, "Of the throw", "v"),
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        Parameter("width", "Width of the bump", "m", 0.005, 5e-4, 0.04, "From foot to foot", "w"),
+        base.Parameter("width", "Width of the bump", "m", 0.005, 5e-4, 0.04, "From foot to foot", "w"),
         MASS,
         RATE,
     ),
