@@ -39,3 +39,7 @@ class NotAHapkitError(DeviceError):
 
 class WrongProtocolError(DeviceError):
     """The firmware speaks another version of the protocol."""
+
+
+class NoDataError(DeviceError):
+    """The firmware said hello, but what should follow does not come."""

@@ -1,34 +1,46 @@
-"""A Hapkit, or anything that speaks like one, on a serial port: opening, handshake, closing."""
+"""A Hapkit, or anything that speaks like one, on a serial port: opening, settings, samples, closing."""
 
 import contextlib
 import os
-import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import serial
 
-from hapkit_studio.devices.port_errors import gone, not_a_hapkit, port_name, unopened, wrong_version
+from hapkit_studio.devices import talk
+from hapkit_studio.devices.port_errors import gone, port_name, settings_refused, unopened
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.protocol.declare import Message
-from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
+from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import (
     BAUD,
-    PROTOCOL_VERSION,
+    Board,
     Force,
     Hello,
     HelloRequest,
+    LawName,
+    LawRequest,
     Release,
+    Sample,
+    Save,
+    Settings,
+    SettingsRequest,
     Stream,
 )
 
 HANDSHAKE_TIME = 4.0
 """s to wait for Hello; opening the port resets a real board, whose boot loader takes up to 2 s."""
 
-HELLO_PERIOD = 0.2
-READ_TIME = 0.05
+SAVE_TIME = 2.0
+"""s to wait for Save: a byte of the EEPROM takes 3.4 ms to write."""
+
+PACKET = 62
+"""Bytes of data in one packet of an FTDI chip: a full one is sent without waiting for its latency timer."""
+
 WRITE_TIME = 0.2
-_VERSION = slice(1, 3)
+
+Reply = TypeVar("Reply", bound=Message)
 
 
 class HapkitBoard:
@@ -39,6 +51,8 @@ class HapkitBoard:
     """kg at the handle; the board cannot know it, this is the kit's usual value."""
     viscous = 0.5
     """N·s/m at the handle, usual value."""
+    padding = 0
+    """Bytes to which every frame of a stream is filled up: 0 or PACKET."""
 
     def __init__(self, port: str | Path, title: str = ""):
         self.port = os.fspath(port)
@@ -78,8 +92,8 @@ class HapkitBoard:
         try:
             with contextlib.suppress(OSError, ValueError, AttributeError):  # not every port and system has it
                 self._serial.set_low_latency_mode(True)
-            self._hello = self._handshake(time.monotonic() + handshake_time)
-            self._send(Stream(0, 0), Release())
+            self._hello = talk.handshake(self._serial, self.port, handshake_time)
+            self._serial.write(encode(Stream(0, 0)) + encode(Release()))
         except (serial.SerialException, OSError) as error:
             self._abandon()
             raise gone(self.port) from error
@@ -104,13 +118,52 @@ class HapkitBoard:
         """Send bytes as they are; raise OSError."""
         self._serial.write(data)
 
-    def start_stream(self) -> None:
-        """Switch the samples on; raise PortGoneError."""
-        self._send_or_gone(Stream(1, 0))
+    # --- samples, outside the loop
+    def start_stream(self, padded: int | None = None) -> None:
+        """Switch the samples on, each filled to padded bytes, by default ``padding``; raise PortGoneError."""
+        self.tell(Stream(1, self.padding if padded is None else padded))
 
     def stop_stream(self) -> None:
         """Set the force to zero and switch samples and motor off; raise PortGoneError."""
-        self._send_or_gone(Force(0, 0.0), Stream(0, 0))
+        self.tell(Force(0, 0.0), Stream(0, 0))
+
+    def samples(self, silence: float = 1.0) -> Iterator[Sample]:
+        """Yield what comes after start_stream; raise NoDataError after that many s of silence."""
+        with self._line() as line:
+            yield from talk.samples(line, self.port, silence)
+
+    def tell(self, *messages: Message) -> None:
+        """Send messages that have no answer; raise PortGoneError."""
+        with self._line() as line:
+            line.write(b"".join(map(encode, messages)))
+
+    # --- questions, while the samples are off
+    def request(self, message: Message, reply: type[Reply], seconds: float = 1.0) -> Reply:
+        """Return the board's answer of that type; raise DeviceError."""
+        with self._line() as line:
+            return talk.request(line, self.port, message, reply, seconds)
+
+    def settings(self) -> Settings:
+        """Return everything the board knows about its kit; raise DeviceError."""
+        return self.request(SettingsRequest(), Settings)
+
+    def configure(self, board: Board) -> Settings:
+        """Put settings in force, not yet saved; raise ParameterError where the board refuses them."""
+        fields = {f.name: getattr(board, f.name) for f in Board.layout()}
+        answer = self.request(Board(**fields), Settings)
+        if answer.refused:
+            raise settings_refused(self.port)
+        self._hello = self.request(HelloRequest(), Hello)
+        return answer
+
+    def save(self) -> Settings:
+        """Keep the settings in force on the board; raise DeviceError."""
+        return self.request(Save(), Settings, SAVE_TIME)
+
+    def laws(self) -> dict[str, LawName]:
+        """Return the laws that the board can render by itself, by their keys; raise DeviceError."""
+        names = [self.request(LawRequest(number), LawName) for number in range(self.hello.laws)]
+        return {name.key: name for name in names}
 
     def close(self) -> None:
         """Set the force to zero and close the port; never fails, may be called twice."""
@@ -126,50 +179,18 @@ class HapkitBoard:
         self._serial = None
         self._hello = None
 
-    def _send(self, *messages: Message) -> None:
-        self._serial.write(b"".join(map(encode, messages)))
-
-    def _send_or_gone(self, *messages: Message) -> None:
+    @contextlib.contextmanager
+    def _line(self) -> Iterator[Any]:
+        """Give the open port; a failure of the system means that it is gone."""
         self.fileno()
         try:
-            self._send(*messages)
+            yield self._serial
         except (serial.SerialException, OSError) as error:
             raise gone(self.port) from error
-
-    def _ask(self) -> None:
-        """Ask for Hello; the delimiter in front ends whatever was half sent before."""
-        with contextlib.suppress(serial.SerialTimeoutException):
-            self._serial.write(DELIMITER + encode(HelloRequest()))
-
-    def _handshake(self, deadline: float) -> Hello:
-        """Ask until Hello comes; raise NotAHapkitError or WrongProtocolError."""
-        decoder = Decoder()
-        next_ask = 0.0
-        heard = False
-        while (now := time.monotonic()) < deadline:
-            if now >= next_ask:
-                self._ask()
-                next_ask = now + HELLO_PERIOD
-            data = self._serial.read(max(1, self._serial.in_waiting))
-            heard = heard or bool(data)
-            for body in decoder.bodies(data):
-                if body[0] == Hello.ID and len(body) >= _VERSION.stop:
-                    return self._checked(body)
-        raise not_a_hapkit(self.port, heard)
-
-    def _checked(self, body: bytes) -> Hello:
-        """Return the Hello in a body whose version and size are ours."""
-        version = int.from_bytes(body[_VERSION], "little")
-        if version != PROTOCOL_VERSION:
-            raise wrong_version(version, PROTOCOL_VERSION)
-        try:
-            return Hello.unpack(body)
-        except ValueError as error:
-            raise not_a_hapkit(self.port, heard=True) from error
 
 
 def _open_port(port: str) -> serial.Serial:
     try:
-        return serial.Serial(port, BAUD, timeout=READ_TIME, write_timeout=WRITE_TIME, exclusive=True)
+        return serial.Serial(port, BAUD, timeout=talk.READ_TIME, write_timeout=WRITE_TIME, exclusive=True)
     except (serial.SerialException, OSError) as error:
         raise unopened(port, error) from error

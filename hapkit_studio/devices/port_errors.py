@@ -6,7 +6,9 @@ from pathlib import Path
 
 from hapkit_studio.errors import (
     DeviceError,
+    NoDataError,
     NotAHapkitError,
+    ParameterError,
     PortBusyError,
     PortGoneError,
     PortPermissionError,
@@ -50,6 +52,30 @@ def wrong_version(firmware: int, studio: int) -> WrongProtocolError:
     """Return the error of firmware that is older or newer than the studio."""
     remedy = "Update firmware" if firmware < studio else "Update the studio"
     return WrongProtocolError(f"Firmware speaks version {firmware}; this studio needs {studio}. {remedy}.")
+
+
+def no_answer(port: str, question: str, seconds: float) -> NoDataError:
+    """Return the error of a board that did not answer a question."""
+    return NoDataError(
+        f"The Hapkit on {port_name(port)} did not answer {question} within {seconds:g} s. "
+        "Check the USB cable, then try again."
+    )
+
+
+def no_data(port: str, seconds: float) -> NoDataError:
+    """Return the error of a board that said hello and then sent no samples."""
+    return NoDataError(
+        f"The Hapkit on {port_name(port)} says hello, but no sample came for {seconds:g} s. "
+        "Check the USB cable, then press the board's reset button."
+    )
+
+
+def settings_refused(port: str) -> ParameterError:
+    """Return the error of settings that the board does not take."""
+    return ParameterError(
+        f"The Hapkit on {port_name(port)} refused these settings: a number in them is one that no kit has. "
+        "Nothing was changed. Check geometry, motor constant and force limit."
+    )
 
 
 def unopened(port: str, error: OSError) -> DeviceError:

@@ -1,0 +1,116 @@
+"""Questions to a board and its answers in plain Python: the handshake, requests, samples outside the loop."""
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
+
+import serial
+
+from hapkit_studio.devices.port_errors import no_answer, no_data, not_a_hapkit, wrong_version
+from hapkit_studio.protocol.declare import Message
+from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
+from hapkit_studio.protocol.messages import PROTOCOL_VERSION, Hello, HelloRequest, LawName, LawRequest, Sample
+
+READ_TIME = 0.05
+"""s that one read of an open port waits at most."""
+HELLO_PERIOD = 0.2
+_SILENCE = 0.1
+_VERSION = slice(1, 3)
+
+Reply = TypeVar("Reply", bound=Message)
+
+
+def handshake(line: Any, port: str, seconds: float) -> Hello:
+    """Ask for Hello until it comes; raise NotAHapkitError, WrongProtocolError or OSError."""
+    decoder = Decoder()
+    deadline, next_ask, heard = time.monotonic() + seconds, 0.0, False
+    while (now := time.monotonic()) < deadline:
+        if now >= next_ask:
+            send(line, HelloRequest())
+            next_ask = now + HELLO_PERIOD
+        data = line.read(max(1, line.in_waiting))
+        heard = heard or bool(data)
+        for body in decoder.bodies(data):
+            if body[0] == Hello.ID and len(body) >= _VERSION.stop:
+                return _checked(body, port)
+    raise not_a_hapkit(port, heard)
+
+
+def _checked(body: bytes, port: str) -> Hello:
+    """Return the Hello in a body whose version and size are ours."""
+    version = int.from_bytes(body[_VERSION], "little")
+    if version != PROTOCOL_VERSION:
+        raise wrong_version(version, PROTOCOL_VERSION)
+    try:
+        return Hello.unpack(body)
+    except ValueError as error:
+        raise not_a_hapkit(port, heard=True) from error
+
+
+def send(line: Any, *messages: Message) -> None:
+    """Send messages; the delimiter in front ends whatever was half sent before. A full line drops them."""
+    with contextlib.suppress(serial.SerialTimeoutException):
+        line.write(DELIMITER + b"".join(map(encode, messages)))
+
+
+def request(line: Any, port: str, message: Message, reply: type[Reply], seconds: float) -> Reply:
+    """Return the board's answer, asking twice if it must be; raise DeviceError or OSError.
+
+    The stream is off. A second ask brings a second answer, which nobody may take for the next one's.
+    """
+    line.reset_input_buffer()
+    decoder = Decoder()
+    for times in (1, 2):
+        send(line, message)
+        found = _wait(line, decoder, _fits(message, reply), seconds / 2)
+        if found is not None:
+            if times == 2:
+                _drain(line)
+            return found
+    raise no_answer(port, type(message).__name__, seconds)
+
+
+def _fits(message: Message, reply: type[Reply]) -> Callable[[Message], Reply | None]:
+    """Return what tells the answer to a message from everything else."""
+
+    def found(heard: Message) -> Reply | None:
+        if not isinstance(heard, reply):
+            return None
+        if isinstance(message, LawRequest) and isinstance(heard, LawName) and heard.law != message.law:
+            return None
+        return heard
+
+    return found
+
+
+def _wait(
+    line: Any, decoder: Decoder, found: Callable[[Message], Reply | None], seconds: float
+) -> Reply | None:
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        for message in decoder.feed(line.read(max(1, line.in_waiting))):
+            if (answer := found(message)) is not None:
+                return answer
+    return None
+
+
+def _drain(line: Any) -> None:
+    """Read until nothing has come for a while, however long it was on its way."""
+    quiet = time.monotonic() + _SILENCE
+    while (now := time.monotonic()) < quiet:
+        if line.read(max(1, line.in_waiting)):
+            quiet = now + _SILENCE
+
+
+def samples(line: Any, port: str, silence: float) -> Iterator[Sample]:
+    """Yield the samples that arrive; raise NoDataError after that many s without one, or OSError."""
+    decoder = Decoder()
+    deadline = time.monotonic() + silence
+    while True:
+        for message in decoder.feed(line.read(max(1, line.in_waiting))):
+            if isinstance(message, Sample):
+                yield message
+                deadline = time.monotonic() + silence
+        if time.monotonic() >= deadline:
+            raise no_data(port, silence)
