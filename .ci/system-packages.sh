@@ -8,7 +8,7 @@ RUN="libegl1 libgl1 libglib2.0-0 libfontconfig1 libdbus-1-3 libx11-xcb1 libxkbco
     libxcb-cursor0 libxcb-icccm4 libxcb-image0 libxcb-keysyms1 libxcb-randr0 libxcb-render-util0 libxcb-shape0
     libxcb-shm0 libxcb-sync1 libxcb-xfixes0 libxcb-xkb1 fonts-dejavu-core"
 FIRMWARE="gcc-avr avr-libc arduino-core-avr"
-TEST="$RUN $FIRMWARE gcc g++ libc6-dev libsimavr-dev libelf-dev xvfb xauth"
+TEST="$RUN $FIRMWARE avrdude gcc g++ libc6-dev libsimavr-dev libelf-dev xvfb xauth"
 
 case "$1" in
 venv) wanted=python3-venv; "${2:-python3}" -c "import ensurepip" 2>/dev/null && wanted= ;;

@@ -26,19 +26,26 @@ static void log_errors(avr_t *avr, const int level, const char *format, va_list 
 		vfprintf(stderr, format, arguments);
 }
 
-static void load_hex(avr_t *avr, const char *path)
+// Return where the lowest of its pieces begins.
+static uint32_t load_hex(avr_t *avr, const char *path)
 {
 	ihex_chunk_p chunks = NULL;
 	int count = read_ihex_chunks(path, &chunks);
 	if (count <= 0)
 		fail(path, "not an Intel hex file");
+	uint32_t lowest = avr->flashend;
 	for (int i = 0; i < count; i++) {
+		if (chunks[i].size == 0)  // a record that says where to start, which a chip knows by itself
+			continue;
 		if (chunks[i].baseaddr + chunks[i].size > avr->flashend + 1)
 			fail(path, "larger than the chip's flash memory");
 		avr_loadcode(avr, chunks[i].data, chunks[i].size, chunks[i].baseaddr);
+		if (chunks[i].baseaddr < lowest)
+			lowest = chunks[i].baseaddr;
 	}
 	avr->codeend = avr->flashend;
 	free_ihex_chunks(chunks);
+	return lowest;
 }
 
 static void load_elf(avr_t *avr, const char *path)
@@ -68,4 +75,13 @@ avr_t *load_firmware(const char *path, uint32_t frequency, uint32_t millivolts)
 	avr->frequency = frequency;
 	avr->vcc = avr->avcc = avr->aref = millivolts;
 	return avr;
+}
+
+void load_bootloader(avr_t *avr, const char *path)
+{
+	if (access(path, R_OK) != 0)
+		fail(path, "cannot be read");
+	avr->reset_pc = load_hex(avr, path);
+	avr->codeend = avr->flashend;
+	avr->pc = avr->reset_pc;
 }

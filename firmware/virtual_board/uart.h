@@ -20,6 +20,7 @@ struct uart {
 	int (*next)(void *outside);
 	void *outside;
 
+	unsigned line_speed;          // of the computer [bit/s], 0: any; bytes at another speed are misread
 	bool sending, buffered;       // transmit shift register and buffer in use
 	uint8_t shifting, buffer;
 	uint8_t fifo[UART_FIFO];

@@ -1,0 +1,18 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+#include "line.h"
+
+// In a file of its own: these headers and <termios.h> define the same structure differently, and only
+// this one tells speeds that have no name.
+#include <asm/termbits.h>
+#include <asm/ioctls.h>
+
+extern int ioctl(int fd, unsigned long request, ...);
+
+unsigned line_speed(int fd)
+{
+	struct termios2 t;
+	return fd >= 0 && ioctl(fd, TCGETS2, &t) == 0 ? t.c_ospeed : 0;
+}
