@@ -4,6 +4,7 @@
 
 #include "board.h"
 #include "loader.h"
+#include "reset.h"
 
 #include <avr_adc.h>
 #include <math.h>
@@ -14,8 +15,6 @@
 #include <string.h>
 
 enum { REG_ADCSRA = 0x7a, REG_ADMUX = 0x7c, ADEN = 1 << 7, SENSOR_CHANNEL = 2 };
-// Cycles that simavr runs without looking up; interrupts, timers and register writes end a run at once.
-enum { CHUNK = 16 };
 enum { SETTLING = 160, SILENCE = FREQUENCY / 50, EXIT_UNKNOWN_MODE = 3, EXIT_CRASHED = 4 };
 
 double board_seconds(const struct board *b)
@@ -48,7 +47,8 @@ static avr_cycle_count_t sample_and_hold(avr_t *avr, avr_cycle_count_t when, voi
 	(void)avr;
 	(void)when;
 	board_sync(b);
-	b->converted = sensor_count(&b->sensor, b->plant.x);
+	b->converted = misread(&b->misreading, sensor_count(&b->sensor, b->plant.x), (int)b->sensor.lowest,
+	                       (int)b->sensor.counts_per_turn);
 	avr_raise_irq(b->sensor_pin, (uint32_t)sensor_millivolts(b->converted, MILLIVOLTS));
 	if (b->log_cycles == 0)
 		log_row(b);
@@ -166,11 +166,22 @@ static void step(struct board *b, avr_cycle_count_t until)
 		note_off(b, before, avr->pc);
 }
 
+static avr_cycle_count_t next_look(const struct board *b, avr_cycle_count_t until)
+{
+	if (b->log_cycles && b->next_row < until)
+		until = b->next_row;
+	return b->link.due < until ? b->link.due : until;
+}
+
 void board_run(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
 {
+	reset_by_cable(b);
 	uart_poll(&b->uart);
 	while (b->avr->cycle < until && !(stop_at_frame && b->link.asked)) {
-		step(b, b->log_cycles && b->next_row < until ? b->next_row : until);
+		reset_by_watchdog(b);
+		step(b, next_look(b, until));
+		if (b->avr->cycle >= b->link.due)
+			link_tick(&b->link);
 		if (b->log_cycles && b->avr->cycle >= b->next_row) {
 			log_row(b);
 			b->next_row += b->log_cycles;
@@ -208,18 +219,6 @@ static void connect(struct board *b)
 	uart_attach(&b->uart, avr, find_uart(avr));
 }
 
-void board_reset(struct board *b)
-{
-	board_sync(b);
-	avr_reset(b->avr);
-	b->avr->run_cycle_limit = CHUNK;
-	uart_reset(&b->uart);
-	b->started = false;
-	b->off_since = 0;
-	motor_read(&b->motor, b->avr->data);
-	b->plant.motor = motor_force(&b->motor);
-}
-
 static void set_up(struct board *b, const struct options *o)
 {
 	double lever = o->sector_radius / (o->handle_radius * o->pulley_radius);
@@ -236,6 +235,10 @@ static void set_up(struct board *b, const struct options *o)
 	b->link.fd = -1;
 	b->link.awaited = (int)o->awaited;
 	b->link.alias = o->link;
+	b->link.to = o->to;
+	b->link.from = o->from;
+	b->misreading = o->misreading;
+	faults_seed(&b->link.to, &b->link.from, &b->misreading, o->seed);
 	b->log_cycles = (avr_cycle_count_t)llround(o->log_period * FREQUENCY);
 }
 
@@ -243,6 +246,11 @@ void board_start(struct board *b, const struct options *o)
 {
 	set_up(b, o);
 	b->avr = load_firmware(o->firmware, FREQUENCY, MILLIVOLTS);
+	if (o->bootloader)
+		load_bootloader(b->avr, o->bootloader);
+	reset_by_power(b, o->bootloader != NULL);
 	connect(b);
+	b->link.clock = &b->avr->cycle;
+	link_set_latency(&b->link, (avr_cycle_count_t)llround(o->latency * FREQUENCY));
 	truth_open(&b->truth, o->log);
 }

@@ -16,6 +16,8 @@
 #include <sim_avr.h>
 #include <stdbool.h>
 
+// Cycles that simavr runs without looking up; interrupts, timers and register writes end a run at once.
+enum { CHUNK = 16 };
 enum { FREQUENCY = 16000000, MILLIVOLTS = 5000, VECTORS = 26 };
 
 struct board {
@@ -24,6 +26,7 @@ struct board {
 	struct link link;
 	struct plant plant;
 	struct sensor sensor;
+	struct misreading misreading;
 	struct motor motor;
 	struct truth truth;
 
@@ -40,6 +43,9 @@ struct board {
 	avr_flashaddr_t longest_off_pc;
 	unsigned silent_offs;            // motor off after 20 ms without a byte from the computer
 	bool quit, frozen;
+	double told;                     // bytes that the computer says it has sent since the plug; negative: nothing
+	bool adapter;                    // a real cable: opening the port resets, speeds must agree
+	avr_run_t run_one;               // simavr replaces its own to reset by watchdog
 };
 
 // Load the firmware and connect everything but the cable. Exits with a message if the file is no firmware.

@@ -4,6 +4,8 @@
 
 #include "command.h"
 
+#include "fault_command.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -96,6 +98,11 @@ static void status(struct call *c)
 	fflush(stdout);
 }
 
+static void go(struct call *c)
+{
+	c->board->told = c->number[0];
+}
+
 static void quit(struct call *c)
 {
 	c->board->quit = true;
@@ -110,6 +117,7 @@ static const struct {
 	{"position", 1, 2, position}, {"plug", 0, 0, plug},   {"unplug", 0, 0, unplug},
 	{"reset", 0, 0, reset},   {"freeze", 0, 0, freeze},   {"resume", 0, 0, resume},
 	{"flush", 0, 0, flush},   {"status", 0, 0, status},   {"quit", 0, 0, quit},
+	{"go", 1, 1, go},
 };
 
 // Numbers of a line; -1 if a word is no finite number or there are too many.
@@ -146,6 +154,8 @@ bool command_run(struct board *b, const char *line)
 		COMMANDS[i].run(&c);
 		return true;
 	}
+	if (fault_command(b, line))
+		return true;
 	fprintf(stderr, "virtual_board: not understood: %.*s\n", (int)strcspn(line, "\r\n"), line);
 	return false;
 }

@@ -12,5 +12,11 @@
 //   release                                        let go of it
 //   force NEWTON                                   constant external force
 //   position METRE [SECONDS]                       impose the position, until released
-//   plug | unplug | reset | freeze | resume | flush | status | quit
+//   to | from  drop | flip | insert RATE  probability per byte to, from the board
+//   to | from  burst RATE [LENGTH]         probability per byte that random ones begin to replace so many
+//   to | from  lose | garble | add COUNT   the next bytes are lost, replaced, preceded by a random one
+//   to | from  stall SECONDS               nothing comes through
+//   usb latency SECONDS                    latency timer of the USB chip, 0: none
+//   sensor stuck 0|1 | noise COUNTS | jump RATE
+//   plug | unplug | reset | freeze | resume | flush | status | quit | go BYTES
 bool command_run(struct board *b, const char *line);

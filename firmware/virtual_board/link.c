@@ -50,8 +50,9 @@ void link_plug(struct link *l)
 		fail(l->path);
 	make_raw(slave);
 	close(slave);  // from here on a hang-up means that nobody has the port open
-	l->open = l->opened = l->asked = false;
+	l->open = l->opened = l->rang = l->asked = false;
 	l->in_at = l->in_end = l->admitted = l->out_end = 0;
+	l->fetched = l->handed = 0;
 	keep_alias(l);
 	printf("port %s\n", l->path);
 	fflush(stdout);
@@ -84,14 +85,18 @@ void link_fetch(struct link *l)
 	struct pollfd p = {.fd = l->fd, .events = POLLIN};
 	if (poll(&p, 1, 0) < 0)
 		return;
+	bool before = l->open;
 	l->open = !(p.revents & POLLHUP);
+	l->rang |= l->open && !before;
 	l->opened |= l->open;
 	if (!(p.revents & POLLIN))
 		return;
 	make_room(l);
 	ssize_t n = read(l->fd, l->in + l->in_end, LINK_IN - l->in_end);
-	if (n > 0)
+	if (n > 0) {
 		l->in_end += (size_t)n;
+		l->fetched += (size_t)n;
+	}
 }
 
 void link_admit(struct link *l)
@@ -116,48 +121,4 @@ bool link_admit_frames(struct link *l, bool all)
 	if (l->in_end == LINK_IN && l->in_at == 0)
 		l->admitted = l->in_end;  // no frame is that long: whatever it is, the firmware shall see it
 	return l->admitted > l->in_at;
-}
-
-int link_next(void *link)
-{
-	struct link *l = link;
-	return l->in_at < l->admitted ? l->in[l->in_at++] : -1;
-}
-
-// A frame's identifier is its first byte behind the COBS code; code 1 stands for a zero.
-static int identifier(const struct link *l)
-{
-	if (l->frame_length < 3)
-		return -1;
-	return l->frame_head[0] == 1 ? 0 : l->frame_head[1];
-}
-
-void link_sent(void *link, uint8_t byte)
-{
-	struct link *l = link;
-	l->out[l->out_end++] = byte;
-	if (l->frame_length < 2)
-		l->frame_head[l->frame_length] = byte;
-	l->frame_length++;
-	if (byte == 0) {
-		l->frames++;
-		l->asked |= identifier(l) == l->awaited;
-		l->frame_length = 0;
-	}
-	if (byte == 0 || l->out_end == LINK_OUT)
-		link_flush(l);
-}
-
-void link_flush(struct link *l)
-{
-	size_t done = 0;
-	while (l->open && done < l->out_end) {
-		ssize_t n = write(l->fd, l->out + done, l->out_end - done);
-		if (n <= 0)
-			break;
-		done += (size_t)n;
-	}
-	if (l->open)
-		l->dropped += l->out_end - done;
-	l->out_end = 0;
 }

@@ -5,6 +5,9 @@
 // The serial cable: a pseudo-terminal whose other end the computer opens.
 #pragma once
 
+#include "faults.h"
+
+#include <sim_avr_types.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -17,6 +20,7 @@ struct link {
 	const char *alias;         // symbolic link kept on the port, or NULL
 	bool open;                 // the computer has the port open
 	bool opened;               // it had, at least once
+	bool rang;                 // it has been opened since this was last cleared
 	uint8_t in[LINK_IN];       // from the computer, not yet on the line
 	size_t in_at, in_end;
 	size_t admitted;           // end of what may go onto the line
@@ -27,6 +31,17 @@ struct link {
 	int awaited;               // identifier of the frames that the computer answers
 	bool asked;                // such a frame has gone out since this was last cleared
 	uint64_t frames, dropped;  // frames out; bytes that nobody read
+	uint64_t fetched, handed;  // bytes from and to the computer since the plug
+
+	const avr_cycle_count_t *clock;
+	avr_cycle_count_t latency;             // of the USB chip, 0: a frame goes to the computer at once
+	avr_cycle_count_t packet_due;          // end of its latency timer
+	avr_cycle_count_t to_held, from_held;  // nothing comes through until then, 0: everything does
+	avr_cycle_count_t due;                 // the first of these: when link_tick has to be called
+	struct damage to, from;
+	uint8_t next[2];                       // bytes for the board behind the damage
+	int next_at, next_end;
+	uint64_t lost;                         // bytes for which the chip had no room while it could not hand over
 };
 
 // Plug in: make a pseudo-terminal, print its name. Exits the program with a message if there is none.
@@ -48,5 +63,14 @@ bool link_admit_frames(struct link *l, bool all);
 int link_next(void *link);
 void link_sent(void *link, uint8_t byte);
 
-// Hand what has been sent so far to the computer.
+// Hand what has been sent so far to the computer, where no USB chip holds it back.
 void link_flush(struct link *l);
+
+// Set the latency timer of the USB chip, 0: none.
+void link_set_latency(struct link *l, avr_cycle_count_t latency);
+
+// Let nothing through for so long, to the board or from it. What the chip has no room for is lost.
+void link_stall(struct link *l, bool to, avr_cycle_count_t cycles);
+
+// Note that a stall or the latency timer has ended.
+void link_tick(struct link *l);

@@ -40,6 +40,21 @@ static const struct number NUMBERS[] = {
 	{"lowest", AT(lowest), 51, 0, 1023, "converter value at the beginning of a half turn"},
 	{"magnet", AT(magnet), 300, -1e6, 1e6, "sensor counts at position 0"},
 	{"sensor-sign", AT(sensor_sign), 1, -1, 1, "-1: the magnet is turned round"},
+	{"seed", AT(seed), 0, 0, 1e15, "of everything that goes wrong by chance"},
+	{"to-drop", AT(to.drop), 0, 0, 1, "probability that a byte to the board is lost"},
+	{"to-flip", AT(to.flip), 0, 0, 1, "probability that one of its bits is turned"},
+	{"to-insert", AT(to.insert), 0, 0, 1, "probability that a random byte comes before it"},
+	{"to-burst", AT(to.burst), 0, 0, 1, "probability that random bytes begin to replace what is sent"},
+	{"to-length", AT(to.length), 20, 1, 1e6, "bytes that such a burst replaces"},
+	{"from-drop", AT(from.drop), 0, 0, 1, "the same from the board"},
+	{"from-flip", AT(from.flip), 0, 0, 1, ""},
+	{"from-insert", AT(from.insert), 0, 0, 1, ""},
+	{"from-burst", AT(from.burst), 0, 0, 1, ""},
+	{"from-length", AT(from.length), 20, 1, 1e6, ""},
+	{"latency", AT(latency), 0, 0, 1, "latency timer of the USB chip [s]; 0: none, every frame at once"},
+	{"sensor-stuck", AT(misreading.stuck), 0, 0, 1, "1: the reading stands still"},
+	{"sensor-noise", AT(misreading.noise), 0, 0, 1000, "standard deviation of a reading [counts]"},
+	{"sensor-jump", AT(misreading.jump), 0, 0, 1, "probability of a reading half a turn off or out of range"},
 };
 enum { NUMBER_COUNT = sizeof NUMBERS / sizeof *NUMBERS };
 
@@ -48,11 +63,13 @@ static void usage(FILE *to)
 	fprintf(to, "usage: virtual_board FIRMWARE.elf|.hex [options]\n"
 	            "  --paced             board time follows the clock (default)\n"
 	            "  --lockstep          as fast as the computer answers, never ahead of it\n"
+	            "  --turns             says `turn SECONDS BYTES` after every answered frame or 20 ms, waits for `go BYTES`\n"
 	            "  --fast              as fast as it goes, waiting for nobody\n"
 	            "  --control           commands on standard input; its end ends the program\n"
 	            "  --script FILE       commands by board time, lines `time command`\n"
 	            "  --link PATH         keep a symbolic link on the serial port\n"
-	            "  --log FILE          truth log\n");
+	            "  --log FILE          truth log\n"
+	            "  --bootloader FILE   .hex run after a reset; opening the port resets, speeds must agree\n");
 	for (int i = 0; i < NUMBER_COUNT; i++)
 		fprintf(to, "  --%-17s %s (%g)\n", NUMBERS[i].name, NUMBERS[i].help, NUMBERS[i].fallback);
 }
@@ -88,6 +105,8 @@ static bool take_word(struct options *o, const char *name)
 		o->mode = PACED;
 	else if (strcmp(name, "lockstep") == 0)
 		o->mode = LOCKSTEP;
+	else if (strcmp(name, "turns") == 0)
+		o->mode = TURNS, o->control = true;
 	else if (strcmp(name, "fast") == 0)
 		o->mode = FAST;
 	else if (strcmp(name, "control") == 0)
@@ -102,6 +121,7 @@ static bool take_path(struct options *o, const char *name, const char *text)
 	const char **place = strcmp(name, "link") == 0     ? &o->link
 	                     : strcmp(name, "log") == 0    ? &o->log
 	                     : strcmp(name, "script") == 0 ? &o->script
+	                     : strcmp(name, "bootloader") == 0 ? &o->bootloader
 	                                                   : NULL;
 	if (!place)
 		return false;

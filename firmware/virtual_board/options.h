@@ -5,12 +5,14 @@
 // Command line.
 #pragma once
 
+#include "faults.h"
+
 #include <stdbool.h>
 
-enum mode { PACED, LOCKSTEP, FAST };
+enum mode { PACED, LOCKSTEP, TURNS, FAST };
 
 struct options {
-	const char *firmware, *link, *log, *script;
+	const char *firmware, *bootloader, *link, *log, *script;
 	enum mode mode;
 	bool control;             // commands on standard input
 	double seconds;           // board time to run; infinite by default
@@ -24,6 +26,10 @@ struct options {
 	double handle_radius, pulley_radius, sector_radius;    // m
 	double torque, direction;                              // N m at full duty; sign while D8 is high
 	double counts, lowest, magnet, sensor_sign;
+
+	struct damage to, from;                                // what goes wrong
+	struct misreading misreading;
+	double latency, seed;
 };
 
 // Read the command line; on a mistake print what is wrong and exit with code 2.

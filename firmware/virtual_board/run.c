@@ -147,6 +147,35 @@ static void run_lockstep(struct run *r)
 	}
 }
 
+static bool more_to_come(const struct link *l, double told)
+{
+	return l->fd >= 0 && l->in_end - l->in_at < LINK_IN && (double)l->fetched < told;
+}
+
+// The computer's turn: it has heard the time and how many bytes it will find; it says how many it sent. Bytes
+// take their time through a pseudo-terminal, so both sides count; nothing depends on how fast they are.
+static void wait_for_turn(struct run *r)
+{
+	struct board *b = r->board;
+	b->told = -1.0;
+	printf("turn %.9f %llu\n", board_seconds(b), (unsigned long long)b->link.handed);
+	fflush(stdout);
+	while (!over(r) && (b->told < 0.0 || more_to_come(&b->link, b->told)))
+		wait_for_events(r, LOOK);
+	link_admit(&b->link);
+}
+
+static void run_turns(struct run *r)
+{
+	while (!over(r)) {
+		r->board->link.asked = false;
+		link_fetch(&r->board->link);
+		run_board(r, r->board->avr->cycle + cycles(IDLE_GRANT), true);
+		if (!over(r))
+			wait_for_turn(r);
+	}
+}
+
 static void run_fast(struct run *r)
 {
 	while (!over(r)) {
@@ -164,6 +193,8 @@ void run_all(struct run *r)
 		run_paced(r);
 	else if (r->options->mode == LOCKSTEP)
 		run_lockstep(r);
+	else if (r->options->mode == TURNS)
+		run_turns(r);
 	else
 		run_fast(r);
 }
