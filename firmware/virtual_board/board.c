@@ -138,6 +138,13 @@ static _Noreturn void crashed(struct board *b, const char *how)
 	give_up(b, EXIT_CRASHED);
 }
 
+static void watch_stack(struct board *b)
+{
+	unsigned pointer = b->avr->data[R_SPL] | b->avr->data[R_SPH] << 8;
+	if (b->started && (b->lowest_stack == 0 || pointer < b->lowest_stack))
+		b->lowest_stack = pointer;
+}
+
 static void step(struct board *b, avr_cycle_count_t until)
 {
 	avr_t *avr = b->avr;
@@ -145,13 +152,16 @@ static void step(struct board *b, avr_cycle_count_t until)
 	avr_flashaddr_t pc = avr->pc, next = pc;
 	if (avr->state == cpu_Running)
 		next = avr_run_one(avr);
+	watch_stack(b);
 	avr_cycle_count_t idle = avr_cycle_timer_process(avr);
 	avr->pc = next;
 	if (avr->state == cpu_Sleeping) {
 		if (!avr->sreg[S_I])
 			crashed(b, "sleeps with interrupts off");
 		avr_cycle_count_t left = until > avr->cycle ? until - avr->cycle : 1;
-		avr->cycle += idle && idle < left ? idle : left;
+		avr_cycle_count_t nap = idle && idle < left ? idle : left;
+		avr->cycle += nap;
+		b->asleep += nap;
 	} else if (avr->state != cpu_Running) {
 		crashed(b, "crashed");
 	}

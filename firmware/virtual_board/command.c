@@ -92,9 +92,10 @@ static void status(struct call *c)
 {
 	const struct board *b = c->board;
 	printf("status {\"time\": %.9f, \"position\": %.17g, \"velocity\": %.17g, \"motor_force\": %.17g, "
-	       "\"duty\": %d, \"hand_force\": %.17g, \"open\": %s}\n",
+	       "\"duty\": %d, \"hand_force\": %.17g, \"open\": %s, \"asleep_cycles\": %llu}\n",
 	       board_seconds(b), b->plant.x, b->plant.v, b->plant.motor, b->motor.duty,
-	       plant_hand_force(&b->plant), b->link.open ? "true" : "false");
+	       plant_hand_force(&b->plant), b->link.open ? "true" : "false",
+	       (unsigned long long)b->asleep);
 	fflush(stdout);
 }
 

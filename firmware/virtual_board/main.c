@@ -63,10 +63,11 @@ static void print_summary(const struct run *r)
 	       (unsigned long long)u->overwritten);
 	printf("\"last_byte\": %.9f, ", (double)u->last_received / FREQUENCY);
 	printf("\"frames\": %llu, \"dropped\": %llu, \"interrupts_off_cycles\": %llu, "
-	       "\"interrupts_off_at\": %u, \"silent_offs\": %u, \"rows\": %llu, ",
+	       "\"interrupts_off_at\": %u, \"silent_offs\": %u, \"rows\": %llu, \"asleep_cycles\": %llu, ",
 	       (unsigned long long)b->link.frames, (unsigned long long)b->link.dropped,
 	       (unsigned long long)b->longest_off, b->longest_off_pc, b->silent_offs,
-	       (unsigned long long)b->truth.rows);
+	       (unsigned long long)b->truth.rows, (unsigned long long)b->asleep);
+	printf("\"lowest_stack\": %u, ", b->lowest_stack);
 	printf("\"hurt_to\": %llu, \"hurt_from\": %llu, \"lost\": %llu, \"misread\": %llu}\n",
 	       (unsigned long long)b->link.to.hurt, (unsigned long long)b->link.from.hurt,
 	       (unsigned long long)b->link.lost, (unsigned long long)b->misreading.wrong);
