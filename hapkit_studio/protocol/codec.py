@@ -6,16 +6,41 @@ A reader is two arrays, zero at the start: ``state`` (int64, STATE_WIDTH) and ``
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.protocol.framing import CRC_SIZE, CRC_START
-from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Sample, Stop
+from hapkit_studio.protocol import fields
+from hapkit_studio.protocol.fields import (
+    ANSWERED,
+    ASKED,
+    BOARD_TIME,
+    COUNT,
+    DELAY,
+    FLAGS,
+    GENERATION,
+    KIND,
+    LOST,
+    OVERRUNS,
+    PWM,
+    RX_ERRORS,
+    SAMPLE,
+    SAMPLE_WIDTH,
+    SEQ,
+    STATE,
+    STATE_AT,
+    TELEMETRY,
+    US,
+    VELOCITY,
 
-# Columns of a decoded sample.
-SEQ, BOARD_TIME, COUNT, ANSWERED, DELAY, FLAGS, PWM, LOST, RX_ERRORS = range(9)
-SAMPLE_WIDTH = 9
+from hapkit_studio.protocol.framing import CRC_SIZE, CRC_START
+from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Settings, Stop
+
+__all__ = ["ANSWERED", "ASKED", "BOARD_TIME", "COUNT", "DELAY", "FLAGS", "GENERATION", "KIND", "LOST"]
+__all__ += ["OVERRUNS", "PWM", "RX_ERRORS", "SAMPLE", "SAMPLE_WIDTH", "SEQ", "STATE", "STATE_AT"]
+__all__ += ["TELEMETRY", "VELOCITY", "crc_update", "encode_force", "encode_simple", "feed", "new_reader"]
 
 # Places in the state: counters for everybody, then the reader's own.
 FRAMES, BAD_FRAMES, OTHER_FRAMES, LOST_FRAMES, SKIPPED = range(5)
 _SIZE, _LEFT, _ZERO_DUE, _CRC, _STARTED, _LAST_SEQ, _LAST_TIME, _EPOCH = range(5, 13)
+SETTINGS_FRAMES = 13  # counted among the other frames as well
+_LAST_KIND = 14
 STATE_WIDTH = 16
 
 BUFFER_SIZE = 64
@@ -29,23 +54,15 @@ FLAG_STOPPED = int(BoardFlag.STOPPED)
 FLAG_CLAMPED = int(BoardFlag.CLAMPED)
 FLAG_OVERRUN = int(BoardFlag.OVERRUN)
 FLAG_REFUSED = int(BoardFlag.REFUSED)
+FLAG_OVER_SPEED = int(BoardFlag.OVER_SPEED)
 
 STOP = Stop.ID
 RELEASE = Release.ID
 
-_SAMPLE_ID = Sample.ID
-_SAMPLE_BODY = 1 + Sample.size()
-_AT_SEQ = Sample.offset("seq")
-_AT_TIME = Sample.offset("time_us")
-_AT_COUNT = Sample.offset("count")
-_AT_ANSWERED = Sample.offset("answered")
-_AT_DELAY = Sample.offset("delay_us")
-_AT_FLAGS = Sample.offset("flags")
-_AT_PWM = Sample.offset("pwm")
-_AT_RX_ERRORS = Sample.offset("rx_errors")
+_SETTINGS_ID = Settings.ID
+_SETTINGS_BODY = 1 + Settings.size()
 _FORCE_ID = Force.ID
 _COBS_FULL = 0xFF
-_US = 1e-6
 
 
 def new_reader() -> tuple[np.ndarray, np.ndarray]:
@@ -54,8 +71,8 @@ def new_reader() -> tuple[np.ndarray, np.ndarray]:
 
 
 def rows_for(size: int) -> int:
-    """Return how many samples a chunk of size bytes can complete at most."""
-    return size // (_SAMPLE_BODY + CRC_SIZE + 2) + 1
+    """Return how many rows a chunk of size bytes can complete at most."""
+    return size // (fields.SAMPLE_BODY + CRC_SIZE + 2) + 1
 
 
 @compiled
@@ -64,21 +81,6 @@ def crc_update(crc, byte):
     mix = ((crc >> 8) ^ byte) & 0xFF
     mix ^= mix >> 4
     return ((crc << 8) ^ (mix << 12) ^ (mix << 5) ^ mix) & 0xFFFF
-
-
-@compiled
-def _unsigned(buffer, at, size):
-    value = 0
-    for i in range(size):
-        value |= int(buffer[at + i]) << (8 * i)
-    return value
-
-
-@compiled
-def _signed(buffer, at, size):
-    value = _unsigned(buffer, at, size)
-    half = 1 << (8 * size - 1)
-    return value - 2 * half if value >= half else value
 
 
 @compiled
@@ -116,11 +118,14 @@ def _push(state, buffer, byte):
 
 
 @compiled
-def _lost_before(state, seq):
-    """Return how many samples are missing since the last one."""
-    lost = (seq - state[_LAST_SEQ] - 1) & 0xFFFF if state[FRAMES] > 0 else 0
-    state[_LAST_SEQ] = seq
-    state[LOST_FRAMES] += lost
+def _lost_before(state, seq, kind):
+    """Return how many numbers are missing since the last row; none where it was of the other kind.
+
+    Of telemetry that is no count of frames: how many ticks lie between two, the rate says.
+    """
+    follows = state[FRAMES] > 0 and state[_LAST_KIND] == kind
+    lost = (seq - state[_LAST_SEQ] - 1) & 0xFFFF if follows else 0
+    state[_LAST_SEQ], state[_LAST_KIND] = seq, kind
     return lost
 
 
@@ -130,27 +135,26 @@ def _unwrapped(state, time_us):
     if time_us < state[_LAST_TIME]:
         state[_EPOCH] += 1 << 32
     state[_LAST_TIME] = time_us
-    return (state[_EPOCH] + time_us) * _US
+    return (state[_EPOCH] + time_us) * US
 
 
 @compiled
-def _read_sample(state, buffer, row):
-    seq = _unsigned(buffer, _AT_SEQ, 2)
-    row[SEQ] = seq
-    row[LOST] = _lost_before(state, seq)
-    row[BOARD_TIME] = _unwrapped(state, _unsigned(buffer, _AT_TIME, 4))
-    row[COUNT] = _signed(buffer, _AT_COUNT, 4)
-    row[ANSWERED] = _unsigned(buffer, _AT_ANSWERED, 2)
-    row[DELAY] = _unsigned(buffer, _AT_DELAY, 2) * _US
-    row[FLAGS] = buffer[_AT_FLAGS]
-    row[PWM] = _signed(buffer, _AT_PWM, 2)
-    row[RX_ERRORS] = buffer[_AT_RX_ERRORS]
-    state[FRAMES] += 1
+def _kind(state, buffer):
+    """Return what row a whole frame makes, -1 for none; count the others."""
+    size = state[_SIZE] - CRC_SIZE
+    if buffer[0] == fields.SAMPLE_ID and size == fields.SAMPLE_BODY:
+        return SAMPLE
+    if buffer[0] == fields.TELEMETRY_ID and size == fields.TELEMETRY_BODY:
+        return TELEMETRY
+    state[OTHER_FRAMES] += 1
+    if buffer[0] == _SETTINGS_ID and size == _SETTINGS_BODY:
+        state[SETTINGS_FRAMES] += 1
+    return -1
 
 
 @compiled
 def _finish(state, buffer, out, rows):
-    """End a frame at its delimiter; return 1 if it was a sample and out had room for it."""
+    """End a frame at its delimiter; return 1 if it made a row and out had room for it."""
     started = state[_STARTED]
     state[_STARTED] = 0
     if started == 0:
@@ -158,13 +162,22 @@ def _finish(state, buffer, out, rows):
     if state[_LEFT] != 0 or state[_SIZE] <= CRC_SIZE or state[_CRC] != 0:
         state[BAD_FRAMES] += 1
         return 0
-    if buffer[0] != _SAMPLE_ID or state[_SIZE] != _SAMPLE_BODY + CRC_SIZE:
-        state[OTHER_FRAMES] += 1
+    kind = _kind(state, buffer)
+    if kind < 0:
         return 0
     if rows >= out.shape[0]:
         state[SKIPPED] += 1
         return 0
-    _read_sample(state, buffer, out[rows])
+    row = out[rows]
+    lost = _lost_before(state, fields.number(buffer), kind)
+    if kind == SAMPLE:
+        fields.read_sample(buffer, row)
+        state[LOST_FRAMES] += lost
+    else:
+        fields.read_telemetry(buffer, row)
+    row[fields.LOST] = lost
+    row[fields.BOARD_TIME] = _unwrapped(state, fields.time_us(buffer, kind))
+    state[FRAMES] += 1
     return 1
 
 
@@ -172,7 +185,8 @@ def _finish(state, buffer, out, rows):
 def feed(state, buffer, data, n, out):
     """Decode the first n received bytes; return the number of rows of out that were filled.
 
-    out: float64 (rows, SAMPLE_WIDTH), one row per valid Sample in SI units, with rows >= rows_for(n).
+    out: float64 (rows, SAMPLE_WIDTH), one row per valid Sample or Telemetry in SI units, with rows >=
+    rows_for(n).
     """
     rows = 0
     for i in range(n):
@@ -185,7 +199,7 @@ def feed(state, buffer, data, n, out):
 
 
 @compiled
-def _frame(out, size):
+def enclose(out, size):
     """Turn the body at out[1 : 1 + size] into its frame in place; return the frame's length.
 
     COBS in place: every zero, and the byte before the body, becomes the distance to the next zero.
@@ -207,19 +221,25 @@ def _frame(out, size):
 
 
 @compiled
+def put_float(out, at, value):
+    """Write a number as four bytes at a place."""
+    bits = int(np.float32(value).view(np.uint32))
+    for i in range(4):
+        out[at + i] = (bits >> (8 * i)) & 0xFF
+
+
+@compiled
 def encode_force(out, seq, force):
     """Write the frame of Force to out (uint8, FRAME_SIZE); return its length."""
-    bits = int(np.float32(force).view(np.uint32))
     out[1] = _FORCE_ID
     out[2] = seq & 0xFF
     out[3] = (seq >> 8) & 0xFF
-    for i in range(4):
-        out[4 + i] = (bits >> (8 * i)) & 0xFF
-    return _frame(out, 1 + 2 + 4)
+    put_float(out, 4, force)
+    return enclose(out, 1 + 2 + 4)
 
 
 @compiled
 def encode_simple(out, message_id):
     """Write the frame of a message without fields, STOP or RELEASE, to out; return its length."""
     out[1] = message_id
-    return _frame(out, 1)
+    return enclose(out, 1)

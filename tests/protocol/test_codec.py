@@ -11,7 +11,16 @@ from hypothesis import strategies as st
 
 from hapkit_studio.protocol import codec
 from hapkit_studio.protocol.framing import Decoder, crc16, encode, frame
-from hapkit_studio.protocol.messages import BoardFlag, Force, Hello, Release, Sample, Stop
+from hapkit_studio.protocol.messages import (
+    BoardFlag,
+    Force,
+    Hello,
+    Release,
+    Sample,
+    Settings,
+    Stop,
+    Telemetry,
+)
 from tests.devices.fake_board import HELLO_FIELDS
 from tests.protocol.strategies import any_message, bodies, samples
 
@@ -34,6 +43,10 @@ class Reader:
 
 def sample(seq, time_us=0, count=0):
     return Sample(seq & 0xFFFF, time_us & 0xFFFFFFFF, count, 0, 0, 0, 0, 0, 0)
+
+
+def is_one(body, kind):
+    return body[0] == kind.ID and len(body) == 1 + kind.size()
 
 
 def stream(*messages):
@@ -85,10 +98,11 @@ def test_agrees_with_the_plain_codec_on_anything(parts, cut):
     data = b"".join(parts) + b"\x00"
     plain = Decoder()
     found = plain.bodies(data)
-    expected = [b for b in found if b[0] == Sample.ID and len(b) == 1 + Sample.size()]
+    expected = [kind.unpack(b) for b in found for kind in (Sample, Telemetry) if is_one(b, kind)]
     reader = Reader()
     rows = reader(data, cut)
-    assert [int(r[codec.COUNT]) for r in rows] == [Sample.unpack(b).count for b in expected]
+    assert [int(r[codec.COUNT]) for r in rows] == [message.count for message in expected]
+    assert reader.state[codec.SETTINGS_FRAMES] == sum(is_one(b, Settings) for b in found)
     assert reader.state[codec.FRAMES] == len(expected)
     assert reader.state[codec.BAD_FRAMES] == plain.bad_frames
     assert reader.state[codec.OTHER_FRAMES] == len(found) - len(expected)
@@ -196,4 +210,4 @@ print(codec.feed(state, buffer, data, len(data), out), out[0].tolist(), bytes(co
         for flag in "01"
     }
     assert len(said) == 1
-    assert said.pop().startswith("1 [5.0, 7e-06, -9.0, 4.0, 0.0003, 1.0, -2.0, 0.0, 0.0]")
+    assert said.pop().startswith("1 [5.0, 7e-06, -9.0, 4.0, 0.0003, 1.0, -2.0, 0.0, 0.0, 0.0")
