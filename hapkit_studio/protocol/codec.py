@@ -28,7 +28,7 @@ from hapkit_studio.protocol.fields import (
     TELEMETRY,
     US,
     VELOCITY,
-
+)
 from hapkit_studio.protocol.framing import CRC_SIZE, CRC_START
 from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Settings, Stop
 
