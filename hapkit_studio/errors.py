@@ -18,7 +18,15 @@ class LawError(StudioError):
 
 
 class DeviceError(StudioError):
-    """A device cannot be used; the text says why and what to do."""
+    """A device cannot be used; the text says why and what to do.
+
+    brief: the text where there is less room. step: a next step that a window can offer, "flash" or "update".
+    command: a line for a terminal, to copy.
+    """
+
+    def __init__(self, message: str, *, brief: str = "", step: str = "", command: str = ""):
+        super().__init__(message)
+        self.brief, self.step, self.command = brief or message, step, command
 
 
 class PortBusyError(DeviceError):
@@ -35,6 +43,10 @@ class PortPermissionError(DeviceError):
 
 class NotAHapkitError(DeviceError):
     """Something answers on the port, or nothing does, but not the firmware."""
+
+
+class NoFirmwareError(DeviceError):
+    """A board that kits have is there, but runs something else, or nothing."""
 
 
 class WrongProtocolError(DeviceError):

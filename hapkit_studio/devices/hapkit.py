@@ -2,14 +2,17 @@
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
 import serial
 
-from hapkit_studio.devices import talk
-from hapkit_studio.devices.port_errors import gone, port_name, settings_refused, unopened
+from hapkit_studio.devices import discovery, talk
+from hapkit_studio.devices.board_constants import BoardConstants
+from hapkit_studio.devices.discovery import NOWHERE, Identity, port_name
+from hapkit_studio.devices.low_latency import Latency, shorten
+from hapkit_studio.devices.port_errors import gone, settings_refused, unopened
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.protocol.declare import Message
 from hapkit_studio.protocol.framing import encode
@@ -43,55 +46,29 @@ WRITE_TIME = 0.2
 Reply = TypeVar("Reply", bound=Message)
 
 
-class HapkitBoard:
-    """The firmware at the end of a port; every constant comes from its Hello."""
+class HapkitBoard(BoardConstants):
+    """The firmware at the end of a port; every constant comes from the board."""
 
     simulated = False
-    mass = 0.044
-    """kg at the handle; the board cannot know it, this is the kit's usual value."""
-    viscous = 0.5
-    """N·s/m at the handle, usual value."""
     padding = 0
     """Bytes to which every frame of a stream is filled up: 0 or PACKET."""
 
-    def __init__(self, port: str | Path, title: str = ""):
+    def __init__(self, port: str | Path, title: str = "", identity: Identity = NOWHERE):
         self.port = os.fspath(port)
         self.title = title or f"Hapkit on {port_name(self.port)}"
+        self.identity = identity
+        self.latency = Latency()
+        self.say: Callable[[str], object] = lambda words: None
+        """Is told what open waits for; runs in the thread that opens."""
         self._serial: Any = None
-        self._hello: Hello | None = None
-
-    @property
-    def hello(self) -> Hello:
-        """What the board said about itself; DeviceError before open."""
-        if self._hello is None:
-            raise DeviceError(f"{self.title} is not open.")
-        return self._hello
-
-    @property
-    def max_force(self) -> float:
-        return self.hello.max_force
-
-    @property
-    def quantum(self) -> float:
-        return self.hello.quantum
-
-    @property
-    def rate(self) -> float:
-        """Samples per second, set by the board's clock."""
-        return float(self.hello.sample_rate)
-
-    @property
-    def full_force(self) -> float:
-        """Force at full duty [N]; at duty d it is full_force * d^2 (reference: torque = C * duty^2)."""
-        h = self.hello
-        return h.motor_constant * h.sector_radius / (h.handle_radius * h.pulley_radius)
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
         """Open the port and learn who is there; raise the DeviceError that fits. Motor off, samples off."""
+        self._find()
         self._serial = _open_port(self.port)
         try:
-            with contextlib.suppress(OSError, ValueError, AttributeError):  # not every port and system has it
-                self._serial.set_low_latency_mode(True)
+            self.latency = shorten(self._serial, self.port, self.identity)
+            self.say("Starting board…")
             self._hello = talk.handshake(self._serial, self.port, handshake_time)
             self._serial.write(encode(Stream(0, 0)) + encode(Release()))
         except (serial.SerialException, OSError) as error:
@@ -100,6 +77,16 @@ class HapkitBoard:
         except BaseException:
             self._abandon()
             raise
+
+    def _find(self) -> None:
+        """Follow the board to the name it has now; without it, raise PortGoneError: another is not it."""
+        if self.identity.vendor is None:
+            return
+        found = discovery.found_again(self.identity, discovery.ports())
+        if found is None:
+            raise gone(self.port)
+        if found.path != self.port:
+            self.port, self.title = found.path, found.title
 
     def fileno(self) -> int:
         """Return the descriptor of the open port."""

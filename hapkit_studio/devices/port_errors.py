@@ -1,12 +1,15 @@
-"""What can be wrong with a serial port, in the words that a person reads."""
+"""What can be wrong with a serial port, in the words that a person reads, and the next step."""
 
 import errno
 import sys
-from pathlib import Path
 
+from hapkit_studio.devices import discovery, permission
+from hapkit_studio.devices.busy import holder
+from hapkit_studio.devices.discovery import Role, port_name
 from hapkit_studio.errors import (
     DeviceError,
     NoDataError,
+    NoFirmwareError,
     NotAHapkitError,
     ParameterError,
     PortBusyError,
@@ -15,14 +18,15 @@ from hapkit_studio.errors import (
     WrongProtocolError,
 )
 
+FLASH, UPDATE = "flash", "update"
+"""Next steps that a window can offer, see DeviceError.step."""
+
 _BUSY = {errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK}
 _GONE = {errno.ENOENT, errno.ENXIO, errno.ENODEV, errno.EIO}
 _FORBIDDEN = {errno.EACCES, errno.EPERM}
-
-
-def port_name(port: str) -> str:
-    """Return the short name of a port: ttyUSB0, COM3."""
-    return port.removeprefix("/dev/")
+_TEXT_SHARE = 0.9
+_BANNER = 120
+"""Characters that a banner has room for beside its buttons."""
 
 
 def gone(port: str) -> PortGoneError:
@@ -30,28 +34,60 @@ def gone(port: str) -> PortGoneError:
     return PortGoneError(f"Hapkit on {port_name(port)} is gone. Force is zero. Looking again every second.")
 
 
-def busy(port: str) -> PortBusyError:
+def busy(port: str, by: str = "") -> PortBusyError:
     """Return the error of a port that another program has opened."""
-    return PortBusyError(f"{port_name(port)} is used by another program. Close it, then try again.")
+    by = by or holder(port) or "another program"
+    return PortBusyError(f"{port_name(port)} is used by {by}. Close it, then try again.")
 
 
 def forbidden(port: str) -> PortPermissionError:
-    """Return the error of a port that this user may not open."""
-    group = _group(port)
-    remedy = f"Join the group {group}, then log in again" if group else "Ask for the right to use it"
-    return PortPermissionError(f"You may not open {port_name(port)}. {remedy}.")
+    """Return the error of a port that this user may not open, with the line that mends it."""
+    words, command = permission.remedy(port, discovery.at(port))
+    title = f"You may not open {port_name(port)}."
+    if not command:
+        return PortPermissionError(f"{title} {words}")
+    full = f"{title} Run `{command}`. {words}"
+    brief = full if len(full) < _BANNER else f"{title} Copy the line, run it in a terminal. {words}"
+    return PortPermissionError(full, brief=brief, command=command)
 
 
-def not_a_hapkit(port: str, heard: bool) -> NotAHapkitError:
-    """Return the error of a port on which no Hapkit said hello; heard: something else was received."""
+def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
+    """Return the error of a port on which no Hapkit said hello, from what was heard instead, if anything."""
+    name, known = port_name(port), discovery.at(port)
+    if known is not None and known.role is Role.OTHER:
+        return NotAHapkitError(f"{name} is a port of another kind: {known.words}. Choose another port.")
+    if by := holder(port):  # two readers share what comes: neither gets it whole
+        return busy(port, by)
+    if known is not None and known.role is Role.KIT:
+        return _no_firmware(name, heard)
     what = "answers, but not as a Hapkit" if heard else "does not answer"
-    return NotAHapkitError(f"{port_name(port)} {what}. Flash the firmware, or choose another port.")
+    return NotAHapkitError(f"{name} {what}. Flash the firmware, or choose another port.", step=FLASH)
+
+
+def _no_firmware(name: str, heard: bytes) -> NoFirmwareError:
+    """Return the error of a kit's board that runs something else, or nothing."""
+    if not heard:
+        why = f"{name} does not answer. The board has no firmware yet, or another sketch"
+    elif _is_text(heard):
+        why = f"{name} sends text, not frames. Another sketch is on the board"
+    else:
+        why = f"{name} answers, but not as a Hapkit. Another sketch is on the board"
+    return NoFirmwareError(f"{why}: flash the firmware.", step=FLASH)
+
+
+def _is_text(heard: bytes) -> bool:
+    printable = sum(byte in b"\r\n\t" or 32 <= byte < 127 for byte in heard)
+    return printable >= _TEXT_SHARE * len(heard)
 
 
 def wrong_version(firmware: int, studio: int) -> WrongProtocolError:
     """Return the error of firmware that is older or newer than the studio."""
-    remedy = "Update firmware" if firmware < studio else "Update the studio"
-    return WrongProtocolError(f"Firmware speaks version {firmware}; this studio needs {studio}. {remedy}.")
+    old = firmware < studio
+    remedy = "Update firmware" if old else "Update the studio"
+    return WrongProtocolError(
+        f"Firmware speaks version {firmware}; this studio needs {studio}. {remedy}.",
+        step=UPDATE if old else "",
+    )
 
 
 def no_answer(port: str, question: str, seconds: float) -> NoDataError:
@@ -66,7 +102,7 @@ def no_data(port: str, seconds: float) -> NoDataError:
     """Return the error of a board that said hello and then sent no samples."""
     return NoDataError(
         f"The Hapkit on {port_name(port)} says hello, but no sample came for {seconds:g} s. "
-        "Check the USB cable, then press the board's reset button."
+        "Press the board's reset button, then try again."
     )
 
 
@@ -90,11 +126,3 @@ def unopened(port: str, error: OSError) -> DeviceError:
     if number in _GONE:
         return gone(port)
     return NotAHapkitError(f"{port_name(port)} is not a serial port. Choose another port.")
-
-
-def _group(port: str) -> str:
-    """Return the group that owns a port, or nothing where there is no such thing."""
-    try:
-        return Path(port).group()
-    except (KeyError, OSError, NotImplementedError):
-        return ""

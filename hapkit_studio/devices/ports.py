@@ -2,19 +2,19 @@
 
 from functools import partial
 
-from serial.tools import list_ports
-
+from hapkit_studio.devices import discovery
 from hapkit_studio.devices.base import DeviceEntry, DeviceKind
+from hapkit_studio.devices.discovery import Port
 from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.devices.port_errors import port_name
 
 
 def entries() -> list[DeviceEntry]:
-    """Return the ports that have hardware behind them, with their names, in the order of their paths."""
-    found = [p for p in list_ports.comports() if p.hwid and p.hwid != "n/a"]
-    names = {p.device: p.product or p.description.replace("n/a", "") for p in found}
-    titles = {path: f"{port_name(path)}: {names[path]}".rstrip(": ") for path in sorted(names)}
-    return [DeviceEntry(path, title, partial(HapkitBoard, path, title)) for path, title in titles.items()]
+    """Return the ports that have hardware behind them: kits first, surely something else last."""
+    return [_entry(port) for port in discovery.ports()]
+
+
+def _entry(port: Port) -> DeviceEntry:
+    return DeviceEntry(port.path, port.title, partial(HapkitBoard, port.path, port.title, port.identity))
 
 
 def unlisted(key: str) -> HapkitBoard | None:

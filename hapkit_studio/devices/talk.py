@@ -16,6 +16,7 @@ READ_TIME = 0.05
 """s that one read of an open port waits at most."""
 HELLO_PERIOD = 0.2
 _SILENCE = 0.1
+_KEPT = 1000
 _VERSION = slice(1, 3)
 
 Reply = TypeVar("Reply", bound=Message)
@@ -24,13 +25,13 @@ Reply = TypeVar("Reply", bound=Message)
 def handshake(line: Any, port: str, seconds: float) -> Hello:
     """Ask for Hello until it comes; raise NotAHapkitError, WrongProtocolError or OSError."""
     decoder = Decoder()
-    deadline, next_ask, heard = time.monotonic() + seconds, 0.0, False
+    deadline, next_ask, heard = time.monotonic() + seconds, 0.0, b""
     while (now := time.monotonic()) < deadline:
         if now >= next_ask:
             send(line, HelloRequest())
             next_ask = now + HELLO_PERIOD
         data = line.read(max(1, line.in_waiting))
-        heard = heard or bool(data)
+        heard = (heard + data)[-_KEPT:]
         for body in decoder.bodies(data):
             if body[0] == Hello.ID and len(body) >= _VERSION.stop:
                 return _checked(body, port)
@@ -45,7 +46,7 @@ def _checked(body: bytes, port: str) -> Hello:
     try:
         return Hello.unpack(body)
     except ValueError as error:
-        raise not_a_hapkit(port, heard=True) from error
+        raise not_a_hapkit(port, body) from error
 
 
 def send(line: Any, *messages: Message) -> None:

@@ -1,13 +1,8 @@
 """The serial Hapkit against a scripted board on a pseudo-terminal."""
 
-import errno
-from types import SimpleNamespace
-
 import pytest
-import serial
 
 from hapkit_studio import errors
-from hapkit_studio.devices import hapkit, ports
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.protocol.framing import encode, frame
 from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Release, Stream
@@ -138,17 +133,6 @@ def test_port_missing():
     assert failure(errors.PortGoneError, "/dev/ttyNONE7") == expected
 
 
-def test_port_forbidden(monkeypatch, tmp_path):
-    def refuse(*arguments, **options):
-        raise serial.SerialException(errno.EACCES, "Permission denied")
-
-    monkeypatch.setattr(hapkit.serial, "Serial", refuse)
-    port = tmp_path / "ttyUSB0"
-    port.touch()
-    expected = f"You may not open {port}. Join the group {port.group()}, then log in again."
-    assert failure(errors.PortPermissionError, port) == expected
-
-
 def test_not_a_serial_port_at_all(tmp_path):
     file = tmp_path / "notes.txt"
     file.touch()
@@ -169,16 +153,3 @@ def test_unplugged_while_open(fake):
     with pytest.raises(errors.PortGoneError):
         board.start_stream()
     board.close()
-
-
-def test_ports_are_listed_with_their_names(monkeypatch):
-    known = [
-        SimpleNamespace(device="/dev/ttyUSB1", product=None, description="n/a", hwid="USB VID:PID=1A86:7523"),
-        SimpleNamespace(
-            device="/dev/ttyUSB0", product="FT232R USB UART", description="x", hwid="USB 0403:6001"
-        ),
-        SimpleNamespace(device="/dev/ttyS0", product=None, description="n/a", hwid="n/a"),
-    ]
-    monkeypatch.setattr(ports.list_ports, "comports", lambda: known)
-    found = [(p.key, p.title) for p in ports.entries()]
-    assert found == [("/dev/ttyUSB0", "ttyUSB0: FT232R USB UART"), ("/dev/ttyUSB1", "ttyUSB1")]

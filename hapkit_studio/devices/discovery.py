@@ -1,0 +1,136 @@
+"""What is on the serial ports: each with the chip it shows, and whether a Hapkit can be behind it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+from serial.tools import list_ports
+
+
+class Role(IntEnum):
+    """How likely a port is a Hapkit; also the order of the list."""
+
+    KIT = 0
+    """A chip that known kits have."""
+    UNKNOWN = 1
+    OTHER = 2
+    """Surely something else."""
+
+
+class Chip(NamedTuple):
+    """What a vendor's and product's number stand for; no product: all the vendor's others."""
+
+    vendor: int
+    product: int | None
+    words: str
+    role: Role
+
+
+# Hapkit's board has an FT232RL; students also build with an Uno or its likes, of which many have a CH340.
+CHIPS = (
+    Chip(0x0403, 0x6001, "Hapkit board (FT232)", Role.KIT),
+    Chip(0x0403, 0x6015, "board with FT231X", Role.KIT),
+    Chip(0x2341, 0x0043, "Arduino Uno", Role.KIT),
+    Chip(0x2341, 0x0001, "Arduino Uno", Role.KIT),
+    Chip(0x2341, 0x0243, "Arduino Uno", Role.KIT),
+    Chip(0x2A03, 0x0043, "Arduino Uno", Role.KIT),
+    Chip(0x2A03, 0x0001, "Arduino Uno", Role.KIT),
+    Chip(0x1A86, 0x7523, "Uno-like board (CH340)", Role.KIT),
+    Chip(0x1A86, 0x7522, "Uno-like board (CH340)", Role.KIT),
+    Chip(0x1A86, 0x5523, "Uno-like board (CH341)", Role.KIT),
+    Chip(0x1A86, 0x55D4, "Uno-like board (CH9102)", Role.KIT),
+    Chip(0x10C4, 0xEA60, "Uno-like board (CP210x)", Role.KIT),
+    Chip(0x067B, 0x2303, "Uno-like board (PL2303)", Role.KIT),
+    Chip(0x0403, None, "FTDI adapter", Role.UNKNOWN),
+    Chip(0x2341, None, "Arduino, not an Uno", Role.UNKNOWN),
+    Chip(0x2A03, None, "Arduino, not an Uno", Role.UNKNOWN),
+    Chip(0x16C0, 0x0483, "Teensy", Role.OTHER),
+    Chip(0x2E8A, None, "Raspberry Pi Pico", Role.OTHER),
+    Chip(0x303A, None, "Espressif board", Role.OTHER),
+    Chip(0x0483, None, "STM32 board", Role.OTHER),
+    Chip(0x12D1, None, "mobile modem", Role.OTHER),
+    Chip(0x1199, None, "mobile modem", Role.OTHER),
+    Chip(0x2C7C, None, "mobile modem", Role.OTHER),
+    Chip(0x19D2, None, "mobile modem", Role.OTHER),
+    Chip(0x1BC7, None, "mobile modem", Role.OTHER),
+    Chip(0x1546, None, "GPS receiver", Role.OTHER),
+)
+_NAMES = {
+    "bluetooth": "Bluetooth",
+    "rfcomm": "Bluetooth",
+    "modem": "modem",
+    "debug-console": "console",
+    "wlan-debug": "console",
+}
+
+
+class Identity(NamedTuple):
+    """What a board keeps when it comes back under another name; no vendor: not a USB port."""
+
+    vendor: int | None = None
+    product: int | None = None
+    serial: str = ""
+    place: str = ""
+
+
+NOWHERE = Identity()
+
+
+@dataclass(frozen=True)
+class Port:
+    """One serial port of this computer."""
+
+    path: str
+    words: str
+    role: Role
+    identity: Identity = NOWHERE
+
+    @property
+    def title(self) -> str:
+        """Return its line in the device list."""
+        remark = ", not a Hapkit" if self.role is Role.OTHER else ""
+        return f"{port_name(self.path)}: {self.words}{remark}".rstrip(": ")
+
+
+def port_name(path: str) -> str:
+    """Return the short name of a port: ttyUSB0, COM3."""
+    return path.removeprefix("/dev/")
+
+
+def ports() -> list[Port]:
+    """Return the ports that have hardware behind them, the likely ones first, then by their paths."""
+    found = [_port(p) for p in list_ports.comports() if p.hwid and p.hwid != "n/a"]
+    return sorted(found, key=lambda port: (port.role, port.path))
+
+
+def at(path: str) -> Port | None:
+    """Return what the system knows about a path; None for what no list holds, e.g. a pseudo-terminal."""
+    return next((port for port in ports() if port.path == path), None)
+
+
+def found_again(wanted: Identity, among: Iterable[Port]) -> Port | None:
+    """Return the same board, whatever its path is now: by serial number, else place, else the only one."""
+    alike = [port for port in among if port.identity[:3] == wanted[:3]]
+    here = [port for port in alike if port.identity.place == wanted.place]
+    if wanted.serial:
+        return alike[0] if alike else None
+    return here[0] if here else alike[0] if len(alike) == 1 else None
+
+
+def chip_of(vendor: int | None, product: int | None) -> Chip | None:
+    """Return the chip of a USB port's two numbers; None for one that is in no row."""
+    return next((c for c in CHIPS if c.vendor == vendor and c.product in (product, None)), None)
+
+
+def _port(info: Any) -> Port:
+    identity = Identity(info.vid, info.pid, info.serial_number or "", info.location or "")
+    said = info.product or (info.description or "").replace("n/a", "")
+    text = f"{info.device} {said}".lower()
+    named = next((words for part, words in _NAMES.items() if part in text), None)
+    chip = chip_of(info.vid, info.pid)
+    if named is not None and not (chip and chip.role is Role.KIT):
+        return Port(info.device, named, Role.OTHER, identity)
+    if chip is not None:
+        return Port(info.device, chip.words, chip.role, identity)
+    return Port(info.device, said or "serial port", Role.UNKNOWN, identity)
