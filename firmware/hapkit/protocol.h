@@ -19,6 +19,7 @@ constexpr uint8_t kFlagClamped = 4;
 constexpr uint8_t kFlagOverrun = 8;
 constexpr uint8_t kFlagRefused = 16;
 constexpr uint8_t kFlagOverSpeed = 32;
+constexpr uint8_t kFlagSensor = 64;
 constexpr uint8_t kEstimatorDifference = 0;
 constexpr uint8_t kEstimatorIir = 1;
 constexpr uint8_t kEstimatorKalman = 2;

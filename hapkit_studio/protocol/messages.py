@@ -84,6 +84,8 @@ class BoardFlag(IntFlag):
     """The last force was not a finite number: motor off until the next command, or the next Scene."""
     OVER_SPEED = 32
     """The handle was faster than the board's limit: motor off until Release."""
+    SENSOR = 64
+    """Readings that cannot be right were bridged since the last frame; after several in a row: motor off."""
 
 
 @dataclass(frozen=True)
