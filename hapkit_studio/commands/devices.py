@@ -1,16 +1,33 @@
-"""The command that lists the devices."""
+"""The command that lists the devices, and asks them who they are."""
 
 import argparse
 
 from hapkit_studio import devices as device_list
-from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.commands.base import Command, Result, progress_line
+from hapkit_studio.devices.probing import probe
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Declare what ``devices`` takes."""
+    command.add_argument(
+        "--probe", action="store_true", help="open each, which restarts a board, and say who answers"
+    )
 
 
 def devices(options: argparse.Namespace) -> Result:
-    """List the devices that can be chosen now."""
+    """List the devices that can be chosen now, with --probe who answers on each."""
     entries = device_list.available()
-    text = "\n".join(f"{e.key:<16} {e.title}" for e in entries)
-    return Result(text, {"devices": [{"key": e.key, "title": e.title} for e in entries]})
+    found: list[dict] = [{"key": e.key, "title": e.title} for e in entries]
+    say = progress_line("Devices")
+    for done, entry in enumerate(entries if options.probe else ()):
+        say(done, len(entries))
+        found[done] |= probe(entry)
+    say(len(entries), len(entries))
+    lines = []
+    for line in found:
+        lines.append(f"{line['key']:<16} {line['title']}")
+        lines += [f"{'':<16} {line['text']}"] if options.probe else []
+    return Result("\n".join(lines), {"devices": found})
 
 
-COMMAND = Command("devices", "list the devices that can be chosen now", devices, order=30)
+COMMAND = Command("devices", "list the devices that can be chosen now", devices, options, order=30)
