@@ -55,3 +55,11 @@ class WrongProtocolError(DeviceError):
 
 class NoDataError(DeviceError):
     """The firmware said hello, but what should follow does not come."""
+
+
+class AvrdudeMissingError(DeviceError):
+    """The program that writes firmware is not on this computer."""
+
+
+class FlashError(DeviceError):
+    """The firmware could not be written; the board takes another try."""

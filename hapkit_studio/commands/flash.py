@@ -1,0 +1,77 @@
+"""The command that writes the firmware to a board."""
+
+import argparse
+import sys
+
+from hapkit_studio import devices
+from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.devices import flash, port_errors
+from hapkit_studio.devices.flash_output import CONNECTING, STARTING, VERIFYING, WRITING
+from hapkit_studio.errors import DeviceError
+
+_WORDS = {
+    CONNECTING: "Looking for the boot loader",
+    WRITING: "Writing",
+    VERIFYING: "Verifying",
+    STARTING: "Starting the firmware",
+}
+_BAR = 40
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Declare what ``flash`` takes."""
+    command.add_argument(
+        "port", nargs="?", help="e.g. /dev/ttyUSB0 or COM3; the only one there is by default"
+    )
+    command.add_argument("--hex", metavar="PATH", help="another firmware than the one that ships")
+    avrdude_option(command)
+
+
+def avrdude_option(command: argparse.ArgumentParser) -> None:
+    """Declare the option that says where avrdude is."""
+    command.add_argument("--avrdude", metavar="PATH", help="where avrdude is, if it is not found by itself")
+
+
+def run(options: argparse.Namespace) -> Result:
+    """Write the firmware, verify it and let the board say who it is."""
+    return flash_and_greet(options.port or _only_port(), options.hex, options.avrdude)
+
+
+def flash_and_greet(port: str, image: str | None, program: str | None) -> Result:
+    """Write an image to the board on a port; return what was done and what the board says; raise StudioError."""
+    try:
+        done = flash.flash(port, image, program, show)
+        hello = flash.greet(port, show)
+    finally:
+        _clear()
+    name = port_errors.port_name(port)
+    text = (
+        f"{name}: {done.size:,} bytes written and verified in {done.seconds:.1f} s at {done.speed:,} baud.\n"
+        f"The board says: firmware build {hello.build}, protocol version {hello.version}, {hello.laws} laws."
+    )
+    found = {"port": port, "bytes": done.size, "baud": done.speed, "seconds": done.seconds}
+    return Result(text, {**found, "build": hello.build, "version": hello.version, "laws": hello.laws})
+
+
+def show(stage: str, part: float) -> None:
+    """Keep one line with a bar on a terminal."""
+    if sys.stderr.isatty():
+        bar = f" {'█' * round(part * _BAR):·<{_BAR}} {part:4.0%}" if stage in (WRITING, VERIFYING) else " …"
+        print(f"\r{_WORDS[stage] + bar:<72}", end="", file=sys.stderr, flush=True)
+
+
+def _clear() -> None:
+    if sys.stderr.isatty():
+        print(f"\r{'':<72}\r", end="", file=sys.stderr, flush=True)
+
+
+def _only_port() -> str:
+    """Return the one port there is; raise DeviceError."""
+    ports = [e.key for e in devices.available() if "/" in e.key or e.key.upper().startswith("COM")]
+    if len(ports) != 1:
+        there = ", ".join(ports) or "none"
+        raise DeviceError(f"Say on which port the board is: hapkit-studio flash PORT. There are: {there}.")
+    return ports[0]
+
+
+COMMAND = Command("flash", "write the firmware to a board", run, options, order=35)

@@ -1,0 +1,162 @@
+"""Write a firmware to the board on a port through avrdude, verify it, and hear what it then says."""
+
+import os
+import queue
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import serial
+
+from hapkit_studio import resources
+from hapkit_studio.devices import avrdude, hex_image, port_errors
+from hapkit_studio.devices.flash_output import CONNECTING, STARTING, Progress, Said, no_boot_loader
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.errors import DeviceError, FlashError
+from hapkit_studio.protocol.messages import BAUD, Hello
+
+SPEEDS = (115200, 57600)
+"""bit/s of the boot loaders that kits have: optiboot's, and the one of boards from before 2010."""
+ROUNDS = 2
+"""How often each speed is tried; a board that is busy may not hear the first call."""
+SILENCE = 20.0
+"""s without a word from avrdude after which it is given up; one call in vain takes it 6 s."""
+_LOOK = 0.2
+_PART = "m328p"
+
+
+@dataclass(frozen=True)
+class Flashed:
+    """What was written: bytes, the boot loader's speed, and how long it took in s."""
+
+    size: int
+    speed: int
+    seconds: float
+
+
+def shipped() -> Path:
+    """Return the firmware that ships with the studio."""
+    return resources.path("firmware", "hapkit.hex")
+
+
+def nobody(stage: str, part: float) -> None:
+    """Follow no progress."""
+
+
+def flash(
+    port: str,
+    image: str | Path | None = None,
+    program: str | Path | None = None,
+    progress: Progress = nobody,
+    speeds: tuple[int, ...] = SPEEDS,
+) -> Flashed:
+    """Write an image, the shipped one by default, to the board on a port and verify it.
+
+    Nothing else may have the port open. Raise ParameterError (image), AvrdudeMissingError, the port's own
+    errors or FlashError; whatever it was, it can be tried again: the boot loader is never written to, nor
+    is the EEPROM with the kit's settings.
+    """
+    begin = time.monotonic()
+    found = avrdude.find(program)
+    checked = hex_image.read(image or shipped())
+    if len(checked.data) > hex_image.OLD_FLASH_BYTES:
+        speeds = tuple(speed for speed in speeds if speed == SPEEDS[0])  # the old boot loader is in its way
+    progress(CONNECTING, 0.0)
+    _try_port(port)
+    speed = _at_any_speed(found, port, checked.path, progress, speeds)
+    return Flashed(len(checked.data), speed, time.monotonic() - begin)
+
+
+def greet(port: str, progress: Progress = nobody) -> Hello:
+    """Return what the firmware on a port says about itself; raise DeviceError."""
+    progress(STARTING, 0.0)
+    board = HapkitBoard(port)
+    board.open()
+    try:
+        return board.hello
+    finally:
+        board.close()
+        progress(STARTING, 1.0)
+
+
+def _try_port(port: str) -> None:
+    """Open and close the port, as avrdude neither says who holds it nor minds a lock; raise DeviceError."""
+    try:
+        serial.Serial(port, BAUD, exclusive=True).close()
+    except (serial.SerialException, OSError) as error:
+        raise port_errors.unopened(port, error) from error
+
+
+def _at_any_speed(
+    found: avrdude.Avrdude, port: str, image: Path, progress: Progress, speeds: tuple[int, ...]
+) -> int:
+    """Return the speed at which it was written."""
+    for speed in speeds * ROUNDS:
+        words = [*found.words, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
+        said = Said(progress)
+        code = _run([*words, "-U", f"flash:w:{image}:i"], port, said)
+        if code == 0:
+            return speed
+        if not said.no_sync:
+            raise said.error(port)
+    raise no_boot_loader(port, speeds)
+
+
+def _run(words: list[str], port: str, said: Said) -> int:
+    """Run avrdude until it ends or has called once in vain; return its exit code."""
+    try:
+        child = subprocess.Popen(
+            words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
+    except OSError as error:
+        raise FlashError(f"avrdude does not start: {error.strerror}.") from error
+    try:
+        for text in _output(child, port):
+            said.feed(text)
+            if said.failed_attempts:
+                break
+        else:
+            return child.wait()
+        return 1
+    finally:
+        child.kill()
+        child.wait()
+
+
+def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
+    """Yield what avrdude writes, as it comes; raise DeviceError if port or program go silent.
+
+    avrdude reads on for ever from a port that has gone.
+    """
+    chunks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_pump, args=(child, chunks), name="avrdude", daemon=True).start()
+    heard = time.monotonic()
+    while True:
+        try:
+            chunk = chunks.get(timeout=_LOOK)
+        except queue.Empty:
+            if os.name == "posix" and not os.path.exists(port):
+                raise _went_away(port) from None
+            if time.monotonic() - heard > SILENCE:
+                raise FlashError(f"avrdude has said nothing for {SILENCE:g} s. Flash again.") from None
+            continue
+        if not chunk:
+            return
+        heard = time.monotonic()
+        yield chunk.decode("utf-8", "replace")
+
+
+def _pump(child: subprocess.Popen[bytes], chunks: "queue.SimpleQueue[bytes]") -> None:
+    assert child.stdout is not None
+    with child.stdout as pipe:
+        while chunk := os.read(pipe.fileno(), 4096):
+            chunks.put(chunk)
+    chunks.put(b"")
+
+
+def _went_away(port: str) -> DeviceError:
+    name = port_errors.port_name(port)
+    return FlashError(f"{name} went away before the firmware was whole. Plug it in, then flash again.")

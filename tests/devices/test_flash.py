@@ -1,0 +1,274 @@
+"""Finding avrdude, checking an image, reading what avrdude says, trying again: without a chip."""
+
+import os
+import stat
+import sys
+
+import pytest
+import serial
+
+from hapkit_studio.devices import avrdude, flash, hex_image
+from hapkit_studio.devices.flash_output import VERIFYING, WRITING, Said
+from hapkit_studio.errors import (
+    AvrdudeMissingError,
+    FlashError,
+    ParameterError,
+    PortBusyError,
+    PortGoneError,
+    PortPermissionError,
+)
+
+posix = pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals and shell programs")
+PORT = "/dev/ttyUSB0"
+BAR = "#" * 50
+SIGNED = "avrdude: Device signature = 0x1e950f (probably m328p)\n"
+WROTE = SIGNED + f"avrdude: writing flash (912 bytes):\n\nWriting | {BAR} | 100% 0.17s\n\n"
+
+
+def program(path, text="#!/bin/sh\n"):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return path
+
+
+@pytest.fixture
+def nothing_there(tmp_path, monkeypatch):
+    """Have an empty path and an empty home."""
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setattr(avrdude, "_FOLDERS", {"linux": avrdude._FOLDERS["linux"][:2]})
+    return tmp_path
+
+
+# --- finding
+@posix
+def test_the_one_given_comes_first_and_must_be_one(nothing_there):
+    own = program(nothing_there / "own" / "avrdude")
+    program(nothing_there / "bin" / "avrdude")
+    assert avrdude.find(own).program == own
+    with pytest.raises(AvrdudeMissingError, match="nowhere is no program"):
+        avrdude.find("nowhere")
+
+
+@posix
+def test_the_path_comes_before_the_arduino_ide(nothing_there):
+    tools = nothing_there / "home/.arduino15/packages/arduino/tools/avrdude"
+    old, new = (program(tools / version / "bin" / "avrdude") for version in ("6.3.0-arduino9", "6.10.0"))
+    assert avrdude.find(system="linux").program == new  # 10 is more than 3
+    new.unlink()
+    assert avrdude.find(system="linux") == avrdude.Avrdude(old)
+    on_path = program(nothing_there / "bin" / "avrdude")
+    assert avrdude.find(system="linux").program == on_path
+
+
+@posix
+def test_a_list_of_chips_beside_the_program_is_used(nothing_there):
+    found = program(nothing_there / "ide" / "bin" / "avrdude")
+    assert avrdude.find(found).words == [str(found)]
+    chips = nothing_there / "ide" / "etc" / "avrdude.conf"
+    chips.parent.mkdir()
+    chips.touch()
+    assert avrdude.find(found).words == [str(found), f"-C{chips}"]
+
+
+@posix
+@pytest.mark.parametrize(
+    ("system", "remedy"), [("linux", "apt install avrdude"), ("darwin", "brew install"), ("win32", "winget")]
+)
+def test_how_to_get_it_is_one_line_for_each_system(nothing_there, system, remedy):
+    with pytest.raises(AvrdudeMissingError, match=f"not found.*{remedy}") as error:
+        avrdude.find(system=system)
+    assert "\n" not in str(error.value)
+
+
+# --- the image
+def image(folder, *lines):
+    path = folder / "some.hex"
+    path.write_text("\n".join(lines))
+    return path
+
+
+END = ":00000001FF"
+
+
+def record(address, kind, data):
+    whole = bytes([len(data), address >> 8, address & 255, kind]) + data
+    return ":" + (whole + bytes([-sum(whole) & 255])).hex().upper()
+
+
+def test_an_image_has_its_bytes_where_they_belong(tmp_path):
+    lines = (
+        record(4, 0, b"abcd"),
+        record(0, 2, b"\x00\x10"),
+        record(0, 0, b"xy"),
+        record(0, 3, bytes(4)),
+        END,
+    )
+    data = hex_image.read(image(tmp_path, *lines)).data
+    assert data == b"\xff\xff\xff\xffabcd" + b"\xff" * 248 + b"xy"
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        (["hello"], "line 1: this is no line"),
+        ([":0000"], "line 1: this is no line"),
+        ([record(0, 0, b"abc"), record(3, 0, b"def")[:-1] + "0"], "line 2: the check sum is wrong"),
+        ([record(0, 0, b"abc")], "no whole .hex"),
+        ([END], "no whole .hex"),
+        ([record(0, 9, b"abc"), END], "kind 9"),
+        ([record(0x7DFF, 0, b"ab"), END], r"takes 32,257 bytes; the chip has room for 32,256"),
+    ],
+)
+def test_a_bad_image_is_refused_in_one_line(tmp_path, lines, words):
+    with pytest.raises(ParameterError, match=words) as error:
+        hex_image.read(image(tmp_path, *lines))
+    assert "\n" not in str(error.value)
+
+
+def test_an_image_that_just_fits_is_taken(tmp_path):
+    assert len(hex_image.read(image(tmp_path, record(0x7DFE, 0, b"ab"), END)).data) == hex_image.FLASH_BYTES
+
+
+# --- what avrdude says
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (WROTE + "avrdude: verification error, first mismatch at byte 0x0000\n         0x0c != 0xff\n",
+         r"reads back differently from 0x0000 on\. Flash again"),
+        (WROTE + "avrdude warning: verification mismatch\n   device 0x34 != input 0x35 at addr 0x0002 (error)",
+         r"differently: 0x34 instead of 0x35 at 0x0002\."),
+        (SIGNED.replace("950f", "9406") + "avrdude: Expected signature for ATmega328P is 1E 95 0F",
+         r"ttyUSB0 has another chip \(signature 1e9406\)"),
+        (SIGNED + "avrdude: error: something new\n", "avrdude gave up on ttyUSB0"),
+        (SIGNED + "avrdude error: cannot do it\n", r"gave up on ttyUSB0: cannot do it\. Flash again"),
+    ],
+)  # fmt: skip
+def test_each_failure_has_its_words(text, words):
+    said = Said(flash.nobody)
+    said.feed(text)
+    assert not said.no_sync
+    error = said.error(PORT)
+    assert isinstance(error, FlashError)
+    with pytest.raises(FlashError, match=words):
+        raise error
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ('avrdude: ser_open(): can\'t open device "/dev/ttyUSB0": Permission denied', PortPermissionError),
+        ('avrdude: ser_open(): can\'t open device "/dev/ttyUSB0": Device or resource busy', PortBusyError),
+        ('avrdude: ser_open(): can\'t open device "\\\\.\\COM3": Access is denied.', PortBusyError),
+        ("avrdude OS error: cannot open port /dev/ttyUSB0: No such file or directory", PortGoneError),
+    ],
+)
+def test_a_port_that_cannot_be_opened_is_the_ports_own_error(text, kind):
+    said = Said(flash.nobody)
+    said.feed(text)
+    assert isinstance(said.error(PORT), kind)
+
+
+def test_progress_grows_with_every_mark_and_leaves_nothing_out():
+    seen = []
+    said = Said(lambda stage, part: seen.append((stage, round(part, 2))))
+    whole = (
+        SIGNED
+        + f"Reading | {BAR} | 100% 0.00s\n\nWriting | {BAR} | 100% 1.0s\n\nReading | {BAR} | 100% 1.0s\n"
+    )
+    for character in whole:
+        said.feed(character)
+    steps = [round(k / 50, 2) for k in range(51)]
+    assert seen == [(WRITING, part) for part in steps] + [(VERIFYING, part) for part in steps]
+    in_two, seen[:] = Said(lambda stage, part: seen.append((stage, part))), []
+    in_two.feed(whole[:150])
+    in_two.feed(whole[150:])
+    assert seen[-2:] == [(WRITING, 1.0), (VERIFYING, 1.0)]
+
+
+# --- running it
+TALKER = f"""#!{sys.executable}
+import sys, time
+with open({{log!r}}, "a") as log:
+    log.write(sys.argv[sys.argv.index("-b") + 1] + "\\n")
+{{body}}
+"""
+DEAF = """print("avrdude warning: attempt 1 of 10: not in sync: resp=0x00", flush=True)
+time.sleep(60)"""
+OLD_ONLY = (
+    """if "57600" in sys.argv:
+    sys.exit(0)
+"""
+    + DEAF
+)
+
+
+@pytest.fixture
+def talker(tmp_path):
+    """Return a function that makes an avrdude with that body; its log holds the speeds it was called at."""
+
+    def make(body):
+        text = TALKER.format(log=str(tmp_path / "log"), body=body)
+        return program(tmp_path / "avrdude", text)
+
+    return make
+
+
+@pytest.fixture
+def port():
+    """Have a serial port that nobody uses."""
+    ends = os.openpty()
+    yield os.ttyname(ends[1])
+    for end in ends:
+        os.close(end)
+
+
+def calls(tmp_path):
+    return [int(line) for line in (tmp_path / "log").read_text().split()]
+
+
+@posix
+def test_the_older_boot_loaders_speed_is_tried_second(talker, port, tmp_path):
+    small = image(tmp_path, record(0, 0, b"ab"), END)
+    done = flash.flash(port, small, talker(OLD_ONLY))
+    assert (done.speed, done.size) == (57600, 2)
+    assert calls(tmp_path) == [115200, 57600]
+
+
+@posix
+def test_no_boot_loader_at_any_speed(talker, port, tmp_path):
+    with pytest.raises(
+        FlashError, match=r"does not answer at 115,200 or 57,600 baud\. Unplug.*Burn Bootloader"
+    ):
+        flash.flash(port, image(tmp_path, record(0, 0, b"ab"), END), talker(DEAF))
+    assert calls(tmp_path) == [115200, 57600] * 2
+
+
+@posix
+def test_an_image_that_would_hit_the_old_boot_loader_is_never_sent_to_it(talker, port, tmp_path):
+    large = image(tmp_path, record(hex_image.OLD_FLASH_BYTES, 0, b"a"), END)
+    with pytest.raises(FlashError, match="does not answer at 115,200 baud"):
+        flash.flash(port, large, talker(OLD_ONLY))
+
+
+@posix
+def test_an_avrdude_that_goes_silent_is_ended(talker, port, tmp_path, monkeypatch):
+    monkeypatch.setattr(flash, "SILENCE", 0.3)
+    silent = talker('print("Writing | ###", flush=True)\ntime.sleep(60)')
+    with pytest.raises(FlashError, match=r"said nothing for 0\.3 s"):
+        flash.flash(port, image(tmp_path, record(0, 0, b"ab"), END), silent)
+
+
+@posix
+def test_a_port_in_use_or_gone_is_said_before_avrdude_is_run(talker, port, tmp_path):
+    small, tool = image(tmp_path, record(0, 0, b"ab"), END), talker(DEAF)
+    with serial.Serial(port, exclusive=True), pytest.raises(PortBusyError):
+        flash.flash(port, small, tool)
+    with pytest.raises(PortGoneError):
+        flash.flash(str(tmp_path / "ttyUSB9"), small, tool)
+    assert not (tmp_path / "log").exists()
+
+
+def test_what_ships_is_an_image_that_fits():
+    assert 1000 < len(hex_image.read(flash.shipped()).data) <= hex_image.FLASH_BYTES
