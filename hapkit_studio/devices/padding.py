@@ -1,0 +1,94 @@
+"""What filling every frame to a whole USB packet does to the delay, measured by the board's own clock."""
+
+import time
+from collections import deque
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
+from hapkit_studio.errors import DeviceError, NoDataError
+from hapkit_studio.protocol.framing import Decoder
+from hapkit_studio.protocol.messages import Force, Sample
+
+MEASURED_SECONDS = 1.0
+_SETTLING = 50
+_LONGER = 0xFFFF
+_HALF = 0x8000
+
+
+class Padding(NamedTuple):
+    """Delays in s from a sample to its force: with frames as they are, and filled to PACKET bytes."""
+
+    plain: float
+    padded: float
+
+    @property
+    def better(self) -> int:
+        """Return the padding to choose: filling costs bandwidth, so it must gain a twentieth at least."""
+        return PACKET if self.padded < 0.95 * self.plain else 0
+
+
+def measure_padding(board: HapkitBoard, seconds: float = MEASURED_SECONDS) -> Padding:
+    """Answer samples with zero force, once plain and once padded; raise DeviceError. The stream ends off."""
+    return Padding(*(_delay(board, padded, seconds) for padded in (0, PACKET)))
+
+
+def _delay(board: HapkitBoard, padded: int, seconds: float) -> float:
+    while _read(board):  # what an earlier stream left on its way
+        pass
+    board.start_stream(padded)
+    try:
+        taken = _answered(board, seconds)
+    finally:
+        board.stop_stream()
+    delay = effective_delay(taken[_SETTLING:], 1.0 / board.rate)
+    if delay is None:
+        raise NoDataError(
+            f"No force of {board.title} arrived within {seconds:g} s. Check the USB cable, then try again."
+        )
+    return delay
+
+
+def _answered(board: HapkitBoard, seconds: float) -> list[Sample]:
+    """Answer the newest sample of every chunk, as the loop does, for so many s of the board's clock."""
+    decoder, taken = Decoder(), deque[Sample]()
+    silent = time.monotonic() + 1.0
+    while time.monotonic() < silent:
+        new = [m for m in decoder.feed(_read(board)) if isinstance(m, Sample)]
+        if not new:
+            continue
+        board.tell(Force(new[-1].seq, 0.0))
+        taken += new
+        silent = time.monotonic() + 1.0
+        if len(taken) >= seconds * board.rate:
+            break
+    return list(taken)
+
+
+def _read(board: HapkitBoard) -> bytes:
+    try:
+        return board.read(0.05)
+    except OSError as error:
+        raise DeviceError(f"{board.title} is gone.") from error
+
+
+def effective_delay(samples: Iterable[Sample], period: float) -> float | None:
+    """Return the delay in s of the force in effect, period in s; None where no force arrived.
+
+    Its age, meant over time, is half a period more than the delay of a loop that answers every sample; a
+    force that stays longer because answers are rare counts with the age it reaches.
+    """
+    ages, before = [], None
+    for sample in samples:
+        if sample.delay_us in (0, _LONGER):
+            before = None
+            continue
+        behind = (sample.seq - 1 - sample.answered) & 0xFFFF
+        if behind >= _HALF:
+            continue
+        if before is not None and (sample.seq - before[0]) & 0xFFFF == 1:
+            new = (sample.answered - before[1]) & 0xFFFF
+            share = min(max(1e-6 * sample.delay_us / period - behind, 0.0), 1.0)
+            ages.append(behind + share * new)
+        before = sample.seq, sample.answered
+    return period * sum(ages) / len(ages) if ages else None

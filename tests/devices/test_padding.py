@@ -1,0 +1,107 @@
+"""The delay that a USB chip makes, measured and compared with what really happened, plain and padded."""
+
+import numpy as np
+import pytest
+
+from hapkit_studio import errors
+from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
+from hapkit_studio.devices.padding import Padding, effective_delay, measure_padding
+from hapkit_studio.protocol.messages import Force, Stream
+from tests.devices.fake_board import FakeBoard
+from tests.devices.fake_kit import FakeKit, sample
+from tests.devices.ftdi_kit import PERIOD, FtdiKit
+
+
+def loop_with(delay, every=1, samples=400):
+    """Return the samples of a loop that answers each or every n-th sample after a delay in periods."""
+    arrivals = [(seq + delay, seq) for seq in range(0, samples, every)]
+    out = []
+    for k in range(samples):
+        there = [(at, seq) for at, seq in arrivals if at <= k]
+        at, seq = there[-1] if there else (0.0, 0)
+        out.append(sample(k, answered=seq, delay_us=round(1e6 * PERIOD * (at - seq)) if there else 0))
+    return out
+
+
+@pytest.mark.parametrize("delay", [0.2, 0.999, 1.0, 1.5, 3.25, 16.4, 60.0])
+def test_a_loop_that_answers_every_sample_has_the_delay_it_has(delay):
+    assert effective_delay(loop_with(delay), PERIOD) == pytest.approx(delay * PERIOD, abs=1e-6)
+
+
+@pytest.mark.parametrize("every", [2, 5, 16])
+def test_a_force_that_stays_counts_with_the_age_it_reaches(every):
+    """Held for n periods instead of one it is older by (n - 1)/2 periods on the average."""
+    samples = loop_with(0.4, every)[2 * every : 2 * every + 10 * every + 1]
+    assert effective_delay(samples, PERIOD) == pytest.approx((0.4 + (every - 1) / 2) * PERIOD, abs=1e-6)
+
+
+def test_sample_numbers_may_wrap_and_be_missing():
+    late = [sample(65_500 + k, answered=(65_500 + k - 1) & 0xFFFF, delay_us=300) for k in range(80) if k % 10]
+    assert effective_delay(late, PERIOD) == pytest.approx(0.3 * PERIOD, abs=1e-9)
+    assert effective_delay([], PERIOD) is None
+    assert effective_delay([sample(k) for k in range(9)], PERIOD) is None
+    assert effective_delay([sample(k, delay_us=65535) for k in range(9)], PERIOD) is None
+
+
+@pytest.fixture
+def opened():
+    pairs = []
+
+    def make(kit):
+        peer = FakeBoard(kit)
+        board = HapkitBoard(peer.path)
+        pairs.append((board, peer))
+        board.open()
+        return board, peer
+
+    yield make
+    for board, peer in pairs:
+        board.close()
+        peer.unplug()
+
+
+@pytest.mark.parametrize("latency", [0.001, 0.016])
+def test_filled_frames_fall_to_what_the_packets_of_62_bytes_allow(opened, latency):
+    truths = []
+
+    class Kit(FtdiKit):
+        def _stream(self, message):
+            kept = self.ages[60:-20]  # the zero force at the end answers sample 0
+            truths.append(np.mean(kept) - PERIOD / 2 if kept else None)
+            return super()._stream(message)
+
+    board, _ = opened(Kit(latency))
+    found = measure_padding(board, 0.4)
+    board.settings()  # by then it has read everything before
+    plain, padded = [t for t in truths if t is not None]
+    assert found.plain == pytest.approx(plain, rel=0.03)
+    assert found.padded == pytest.approx(padded, rel=0.03)
+    # a filled frame goes with its own last byte: 0.62 ms on the wire, then the turnaround
+    assert found.padded == pytest.approx(62 * 10e-6 + 0.4e-3, rel=0.03)
+    assert found.padded < found.plain
+    assert found.better == PACKET
+
+
+def test_a_force_is_always_zero_and_the_stream_ends_off(opened):
+    board, peer = opened(FtdiKit())
+    measure_padding(board, 0.2)
+    board.settings()  # by then it has read everything before
+    sent = [m for m in peer.received if isinstance(m, Force)]
+    assert len(sent) > 100
+    assert {m.force for m in sent} == {0.0}
+    assert [m for m in peer.received if isinstance(m, Stream)][-1] == Stream(0, 0)
+    assert {m.padded for m in peer.received if isinstance(m, Stream) and m.on} == {0, PACKET}
+
+
+def test_no_samples_is_an_error_with_the_stream_off(opened, monkeypatch):
+    board, peer = opened(FakeKit())
+    with pytest.raises(errors.NoDataError, match="No force"):
+        measure_padding(board, 0.2)
+    board.settings()
+    assert [m for m in peer.received if isinstance(m, Stream)][-1] == Stream(0, 0)
+
+
+def test_padding_must_be_worth_its_bytes():
+    assert Padding(2.0e-3, 1.0e-3).better == PACKET
+    assert Padding(1.0e-3, 0.96e-3).better == 0
+    assert Padding(1.0e-3, 1.2e-3).better == 0
