@@ -62,6 +62,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle("Hapkit Studio")
         self.setMinimumSize(*_SMALLEST)
         self.studio = studio
+        studio.setParent(self)  # its signals hold what they are connected to for as long as it lives
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         self.live = Live(studio, self)
         self.own = OwnEnvironments(studio, self)

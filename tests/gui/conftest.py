@@ -1,6 +1,7 @@
 """Windows to test on: the real window, the real engine, the simulated Hapkit at normal priority."""
 
 import pytest
+from PySide6.QtCore import QCoreApplication, QEvent
 
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
@@ -45,6 +46,7 @@ def make_window(qtbot, qapp):
         window.close()
         qapp.removeEventFilter(window.stop_filter)
         window.deleteLater()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 @pytest.fixture
