@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> Result:
 
 
 def flash_and_greet(port: str, image: str | None, program: str | None) -> Result:
-    """Write an image to the board on a port; return what was done and what the board says; raise StudioError."""
+    """Write an image to the board on a port; return what was done and what it says; raise StudioError."""
     try:
         done = flash.flash(port, image, program, show)
         hello = flash.greet(port, show)

@@ -13,9 +13,9 @@ import serial
 
 from hapkit_studio import resources
 from hapkit_studio.devices import avrdude, hex_image, port_errors
-from hapkit_studio.devices.flash_output import CONNECTING, STARTING, Progress, Said, no_boot_loader
+from hapkit_studio.devices.flash_output import CONNECTING, STARTING, Progress, Said, no_boot_loader, not_there
 from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.errors import DeviceError, FlashError
+from hapkit_studio.errors import DeviceError, FlashError, PortGoneError
 from hapkit_studio.protocol.messages import BAUD, Hello
 
 SPEEDS = (115200, 57600)
@@ -87,7 +87,8 @@ def _try_port(port: str) -> None:
     try:
         serial.Serial(port, BAUD, exclusive=True).close()
     except (serial.SerialException, OSError) as error:
-        raise port_errors.unopened(port, error) from error
+        reason = port_errors.unopened(port, error)
+        raise not_there(port) if isinstance(reason, PortGoneError) else reason from error
 
 
 def _at_any_speed(

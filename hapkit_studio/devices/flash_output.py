@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 
 from hapkit_studio.devices import port_errors
-from hapkit_studio.errors import DeviceError, FlashError
+from hapkit_studio.errors import DeviceError, FlashError, PortGoneError
 
 CONNECTING, WRITING, VERIFYING, STARTING = "connecting", "writing", "verifying", "starting"
 Progress = Callable[[str, float], object]
@@ -21,10 +21,17 @@ _OTHER_CHIP = re.compile(r"expected signature|invalid device signature", re.IGNO
 _ANY_ERROR = re.compile(
     r"^avrdude(?: OS)? error: (.*)|^(?:avrdude|error): (.*(?:fail|can't|cannot).*)", re.I | re.M
 )
+
+
+def not_there(port: str) -> PortGoneError:
+    """Return the error of a port that does not exist."""
+    return PortGoneError(f"{port_errors.port_name(port)} is not there. Plug the board in, then flash again.")
+
+
 _PORT = (
     (re.compile(r"permission denied", re.IGNORECASE), port_errors.forbidden),
     (re.compile(r"resource busy|access is denied", re.IGNORECASE), port_errors.busy),
-    (re.compile(r"no such (file|device)|cannot find the file", re.IGNORECASE), port_errors.gone),
+    (re.compile(r"no such (file|device)|cannot find the file", re.IGNORECASE), not_there),
 )
 
 

@@ -137,7 +137,7 @@ def test_an_image_that_just_fits_is_taken(tmp_path):
     [
         (WROTE + "avrdude: verification error, first mismatch at byte 0x0000\n         0x0c != 0xff\n",
          r"reads back differently from 0x0000 on\. Flash again"),
-        (WROTE + "avrdude warning: verification mismatch\n   device 0x34 != input 0x35 at addr 0x0002 (error)",
+        (WROTE + "avrdude warning: verification mismatch\n  device 0x34 != input 0x35 at addr 0x0002 (error)",
          r"differently: 0x34 instead of 0x35 at 0x0002\."),
         (SIGNED.replace("950f", "9406") + "avrdude: Expected signature for ATmega328P is 1E 95 0F",
          r"ttyUSB0 has another chip \(signature 1e9406\)"),
@@ -265,7 +265,7 @@ def test_a_port_in_use_or_gone_is_said_before_avrdude_is_run(talker, port, tmp_p
     small, tool = image(tmp_path, record(0, 0, b"ab"), END), talker(DEAF)
     with serial.Serial(port, exclusive=True), pytest.raises(PortBusyError):
         flash.flash(port, small, tool)
-    with pytest.raises(PortGoneError):
+    with pytest.raises(PortGoneError, match="ttyUSB9 is not there. Plug the board in"):
         flash.flash(str(tmp_path / "ttyUSB9"), small, tool)
     assert not (tmp_path / "log").exists()
 
