@@ -3,9 +3,8 @@
 import argparse
 import sys
 
-from hapkit_studio import devices
 from hapkit_studio.commands.base import Command, Result
-from hapkit_studio.devices import flash, port_errors
+from hapkit_studio.devices import discovery, flash
 from hapkit_studio.devices.flash_output import CONNECTING, STARTING, VERIFYING, WRITING
 from hapkit_studio.errors import DeviceError
 
@@ -44,7 +43,7 @@ def flash_and_greet(port: str, image: str | None, program: str | None) -> Result
         hello = flash.greet(port, show)
     finally:
         _clear()
-    name = port_errors.port_name(port)
+    name = discovery.port_name(port)
     text = (
         f"{name}: {done.size:,} bytes written and verified in {done.seconds:.1f} s at {done.speed:,} baud.\n"
         f"The board says: firmware build {hello.build}, protocol version {hello.version}, {hello.laws} laws."
@@ -66,12 +65,13 @@ def _clear() -> None:
 
 
 def _only_port() -> str:
-    """Return the one port there is; raise DeviceError."""
-    ports = [e.key for e in devices.available() if "/" in e.key or e.key.upper().startswith("COM")]
-    if len(ports) != 1:
-        there = ", ".join(ports) or "none"
-        raise DeviceError(f"Say on which port the board is: hapkit-studio flash PORT. There are: {there}.")
-    return ports[0]
+    """Return the one port that a kit can be on; raise DeviceError."""
+    ports = [port for port in discovery.ports() if port.role is not discovery.Role.OTHER]
+    kits = [port for port in ports if port.role is discovery.Role.KIT] or ports
+    if len(kits) != 1:
+        there = ", ".join(port.path for port in ports) or "none"
+        raise DeviceError(f"Say on which port the board is: hapkit-studio flash PORT. Ports here: {there}.")
+    return kits[0].path
 
 
 COMMAND = Command("flash", "write the firmware to a board", run, options, order=35)

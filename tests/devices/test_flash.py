@@ -265,7 +265,7 @@ def test_a_port_in_use_or_gone_is_said_before_avrdude_is_run(talker, port, tmp_p
     small, tool = image(tmp_path, record(0, 0, b"ab"), END), talker(DEAF)
     with serial.Serial(port, exclusive=True), pytest.raises(PortBusyError):
         flash.flash(port, small, tool)
-    with pytest.raises(PortGoneError, match="ttyUSB9 is not there. Plug the board in"):
+    with pytest.raises(PortGoneError, match=r"ttyUSB9 is not there\. Plug the board in"):
         flash.flash(str(tmp_path / "ttyUSB9"), small, tool)
     assert not (tmp_path / "log").exists()
 
