@@ -214,12 +214,12 @@ static_assert(sizeof(Telemetry) == Telemetry::kSize, "Telemetry has gaps");
 // One law that the board can render.
 struct __attribute__((packed)) LawName {
   static constexpr uint8_t kId = 0x84;
-  static constexpr uint8_t kSize = 23;
+  static constexpr uint8_t kSize = 31;
   uint8_t law;  // its number
   uint8_t parameters;  // how many parameters it takes
   uint8_t states;  // how many values of state it has
   uint32_t fingerprint;  // of its generated source: the same law here and there
-  char key[16];  // its name
+  char key[24];  // its name
 };
 static_assert(sizeof(LawName) == LawName::kSize, "LawName has gaps");
 

@@ -260,7 +260,7 @@ class LawName(Message, id=0x84):
     parameters: int = wire("B", "how many parameters it takes")
     states: int = wire("B", "how many values of state it has")
     fingerprint: int = wire("I", "of its generated source: the same law here and there")
-    key: str = wire("16s", "its name")
+    key: str = wire("24s", "its name")
 
 
 @dataclass(frozen=True)
