@@ -95,10 +95,10 @@ def _returns(statements: list[ast.stmt]) -> bool:
     return isinstance(last, ast.Return)
 
 
-def _translate_one(
+def rewritten(
     function: FunctionType, names: Names, helpers: Helpers, is_law: bool
-) -> tuple[str, list[FunctionType]]:
-    """Return a function's bare source and the helpers it calls."""
+) -> tuple[ast.FunctionDef, list[FunctionType]]:
+    """Return a checked function's tree, names replaced and faults watched, and the helpers it calls."""
     tree = function_tree(function)
     subset.check_arguments(tree, is_law)
     if not is_law and not all(map(names.is_compiling, tree.decorator_list)):
@@ -113,8 +113,15 @@ def _translate_one(
     arguments = [ast.arg(a.arg) for a in (*tree.args.args, ast.arg("_fault"))]
     signature = ast.arguments([], arguments, None, [], [], None, [])
     name = "law" if is_law else helpers.name(function)
-    new = ast.FunctionDef(name, signature, statements, [], None)
-    return ast.unparse(ast.fix_missing_locations(without_conversions(new))), body.called
+    return ast.FunctionDef(name, signature, statements, [], None), body.called
+
+
+def _translate_one(
+    function: FunctionType, names: Names, helpers: Helpers, is_law: bool
+) -> tuple[str, list[FunctionType]]:
+    """Return a function's bare source and the helpers it calls."""
+    new, called = rewritten(function, names, helpers, is_law)
+    return ast.unparse(ast.fix_missing_locations(without_conversions(new))), called
 
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:

@@ -1,0 +1,211 @@
+// Single precision for a chip without floating point: what is cheaper by bits, by tables, or both.
+// The same code runs on a PC, where the tests hold it against double precision.
+#pragma once
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "fast_tables.h"
+
+namespace fast {
+
+inline uint32_t bits(float x) {
+  uint32_t b;
+  memcpy(&b, &x, sizeof b);
+  return b;
+}
+
+inline float number(uint32_t b) {
+  float x;
+  memcpy(&x, &b, sizeof x);
+  return x;
+}
+
+inline uint32_t read(const uint32_t* table) {
+#ifdef __AVR__
+  return pgm_read_dword(table);
+#else
+  return *table;
+#endif
+}
+
+inline int16_t read(const int16_t* table) {
+#ifdef __AVR__
+  return static_cast<int16_t>(pgm_read_word(table));
+#else
+  return *table;
+#endif
+}
+
+constexpr uint32_t kSign = 0x80000000UL;
+
+inline float magnitude(float x) { return number(bits(x) & ~kSign); }
+
+// |x| with the sign of another number.
+inline float signed_as(float x, float other) {
+  return number((bits(x) & ~kSign) | (bits(other) & kSign));
+}
+
+// x * sign for a sign of 1 or -1.
+inline float flipped(float x, float sign) { return number(bits(x) ^ (bits(sign) & kSign)); }
+
+inline uint8_t exponent(uint32_t b) {
+  return static_cast<uint8_t>(static_cast<uint8_t>(b >> 24) << 1 | static_cast<uint8_t>(b >> 16) >> 7);
+}
+
+// x * 2^n.
+template <int8_t n>
+inline float scaled(float x) {
+  constexpr float kFactor = n < 0 ? 1.0f / (1UL << -n) : static_cast<float>(1UL << n);
+  const uint32_t b = bits(x);
+  const int16_t e = exponent(b);
+  if (e == 0 || e == 255 || e + n < 1 || e + n > 254) return (b << 1) == 0 ? x : x * kFactor;
+  return number(b + (static_cast<uint32_t>(static_cast<int32_t>(n)) << 23));
+}
+
+// As Python has them: the first where neither is less, or greater.
+inline float least(float a, float b) { return b < a ? b : a; }
+inline float most(float a, float b) { return b > a ? b : a; }
+
+template <uint8_t n>
+inline float power(float x) {
+  return n == 2 ? x * x : n == 3 ? x * x * x : (x * x) * (x * x);
+}
+
+namespace detail {
+
+// The bits behind the point of a number from 1 on, by its exponent less 127.
+static const uint32_t kBehind[23] PROGMEM = {
+    0x7fffff, 0x3fffff, 0x1fffff, 0x0fffff, 0x07ffff, 0x03ffff, 0x01ffff, 0x00ffff,
+    0x007fff, 0x003fff, 0x001fff, 0x000fff, 0x0007ff, 0x0003ff, 0x0001ff, 0x0000ff,
+    0x00007f, 0x00003f, 0x00001f, 0x00000f, 0x000007, 0x000003, 0x000001};
+
+// The value at a place between two points of a table, d 13 bits behind the first; curve is the parabola's
+// height at the middle, for a value of 256 * 2^16, in 2^-8 of the table's unit per 254 * 256.
+inline uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
+  const uint32_t a = read(table), b = read(table + 1);
+  const uint8_t d8 = static_cast<uint8_t>(d >> 5);
+  const uint8_t hill = static_cast<uint16_t>(static_cast<uint16_t>(d8) * static_cast<uint8_t>(255 - d8)) >> 6;
+  *bent = static_cast<uint16_t>(hill) * static_cast<uint16_t>(a >> 16);
+  return a + ((b - a) * d >> 13);
+}
+
+}  // namespace detail
+
+// The whole number below or at x.
+inline float floor(float x) {
+  uint32_t b = bits(x);
+  const uint8_t e = exponent(b);
+  if (e < 127) return (b << 1) == 0 ? x : (b & kSign) ? -1.0f : 0.0f;
+  if (e > 149) return x;
+  const uint32_t behind = read(detail::kBehind + (e - 127));
+  if ((b & kSign) && (b & behind)) b += behind;
+  return number(b & ~behind);
+}
+
+inline float ceil(float x) { return -floor(-x); }
+
+inline float trunc(float x) { return (bits(x) & kSign) ? -floor(-x) : floor(x); }
+
+inline float remainder(float a, float b) { return fmodf(a, b); }
+
+// a % b and a // b as Python has them: towards minus infinity.
+inline float modulo(float a, float b) {
+  const float rest = fmodf(a, b);
+  if (rest == 0.0f) return signed_as(0.0f, b);
+  return (rest < 0.0f) != (b < 0.0f) ? rest + b : rest;
+}
+
+inline float floor_division(float a, float b) {
+  const float rest = fmodf(a, b);
+  float quotient = (a - rest) / b;
+  if (rest != 0.0f && (rest < 0.0f) != (b < 0.0f)) quotient -= 1.0f;
+  const float below = floor(quotient);
+  return quotient - below > 0.5f ? below + 1.0f : below;
+}
+
+// The part of a number behind the point, in 2^-32; of a negative one the rest to the next whole number.
+inline uint32_t phase_of(float turns) {
+  const uint32_t b = bits(turns);
+  uint32_t phase = (b & 0x7fffffUL) | 0x800000UL;
+  int16_t shift = static_cast<int16_t>(exponent(b)) - 118;
+  if (shift >= 32 || shift <= -24) return 0;
+  for (; shift >= 8; shift -= 8) phase <<= 8;
+  for (; shift <= -8; shift += 8) phase >>= 8;
+  for (; shift > 0; shift--) phase <<= 1;
+  for (; shift < 0; shift++) phase >>= 1;
+  return (b & kSign) ? 0 - phase : phase;
+}
+
+// sin of a phase in 2^-32 turns, within 3e-6.
+inline float sine_of(uint32_t phase) {
+  const bool down = phase & kSign;
+  if (phase & 0x40000000UL) phase = ~phase;
+  const uint8_t place = static_cast<uint8_t>(phase >> 24) & 63;
+  const uint16_t d = static_cast<uint16_t>(phase >> 11) & 0x1fff;
+  uint16_t bent;
+  const uint32_t value = detail::between(kSine + place, d, &bent);
+  const float up = scaled<-24>(static_cast<float>(static_cast<int32_t>(value + (bent * 5UL >> 8))));
+  return down ? -up : up;
+}
+
+inline float sin_of_turns(float turns) {
+  if (exponent(bits(turns)) == 255) return NAN;
+  return sine_of(phase_of(turns));
+}
+
+inline float cos_of_turns(float turns) {
+  if (exponent(bits(turns)) == 255) return NAN;
+  return sine_of(phase_of(turns) + 0x40000000UL);
+}
+
+constexpr float kTurns = 0.15915494309189535f;  // turns in a radian
+
+inline float sin(float x) { return sin_of_turns(x * kTurns); }
+inline float cos(float x) { return cos_of_turns(x * kTurns); }
+
+// e^x, within 2e-6 of itself for |x| <= 8, beyond that within 2e-7 |x| more.
+inline float exp(float x) {
+  const float y = x * 1.4426950408889634f;
+  if (!(y < 128.0f)) return y != y ? y : INFINITY;
+  if (y < -126.0f) return 0.0f;
+  const int32_t t = static_cast<int32_t>(scaled<21>(y)) - (y < 0.0f);
+  const int16_t whole = static_cast<int16_t>(t >> 16) >> 5;
+  const uint8_t place = static_cast<uint8_t>(static_cast<uint32_t>(t) >> 15) & 63;
+  const uint16_t d = static_cast<uint16_t>(static_cast<uint32_t>(t) >> 2) & 0x1fff;
+  uint16_t bent;
+  const uint32_t value = detail::between(kPower + place, d, &bent);
+  return number((static_cast<uint32_t>(whole + 126) << 23) + value - (bent >> 8));
+}
+
+// tanh within 3e-6.
+inline float tanh(float x) {
+  const float a = magnitude(x);
+  if (!(a < 9.0f)) return a != a ? x : signed_as(1.0f, x);
+  return signed_as(1.0f - 2.0f / (exp(scaled<1>(a)) + 1.0f), x);
+}
+
+inline float expm1(float x) {
+  if (magnitude(x) > 0.125f) return exp(x) - 1.0f;
+  return x * (1.0f + x * 0.5f * (1.0f + x * 0.33333333f * (1.0f + x * 0.25f * (1.0f + x * 0.2f))));
+}
+
+inline float log1p(float x) {
+  const float up = 1.0f + x;
+  return up == 1.0f ? x : isinf(up) ? up : logf(up) * (x / (up - 1.0f));
+}
+
+inline float sqrt(float x) { return sqrtf(x); }
+inline float tan(float x) { return tanf(x); }
+inline float asin(float x) { return asinf(x); }
+inline float acos(float x) { return acosf(x); }
+inline float atan(float x) { return atanf(x); }
+inline float atan2(float y, float x) { return atan2f(y, x); }
+inline float log(float x) { return logf(x); }
+inline float sinh(float x) { return sinhf(x); }
+inline float cosh(float x) { return coshf(x); }
+inline float hypot(float x, float y) { return hypotf(x, y); }
+inline float power_of(float x, float y) { return powf(x, y); }
+
+}  // namespace fast

@@ -1,0 +1,236 @@
+"""Writes the expressions of a rewritten law in C++, in single precision.
+
+What soft floating point does dearly is written cheaper where the value stays: a product with a power of two
+or with a sign, a division by what seldom changes, the sine of turns.
+"""
+
+import ast
+from typing import NamedTuple
+
+from hapkit_studio.laws import cpp_kinds as kinds
+from hapkit_studio.laws.cpp_program import Routine
+from hapkit_studio.laws.cpp_words import constant_name, mangled, number
+
+
+class Text(NamedTuple):
+    """An expression and how tightly it binds."""
+
+    words: str
+    level: int
+
+
+ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, AND, OR, CHOICE = range(9, 0, -1)
+_BINARY = {ast.Add: ("+", SUM), ast.Sub: ("-", SUM), ast.Mult: ("*", PRODUCT), ast.Div: ("/", PRODUCT)}
+_COMPARE = {ast.Eq: ("==", EQUAL), ast.NotEq: ("!=", EQUAL), ast.Lt: ("<", ORDER), ast.LtE: ("<=", ORDER)}
+_COMPARE |= {ast.Gt: (">", ORDER), ast.GtE: (">=", ORDER)}
+_PLAIN = {"_float": "", "_noted": "", "_force": "", "_divisor": "laws::divisor", "abs": "fast::magnitude"}
+_TWO = {"min": "fast::least", "max": "fast::most"}
+
+
+class Places(NamedTuple):
+    """What a law's parameters and states are called where they are indexed."""
+
+    parameters: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+
+
+class Expressions:
+    """Writes the expressions of one function."""
+
+    def __init__(self, routine: Routine, routines: dict[str, Routine], places: Places):
+        self.routine, self.routines, self.places = routine, routines, places
+        self.truths, self.signs = kinds.truths(routine.tree), kinds.signs(routine.tree)
+        self.unchanged = kinds.unchanged(routine.tree)
+        self.inverses: list[str] = []
+
+    def value(self, node: ast.expr, level: int = 0) -> str:
+        """Return an expression as a number, in parentheses where it binds less than wanted."""
+        text = self._value(node)
+        return f"({text.words})" if text.level < level else text.words
+
+    def test(self, node: ast.expr, level: int = 0) -> str:
+        """Return an expression as a condition."""
+        if isinstance(node, ast.BoolOp):
+            word, own = ("&&", AND) if isinstance(node.op, ast.And) else ("||", OR)
+            # each side in parentheses where it mixes && and ||, as compilers want it
+            words = f" {word} ".join(self.test(v, AND + 1) for v in node.values)
+            return f"({words})" if own < level else words
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+            return f"!{self.test(node.operand, ATOM)}"
+        if kinds.is_truth(node, self.truths):
+            return self.value(node, level)
+        words = f"{self.value(node, EQUAL)} != 0.0f"
+        return f"({words})" if level > EQUAL else words
+
+    def _value(self, node: ast.expr) -> Text:
+        match node:
+            case ast.Constant():
+                value = node.value
+                if isinstance(value, bool):
+                    return Text("true" if value else "false", ATOM)
+                assert isinstance(value, float)
+                return Text(number(value), UNARY if str(value)[0] == "-" else ATOM)
+            case ast.Name():
+                return Text(mangled(node.id.removeprefix("_")), ATOM)
+            case ast.Subscript():
+                return self._place(node)
+            case ast.UnaryOp(op=ast.USub()):
+                return Text(f"-{self.value(node.operand, ATOM)}", UNARY)
+            case ast.UnaryOp(op=ast.UAdd()):
+                return self._value(node.operand)
+            case ast.BoolOp():
+                return self._logic(node)
+            case ast.UnaryOp():
+                return Text(self.test(node), UNARY)
+            case ast.IfExp():
+                test, body = self.test(node.test, CHOICE + 1), self.value(node.body, CHOICE + 1)
+                return Text(f"{test} ? {body} : {self.value(node.orelse, CHOICE)}", CHOICE)
+            case ast.Compare():
+                return self._compare(node)
+            case ast.BinOp():
+                return self._arithmetic(node)
+            case ast.Call():
+                return self._call(node)
+        raise AssertionError(ast.dump(node))
+
+    def _logic(self, node: ast.BoolOp) -> Text:
+        """Return `a and b` as Python has it: one of its sides."""
+        if kinds.is_truth(node, self.truths):
+            return Text(self.test(node), AND if isinstance(node.op, ast.And) else OR)
+        first, *rest = node.values
+        other = rest[0] if len(rest) == 1 else ast.BoolOp(node.op, rest)
+        sides = (other, first) if isinstance(node.op, ast.And) else (first, other)
+        return self._value(ast.IfExp(first, *sides))
+
+    def _place(self, node: ast.Subscript) -> Text:
+        assert isinstance(node.value, ast.Name)
+        place = node.slice
+        if isinstance(place, ast.Constant):
+            return Text(f"{node.value.id}[{self._named(node.value.id, place.value)}]", ATOM)
+        assert isinstance(place, ast.BinOp)
+        assert isinstance(place.left, ast.Constant)
+        assert isinstance(place.right, ast.Call)
+        index, size = place.right.args[:2]
+        assert isinstance(size, ast.Constant)
+        name = self._named("s", place.left.value)
+        return Text(f"s[{name} + laws::index({self.value(index)}, {size.value})]", ATOM)
+
+    def _named(self, array: str, place: object) -> str:
+        assert isinstance(place, int)
+        return (self.places.parameters if array == "p" else self.places.states)[place]
+
+    def _compare(self, node: ast.Compare) -> Text:
+        sides = [node.left, *node.comparators]
+        parts = []
+        for left, op, right in zip(sides, node.ops, sides[1:], strict=False):
+            word, level = _COMPARE[type(op)]
+            parts.append(Text(f"{self.value(left, SUM)} {word} {self.value(right, SUM)}", level))
+        return parts[0] if len(parts) == 1 else Text(" && ".join(p.words for p in parts), AND)
+
+    def _arithmetic(self, node: ast.BinOp) -> Text:
+        if isinstance(node.op, ast.Mult):
+            for factor, other in ((node.left, node.right), (node.right, node.left)):
+                cheap = self._product(factor, other)
+                if cheap:
+                    return cheap
+        if isinstance(node.op, ast.Div):
+            return self._quotient(node)
+        if type(node.op) not in _BINARY:
+            return self._rare(node)
+        word, level = _BINARY[type(node.op)]
+        right = self.value(node.right, level + 1)
+        return Text(f"{self.value(node.left, level)} {word} {right}", level)
+
+    def _product(self, factor: ast.expr, other: ast.expr) -> Text | None:
+        """Return a product with a power of two, or with a sign, None for another factor."""
+        if isinstance(factor, ast.Constant) and isinstance(factor.value, float):
+            power = kinds.power_of_two(factor.value)
+            if power is None or abs(power) > 30:
+                return None
+            words = self.value(other) if power else self.value(other, ATOM)
+            words = f"fast::scaled<{power}>({words})" if power else words
+            return Text(f"-{words}", UNARY) if factor.value < 0.0 else Text(words, ATOM)
+        if kinds.is_sign(factor, self.signs):
+            return Text(f"fast::flipped({self.value(other)}, {self.value(factor)})", ATOM)
+        return None
+
+    def _quotient(self, node: ast.BinOp) -> Text:
+        left, right = node.left, node.right
+        if isinstance(right, ast.Constant) and right.value:
+            assert isinstance(right.value, float)
+            return self._arithmetic(ast.BinOp(left, ast.Mult(), ast.Constant(1.0 / right.value)))
+        bare = right.args[0] if _calls(right, "_divisor") else right  # type: ignore[attr-defined]
+        lasts = (isinstance(bare, ast.Name) and bare.id in self.unchanged) or (
+            isinstance(bare, ast.Subscript) and isinstance(bare.value, ast.Name) and bare.value.id == "p"
+        )
+        if lasts:
+            watch = "of" if bare is right else "watched"
+            return Text(f"{self.value(left, PRODUCT)} * {self._inverse(bare, watch)}", PRODUCT)
+        return Text(f"{self.value(left, PRODUCT)} / {self.value(right, UNARY)}", PRODUCT)
+
+    def _inverse(self, node: ast.expr, watch: str) -> str:
+        """Return the inverse of what seldom changes, kept from tick to tick."""
+        words = self.value(node)
+        if words not in self.inverses:
+            self.inverses.append(words)
+        return f"inverse{self.inverses.index(words) + 1}_.{watch}({words})"
+
+    def _rare(self, node: ast.BinOp) -> Text:
+        left, right = node.left, node.right
+        if isinstance(node.op, ast.Pow):
+            power = right.value if isinstance(right, ast.Constant) else None
+            if power in (2.0, 3.0, 4.0):
+                return Text(f"fast::power<{power:.0f}>({self.value(left)})", ATOM)
+            return Text(f"powf({self.value(left)}, {self.value(right)})", ATOM)
+        name = "fast::floor_division" if isinstance(node.op, ast.FloorDiv) else "fast::modulo"
+        return Text(f"{name}({self.value(left)}, {self.value(right)})", ATOM)
+
+    def _call(self, node: ast.Call) -> Text:
+        if isinstance(node.func, ast.Attribute):
+            return self._math(node.func, node.args)
+        assert isinstance(node.func, ast.Name)
+        name = node.func.id
+        if name in self.routines:
+            return Text(self.helper_call(node), ATOM)
+        if name in _TWO:
+            words = self.value(node.args[0])
+            for other in node.args[1:]:
+                words = f"{_TWO[name]}({words}, {self.value(other)})"
+            return Text(words, ATOM)
+        if not _PLAIN[name]:
+            return self._value(node.args[0])
+        return Text(f"{_PLAIN[name]}({self.value(node.args[0])})", ATOM)
+
+    def helper_call(self, node: ast.Call) -> str:
+        """Return the call of a helper."""
+        assert isinstance(node.func, ast.Name)
+        called = self.routines[node.func.id]
+        args = [self.value(a) for a in node.args if not (isinstance(a, ast.Name) and a.id == "_fault")]
+        return f"{helper_name(called)}({', '.join(args)})"
+
+    def _math(self, func: ast.Attribute, args: list[ast.expr]) -> Text:
+        assert isinstance(func.value, ast.Name)
+        name = {"fabs": "magnitude"}.get(func.attr, func.attr)
+        if name in ("sin", "cos"):
+            turns = kinds.without_turn(args[0])
+            if turns is not None:
+                return Text(f"fast::{name}_of_turns({self.value(turns)})", ATOM)
+        if name == "fmod" and _calls(args[1], "_divisor"):
+            return Text(f"fast::remainder({self.value(args[0])}, {self.value(args[1])})", ATOM)
+        name = {"fmod": "remainder", "pow": "power_of", "copysign": "signed_as"}.get(name, name)
+        return Text(f"fast::{name}({', '.join(self.value(a) for a in args)})", ATOM)
+
+
+def helper_name(routine: Routine) -> str:
+    """Return how a helper is called: the studio's own are in a namespace of their own."""
+    name = mangled(routine.function.__name__.lstrip("_"))
+    return f"numbers::{name}" if routine.shared else name
+
+
+def parameter_names(keys: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of a law's parameters as indices."""
+    return tuple(constant_name(key) for key in keys)
+
+
+def _calls(node: ast.expr, name: str) -> bool:
+    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == name

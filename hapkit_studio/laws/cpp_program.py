@@ -1,0 +1,86 @@
+"""Everything that a law runs, as checked trees: the law, and the helpers it calls, each once."""
+
+import ast
+from dataclasses import dataclass
+from types import FunctionType
+
+from hapkit_studio.laws.folding import folded
+from hapkit_studio.laws.helpers import Helpers, is_proven, values_returned
+from hapkit_studio.laws.law import Law
+from hapkit_studio.laws.names import Names
+from hapkit_studio.laws.translate import LAW_START, rewritten
+
+_START = len(ast.parse(LAW_START).body)
+
+
+@dataclass(frozen=True)
+class Routine:
+    """One function: its name in the trees, what it is in Python, its rewritten tree, how much it returns."""
+
+    name: str
+    function: FunctionType
+    tree: ast.FunctionDef
+    values: int
+    calls: tuple[str, ...]
+
+    @property
+    def shared(self) -> bool:
+        """Return whether it is the studio's own, which all laws share."""
+        return is_proven(self.function)
+
+
+@dataclass(frozen=True)
+class Program:
+    """A law and its helpers by the names they have in the trees, each after those that it calls."""
+
+    law: Routine
+    helpers: dict[str, Routine]
+
+
+def collect(law: Law) -> Program:
+    """Return a bound law's program; raise LawError as ``bind`` does."""
+    function = law.function
+    assert isinstance(function, FunctionType)
+    names, helpers = Names(law.parameters, law.state, function.__globals__), Helpers()
+    done: dict[str, Routine] = {}
+    routine = _routine(function, names, helpers, True)
+    for called in routine[1]:
+        _add(called, helpers, done)
+    wanted = _reached(routine[0], done)
+    return Program(routine[0], {name: r for name, r in done.items() if name in wanted})
+
+
+def _reached(routine: Routine, routines: dict[str, Routine]) -> set[str]:
+    found = set(routine.calls)
+    return found.union(*(_reached(routines[name], routines) for name in found))
+
+
+def _routine(
+    function: FunctionType, names: Names, helpers: Helpers, is_law: bool
+) -> tuple[Routine, list[FunctionType]]:
+    tree, called = rewritten(function, names, helpers, is_law)
+    if is_law:  # the board looks for an earlier fault by itself
+        tree.body = tree.body[_START:]
+    values = max((len(n.value.elts) for n in ast.walk(tree) if _gives_several(n)), default=1)  # type: ignore
+    known = {helpers.name(f): f for f in called}
+    tree = folded(tree, known)
+    return Routine(tree.name, function, tree, values, _called(tree)), called
+
+
+def _gives_several(node: ast.AST) -> bool:
+    return isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple)
+
+
+def _called(tree: ast.FunctionDef) -> tuple[str, ...]:
+    """Return the helpers whose calls are left in a tree."""
+    calls = (n.func.id for n in ast.walk(tree) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name))
+    return tuple(dict.fromkeys(name for name in calls if name.startswith("_of_")))
+
+
+def _add(function: FunctionType, helpers: Helpers, done: dict[str, Routine]) -> None:
+    if helpers.name(function) in done:
+        return
+    routine, called = _routine(function, Names((), {}, function.__globals__), helpers, False)
+    for inner in called:
+        _add(inner, helpers, done)
+    done[routine.name] = routine
