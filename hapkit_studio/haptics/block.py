@@ -25,7 +25,9 @@ VISCOUS = 65
 COULOMB = 66
 QUANTUM = 67
 DAMPER = 68
-VALUES = 69
+BOARD_FIRST = 69  # the board's estimator: its coefficients
+BOARD_SECOND = 70
+VALUES = 71
 
 SEQUENCE = 0
 LAW = 1
@@ -36,7 +38,10 @@ ESTIMATOR = 5
 GENERATION = 6
 HAND_ON = 7
 STORED = 8  # the law that says what objects hold, 0 where there is none
-WORDS = 9
+BOARD_LAW = 9  # one more than the number of the law that the board is to render, 0: the computer renders
+BOARD_RATE = 10
+BOARD_ESTIMATOR = 11
+WORDS = 12
 
 # In place of an estimator's code: the velocity is the one the driver put into the row, without an estimate.
 TRUTH = -1

@@ -14,6 +14,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import block, rig
 from hapkit_studio.haptics.drivers import Driver
 from hapkit_studio.haptics.fences import load_acquire
+from hapkit_studio.haptics.rendering import Rendering
 from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
 
 # Ticks whose energies are kept: what a window reads late is not known any more.
@@ -24,7 +25,7 @@ def _environment(named: str | Environment) -> Environment:
     return named if isinstance(named, Environment) else environments.named(named)
 
 
-class Controls:
+class Controls(Rendering):
     """The settings of one loop and the block they reach it through."""
 
     def __init__(self, device, environment: str | Environment):
@@ -50,6 +51,7 @@ class Controls:
             if device is not None:
                 wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
                 wanted.quantum, wanted.mass = device.quantum, device.mass
+            wanted.board = self._board_way(wanted)
             values, words = wanted.encode()
             law = wanted.environment.force.compiled()
             self._kept[law.address] = (wanted.generation, law)

@@ -9,7 +9,10 @@ from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import DeviceError
-from hapkit_studio.haptics import block, line, plant, rig, serial_loop, simulated_loop
+from hapkit_studio.haptics import block, board_offer, delays, line, plant, rig, serial_loop, simulated_loop
+from hapkit_studio.haptics import way as ways
+from hapkit_studio.haptics.board_offer import Offer
+from hapkit_studio.haptics.delays import Measured
 from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.haptics.portable_loop import PortableLoop, warm_up
 from hapkit_studio.haptics.rig import Rig
@@ -17,12 +20,16 @@ from hapkit_studio.haptics.ring import Ring, new_ring
 
 # After connecting, force stays zero that long while the delay of the line is measured.
 HOLD_SECONDS = 0.5
+LATELY = 2000
+"""Measured delays that count, a second or two of them."""
 
 
 class Driver(Protocol):
     """Owns one connection; ``run`` keeps its thread until the rig is told to quit."""
 
     hold_seconds: float
+    offer: Offer | None
+    """What the device can render by itself."""
 
     @property
     def rate(self) -> float | None:
@@ -32,7 +39,16 @@ class Driver(Protocol):
         """Render until told to quit; whatever ends it, the last act is a zero command."""
 
     def delay(self, r: Rig) -> float:
-        """Return the measured delay in s from a sample to its force."""
+        """Return the measured delay in s from a sample to its force, of whoever renders."""
+
+    def measured(self, board: bool) -> Measured | None:
+        """Return the delay of one way as measured lately; None where it was not yet, or cannot be."""
+
+    def on_board(self) -> bool:
+        """Say whether the device renders by itself at this moment."""
+
+    def overruns(self) -> int:
+        """Return how many ticks the device has skipped when it rendered by itself."""
 
     def move_hand(self, target: float | None, grip: str) -> None:
         """Move the hand on the handle, where the device has one."""
@@ -46,6 +62,7 @@ class SimulatedDriver:
 
     hold_seconds = 0.0
     rate = None
+    offer: Offer | None = None
 
     def __init__(self, device: SimulatedHapkit):
         self.body = plant.new_plant(device)
@@ -55,6 +72,15 @@ class SimulatedDriver:
 
     def delay(self, r: Rig) -> float:
         return float(r.values[block.DELAY])
+
+    def measured(self, board: bool) -> Measured | None:
+        return None
+
+    def on_board(self) -> bool:
+        return False
+
+    def overruns(self) -> int:
+        return 0
 
     def move_hand(self, target: float | None, grip: str) -> None:
         pass
@@ -73,6 +99,9 @@ class SerialDriver:
         self.device = device
         self.rate = device.rate
         self.conn = line.new_line(device.quantum)
+        self.offer = board_offer.offered(device)
+        if self.offer is not None:
+            board_offer.tell(self.conn, self.offer.settings, device.hello.pwm_top)
         self._spec = serial_loop.new_spec()
 
     def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
@@ -81,7 +110,17 @@ class SerialDriver:
         serial_loop.run(r, self.conn, out, late, self.device.fileno(), self._spec)
 
     def delay(self, r: Rig) -> float:
-        return float(self.conn.numbers[line.DELAY_SUM])
+        found = self.measured(self.on_board())
+        return 0.0 if found is None else found.mean
+
+    def measured(self, board: bool) -> Measured | None:
+        return delays.measured(self.conn.delays, delays.BOARD if board else delays.COMPUTER, LATELY)
+
+    def on_board(self) -> bool:
+        return int(self.conn.words[ways.WAY]) == ways.THERE
+
+    def overruns(self) -> int:
+        return int(self.conn.words[ways.SKIPPED])
 
     def move_hand(self, target: float | None, grip: str) -> None:
         if isinstance(self.device, VirtualBoard):

@@ -4,7 +4,7 @@ Each function leaves the bytes to send at the start of the line's ``frame`` and 
 """
 
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.haptics import histogram, line, rig, ring, rows, sleep
+from hapkit_studio.haptics import board_line, board_words, histogram, line, rig, ring, rows, sleep, way
 from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.haptics.tick import STALE_AFTER, mark_stale
 from hapkit_studio.protocol import codec
@@ -14,46 +14,78 @@ from hapkit_studio.protocol import codec
 def take(r, conn, out, late, size):
     """Render every sample in the first size bytes of the line's data, answer the newest.
 
-    Older samples of the same chunk count as missed: their answers would come too late.
+    Older samples of the same chunk count as missed: their answers would come too late. Telemetry is shown.
     """
     count = codec.feed(conn.reader, conn.buffer, conn.data, size, conn.samples)
     now, length = sleep.now(), 0
     for k in range(count):
         if k == count - 1:
             line.overslept(r, conn, now)
-        line.render(r, conn, out, k, now)
+        shown = row_of(r, conn, out, k, now)
         if k == count - 1:
             length = answer(r, conn, k, now)
+        if not shown:
+            continue
         row = out.rows[ring.next_index(out)]
         row[rows.COMPUTE] = sleep.now() - now
         histogram.add(late, row[rows.LATENESS])
         ring.publish(out)
-    if count > 1:
+    if count > 1 and way.computer_speaks(conn):
         store_release(r.control, rig.MISSED, r.control[rig.MISSED] + count - 1)
     return length
 
 
 @compiled
+def row_of(r, conn, out, k, now):
+    """Fill the ring's next row from frame k; return whether it is one to be shown.
+
+    What comes while the board takes over another zero is not: nobody knows which zero it counts from.
+    """
+    if conn.samples[k, codec.KIND] == codec.TELEMETRY:
+        board_line.render(r, conn, out, k, now)
+        return True
+    if conn.words[way.WAY] == way.SETTING:
+        return False
+    if conn.words[way.WAY] == way.RETURNING:
+        board_line.come_back(r, conn, conn.samples[k, codec.COUNT])
+    elif conn.words[way.WAY] == way.THERE:
+        conn.words[way.WAY] = way.ASKING
+    line.render(r, conn, out, k, now)
+    return True
+
+
+@compiled
 def answer(r, conn, k, now):
-    """Encode what answers sample k: a changed E-stop first, then the force."""
+    """Encode what answers frame k: a changed E-stop first, then force, or a word where the board renders."""
     word = line.stop_word(r, conn)
     length = codec.encode_simple(conn.frame, word) if word else 0
-    return length + line.answer(r, conn, k, now, conn.frame[length:])
+    if word == codec.RELEASE:
+        conn.numbers[way.EXCUSED] = now + way.PATIENCE
+    if way.computer_speaks(conn):
+        return length + line.answer(r, conn, k, now, conn.frame[length:])
+    return length + board_words.speak(r, conn, k, now, conn.frame[length:])
 
 
 @compiled
 def silence(r, conn):
-    """Where nothing was answered for STALE_AFTER, mark the sensor stale and encode a zero force."""
+    """Where nothing was answered for STALE_AFTER, mark the sensor stale and encode a zero force.
+
+    A board that renders hears a question: without a word that the computer is there it switches off.
+    """
     now = sleep.now()
     if now - conn.numbers[line.LAST_ANSWER] < STALE_AFTER:
         return 0
     if conn.words[line.STARTED]:
         mark_stale(r, now)
     conn.numbers[line.LAST_ANSWER] = now
-    return zero(conn)
+    if conn.words[way.WAY] < way.ASKING:
+        return zero(conn)
+    return board_words.hello(conn.frame)
 
 
 @compiled
 def zero(conn):
     """Encode a zero force, the last act of every loop."""
+    if conn.words[way.WAY] >= way.ASKING:
+        return board_words.last_act(conn, conn.frame)
     return codec.encode_force(conn.frame, 0, 0.0)

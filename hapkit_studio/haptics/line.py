@@ -7,10 +7,10 @@ import numpy as np
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import block, rig, ring, rows
+from hapkit_studio.haptics import block, delays, rig, ring, rows, way
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.tick import STALE_AFTER, mark_stale, tick
-from hapkit_studio.protocol import codec
+from hapkit_studio.protocol import codec, scene_frames
 
 CHUNK = 4096
 HISTORY = 2048
@@ -22,18 +22,13 @@ SIGN = 1
 ZERO = 2
 LAST_ARRIVAL = 3
 LAST_BOARD_TIME = 4
-DELAY_SUM = 5
-DELAY_COUNT = 6
 EFFECT = 7
 LAST_ANSWER = 8
-NUMBERS = 16
 
 # --- words
 STARTED = 0
 SENT_STOP = 1
-ZEROED = 2
-FLIPPED = 3
-WORDS = 8
+ZEROED, FLIPPED = way.ZEROED, way.FLIPPED
 
 
 class Line(NamedTuple):
@@ -47,23 +42,31 @@ class Line(NamedTuple):
     forces: np.ndarray  # the answer to each of the last samples, as the board counts direction
     numbers: np.ndarray
     words: np.ndarray
+    delays: delays.Delays
+    sent: np.ndarray  # the parameters that the board has
+    settings: np.ndarray  # the body of Board that it has, uint8
+    motor: np.ndarray  # force in N at each duty from 0 to its top
 
 
 def new_line(quantum: float) -> Line:
     """Return a connection that has received nothing, for a sensor of quantum m a count."""
     reader, buffer = codec.new_reader()
-    numbers = np.zeros(NUMBERS)
+    numbers = np.zeros(way.NUMBERS)
     numbers[QUANTUM], numbers[SIGN] = quantum, 1.0
     numbers[LAST_ARRIVAL] = math.inf  # the first frame is not late
     return Line(
         reader=reader,
         buffer=buffer,
         data=np.zeros(CHUNK, dtype=np.uint8),
-        frame=np.zeros(2 * codec.FRAME_SIZE, dtype=np.uint8),  # a stop or release, and a force
+        frame=np.zeros(scene_frames.ROOM, dtype=np.uint8),
         samples=np.zeros((codec.rows_for(CHUNK), codec.SAMPLE_WIDTH)),
         forces=np.zeros(HISTORY),
         numbers=numbers,
-        words=np.zeros(WORDS, dtype=np.int64),
+        words=np.zeros(way.WORDS, dtype=np.int64),
+        delays=delays.new_delays(),
+        sent=np.zeros(scene_frames.VALUES),
+        settings=np.zeros(scene_frames.BOARD_BODY, dtype=np.uint8),
+        motor=np.zeros(256),
     )
 
 
@@ -85,13 +88,13 @@ def start_over(r, line, count):
 
 @internal
 def obey(r, line, count):
-    """Set zero and direction when the window asked for it; the first sample is zero."""
+    """Set zero and direction when the window asked for it; on a board without a zero the first sample."""
     n, words = line.numbers, line.words
     zeroed = load_acquire(r.control, rig.ZERO)
     flipped = load_acquire(r.control, rig.FLIP)
     if words[STARTED] and zeroed == words[ZEROED] and flipped == words[FLIPPED]:
         return
-    if not words[STARTED] or zeroed != words[ZEROED]:
+    if zeroed != words[ZEROED] if words[STARTED] else not words[way.CALIBRATED]:
         n[ZERO] = count
     if flipped != words[FLIPPED] and words[STARTED]:
         n[SIGN] = -n[SIGN]
@@ -127,16 +130,6 @@ def overslept(r, line, now):
         mark_stale(r, now)
 
 
-@internal
-def note_delay(line, delay):
-    """Average the measured delay in s over about the last thousand answers."""
-    n = line.numbers
-    if delay <= 0.0:
-        return
-    n[DELAY_COUNT] = min(n[DELAY_COUNT] + 1.0, 1000.0)
-    n[DELAY_SUM] += (delay - n[DELAY_SUM]) / n[DELAY_COUNT]
-
-
 @compiled
 def lateness(line, now, board_time):
     """Return how much later than one period after the last frame this one came, by the board's clock, in s.
@@ -149,6 +142,16 @@ def lateness(line, now, board_time):
     return max(0.0, late)
 
 
+@internal
+def stamp(line, sample, row, now):
+    """Fill the row's times, and nan where only a simulation knows."""
+    row[rows.LATENESS] = lateness(line, now, sample[codec.BOARD_TIME])
+    row[rows.HOST_TIME] = now
+    row[rows.BOARD_TIME] = sample[codec.BOARD_TIME]
+    row[rows.TRUE_POSITION] = row[rows.TRUE_VELOCITY] = math.nan
+    row[rows.HAND_FORCE] = row[rows.HAND_TARGET] = math.nan
+
+
 @compiled
 def render(r, line, out, k, now):
     """Render the k-th decoded sample into the ring's next row; keep its answer."""
@@ -156,16 +159,17 @@ def render(r, line, out, k, now):
     nominal = r.values[block.PERIOD]
     period = nominal * (1.0 + sample[codec.LOST])
     obey(r, line, sample[codec.COUNT])
-    note_delay(line, sample[codec.DELAY])
+    if line.words[way.WAY] == way.HERE:
+        delays.note(line.delays, delays.COMPUTER, sample[codec.DELAY])
     in_effect = line.numbers[SIGN] * effect(line, sample, period)
     row = out.rows[ring.next_index(out)]
     force = tick(r, position_of(line, sample[codec.COUNT]), period, in_effect, row)
-    late = lateness(line, now, sample[codec.BOARD_TIME])
-    row[rows.HOST_TIME] = now
-    row[rows.BOARD_TIME] = sample[codec.BOARD_TIME]
-    row[rows.LATENESS] = late
-    row[rows.TRUE_POSITION] = row[rows.TRUE_VELOCITY] = math.nan
-    row[rows.HAND_FORCE] = row[rows.HAND_TARGET] = math.nan
+    share = way.leave(r, line, period)
+    if share < 1.0:
+        force *= share
+        row[rows.APPLIED] = r.real[rig.APPLIED] = force
+        row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.FADING
+    stamp(line, sample, row, now)
     if sample[codec.LOST] > 0.0:
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.GAP
     if int(sample[codec.FLAGS]) & codec.FLAG_CLAMPED:
@@ -188,9 +192,16 @@ def answer(r, line, k, now, frame):
 
 @compiled
 def stop_word(r, line):
-    """Return the message that tells the board of a changed E-stop, 0 when nothing changed."""
+    """Return the message that tells the board of a changed E-stop, 0 when nothing changed.
+
+    While the board renders, a latched fault stops it as well.
+    """
     stopped = load_acquire(r.control, rig.STOP)
+    if line.words[way.WAY] != way.HERE and load_acquire(r.control, rig.FAULT) != rig.NO_FAULT:
+        stopped = 1
     if stopped == line.words[SENT_STOP]:
         return 0
     line.words[SENT_STOP] = stopped
+    if not stopped:
+        line.words[way.SCENE_DUE] = 1
     return codec.STOP if stopped else codec.RELEASE

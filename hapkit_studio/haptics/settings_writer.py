@@ -47,13 +47,24 @@ class LoopSettings:
         )
 
 
+@dataclass(frozen=True)
+class BoardWay:
+    """What a board is to render: the law's number there, rate in Hz, estimator and its coefficients."""
+
+    law: int
+    rate: int
+    estimator: int
+    first: float = 0.0
+    second: float = 0.0
+
+
 @dataclass
 class Wanted:
     """Everything the block holds, by name.
 
     coulomb is a simulated device's, a board has its own; mass and viscous are what the passivity observer
     goes by, and a simulated device's damping; true_velocity spares the estimator; designed_for: the
-    quantum in m that the estimator expects, None for the sensor's own.
+    quantum in m that the estimator expects, None for the sensor's own; board: None, the computer renders.
     """
 
     environment: Environment
@@ -69,6 +80,7 @@ class Wanted:
     designed_for: float | None = None
     grip: Grip | None = None
     target: float | None = None
+    board: BoardWay | None = None
     generation: int = 0
 
     def encode(self) -> tuple[np.ndarray, np.ndarray]:
@@ -96,6 +108,7 @@ class Wanted:
         if self.loop.controller:
             values[block.DAMPER] = most_damping(self.mass, values[block.PERIOD], self.loop.delay)
         self._encode_hand(values, words)
+        self._encode_board(values, words)
         words[block.LAW] = law.address
         stored = self.environment.stored
         words[block.STORED] = stored.compiled().address if stored else 0
@@ -105,6 +118,15 @@ class Wanted:
         words[block.ESTIMATOR] = block.TRUTH if self.true_velocity else code
         words[block.GENERATION] = self.generation
         return values, words
+
+    def _encode_board(self, values: np.ndarray, words: np.ndarray) -> None:
+        if self.board is None:
+            return
+        words[block.BOARD_LAW] = 1 + self.board.law
+        words[block.BOARD_RATE] = self.board.rate
+        words[block.BOARD_ESTIMATOR] = self.board.estimator
+        values[block.BOARD_FIRST] = self.board.first
+        values[block.BOARD_SECOND] = self.board.second
 
     def _encode_hand(self, values: np.ndarray, words: np.ndarray) -> None:
         if self.grip is None or self.target is None:

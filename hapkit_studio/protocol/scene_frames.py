@@ -2,10 +2,11 @@
 
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.protocol import codec
+from hapkit_studio.protocol.fields import signed
 from hapkit_studio.protocol.framing import CRC_SIZE
 from hapkit_studio.protocol.messages import NO_LAW, VALUES, Alive, Board, HelloRequest, Loop, Scene
 
-__all__ = ["ALIVE", "HELLO_REQUEST", "NO_LAW", "ROOM", "VALUES"]
+__all__ = ["ALIVE", "HELLO_REQUEST", "NO_LAW", "ROOM", "VALUES", "signed"]
 
 ALIVE = Alive.ID
 HELLO_REQUEST = HelloRequest.ID

@@ -1,0 +1,201 @@
+"""What the computer says to a board that renders, or is to render: settings, loop, scene, that it is there.
+
+Each function writes its frames to ``frame`` and returns their length.
+"""
+
+from hapkit_studio.dynamics.jit import compiled, internal
+from hapkit_studio.haptics import block, line, rig, way
+from hapkit_studio.protocol import codec, scene_frames
+from hapkit_studio.protocol.scene_frames import NO_LAW, VALUES
+
+_SCENES_APART = 5e-3
+_ALIVE_APART = 4e-3
+
+
+@compiled
+def speak(r, conn, k, now, frame):
+    """Answer frame k; more than one scene never goes out within 5 ms, the newest wins."""
+    n, words = conn.numbers, conn.words
+    n[line.LAST_ANSWER] = now
+    at = words[way.WAY]
+    if at == way.LEAVING:
+        return begin(r, conn, now, frame)
+    if at == way.SETTING:
+        return settle(r, conn, k, now, frame)
+    law = way.wanted(r, conn)
+    if at == way.THERE and law == NO_LAW:
+        words[way.WAY], at = way.RETURNING, way.RETURNING
+        n[way.ASKED_AT] = -way.PATIENCE
+    if at == way.RETURNING:
+        return give_over(r, conn, k, now, frame)
+    if at == way.ASKING:
+        return ask(r, conn, k, now, frame)
+    return go_on(r, conn, k, now, frame, law)
+
+
+@internal
+def zero(frame):
+    """Encode a force of zero."""
+    return codec.encode_force(frame, 0, 0.0)
+
+
+@internal
+def begin(r, conn, now, frame):
+    """Begin to hand over, the force at zero: the zero first, where the board has another one."""
+    n, words = conn.numbers, conn.words
+    if words[way.CONFIGURABLE] and (n[line.ZERO] != 0.0 or n[line.SIGN] < 0.0):
+        fold(conn)
+        words[way.WAY] = way.SETTING
+        n[way.ASKED_AT] = -way.PATIENCE
+        words[way.SETTINGS_SEEN] = conn.reader[codec.SETTINGS_FRAMES]
+        return settle(r, conn, 0, now, frame)
+    words[way.WAY] = way.ASKING
+    n[way.ASKED_AT] = -way.PATIENCE
+    return ask(r, conn, 0, now, frame)
+
+
+@internal
+def fold(conn):
+    """Put the zero and direction that a person has set into the settings that the board is to take over.
+
+    The board's zero counts before its sense; its force follows its direction.
+    """
+    body, n = conn.settings, conn.numbers
+    sense = scene_frames.signed(body, scene_frames.AT_SENSE, 1)
+    zero = scene_frames.signed(body, scene_frames.AT_ZERO, 4) + sense * int(n[line.ZERO])
+    scene_frames.put_signed(body, scene_frames.AT_ZERO, 4, zero)
+    if n[line.SIGN] < 0.0:
+        direction = scene_frames.signed(body, scene_frames.AT_DIRECTION, 1)
+        scene_frames.put_signed(body, scene_frames.AT_SENSE, 1, -sense)
+        scene_frames.put_signed(body, scene_frames.AT_DIRECTION, 1, -direction)
+
+
+@internal
+def settle(r, conn, k, now, frame):
+    """Wait until the board has the settings; from the next frame on its counts are ours."""
+    n, words = conn.numbers, conn.words
+    if conn.reader[codec.SETTINGS_FRAMES] != words[way.SETTINGS_SEEN]:
+        n[line.ZERO], n[line.SIGN] = 0.0, 1.0
+        words[way.WAY] = way.ASKING
+        n[way.ASKED_AT] = -way.PATIENCE
+        return ask(r, conn, k, now, frame)
+    if now - n[way.ASKED_AT] < way.PATIENCE:
+        return zero(frame)
+    n[way.ASKED_AT] = now
+    return scene_frames.encode_body(frame, conn.settings)
+
+
+@internal
+def ask(r, conn, k, now, frame):
+    """Say what to render and how fast; again where no telemetry comes."""
+    n = conn.numbers
+    if now - n[way.ASKED_AT] < way.PATIENCE:
+        return now_and_then(conn, k, frame, scene_frames.ALIVE)
+    n[way.ASKED_AT] = now
+    length = loop(r, conn, frame)
+    law = way.wanted(r, conn)
+    conn.words[way.LAW_SENT] = NO_LAW
+    return length + scene(r, conn, law, now, frame[length:])
+
+
+@internal
+def give_over(r, conn, k, now, frame):
+    """Tell the board that the computer renders; again where telemetry goes on."""
+    n = conn.numbers
+    if now - n[way.ASKED_AT] < way.PATIENCE:
+        return now_and_then(conn, k, frame, scene_frames.ALIVE)
+    n[way.ASKED_AT] = now
+    return scene(r, conn, NO_LAW, now, frame)
+
+
+@internal
+def go_on(r, conn, k, now, frame, law):
+    """Say what is new, or what has no effect yet, or only that the computer is there."""
+    n, words = conn.numbers, conn.words
+    if r.word[rig.STALE]:
+        return now_and_then(conn, k, frame, scene_frames.HELLO_REQUEST)
+    since = now - n[way.SCENE_AT]
+    shown = int(conn.samples[k, codec.GENERATION])
+    unheard = since >= way.PATIENCE and shown != words[way.GENERATION] & 0xFF
+    if since < _SCENES_APART or not (unheard or words[way.SCENE_DUE] or news(r, conn, law)):
+        return now_and_then(conn, k, frame, scene_frames.ALIVE)
+    faster = r.words[block.BOARD_RATE] > words[way.SENT_RATE]
+    if not (unheard or other_loop(r, conn)):
+        return scene(r, conn, law, now, frame)
+    if faster:  # a slow law never runs at a fast one's rate
+        length = scene(r, conn, law, now, frame)
+        return length + loop(r, conn, frame[length:])
+    length = loop(r, conn, frame)
+    return length + scene(r, conn, law, now, frame[length:])
+
+
+@internal
+def other_loop(r, conn):
+    """Return whether the board is to render at another rate or with another estimator."""
+    n, words = conn.numbers, conn.words
+    return (
+        words[way.SENT_RATE] != r.words[block.BOARD_RATE]
+        or words[way.SENT_ESTIMATOR] != r.words[block.BOARD_ESTIMATOR]
+        or n[way.SENT_FIRST] != r.values[block.BOARD_FIRST]
+        or n[way.SENT_SECOND] != r.values[block.BOARD_SECOND]
+    )
+
+
+@internal
+def news(r, conn, law):
+    """Return whether law, parameters or loop are others than the board has."""
+    if conn.words[way.LAW_SENT] != law or other_loop(r, conn):
+        return True
+    for i in range(VALUES):
+        if conn.sent[i] != r.values[block.PARAMS + i]:
+            return True
+    return False
+
+
+@internal
+def scene(r, conn, law, now, frame):
+    """Say what is to be rendered."""
+    n, words = conn.numbers, conn.words
+    words[way.GENERATION] += 1
+    words[way.SCENE_DUE] = 0
+    if words[way.LAW_SENT] != law:
+        words[way.FIRST_OF_LAW] = words[way.GENERATION]
+    words[way.LAW_SENT] = law
+    n[way.SCENE_AT] = now
+    for i in range(VALUES):
+        conn.sent[i] = r.values[block.PARAMS + i]
+    return scene_frames.encode_scene(frame, law, words[way.GENERATION], conn.sent)
+
+
+@internal
+def loop(r, conn, frame):
+    """Say how fast and with which estimator."""
+    n, words = conn.numbers, conn.words
+    rate, kind = r.words[block.BOARD_RATE], r.words[block.BOARD_ESTIMATOR]
+    first, second = r.values[block.BOARD_FIRST], r.values[block.BOARD_SECOND]
+    words[way.SENT_RATE], words[way.SENT_ESTIMATOR] = rate, kind
+    n[way.SENT_FIRST], n[way.SENT_SECOND] = first, second
+    return scene_frames.encode_loop(frame, rate, kind, first, second)
+
+
+@internal
+def now_and_then(conn, k, frame, word):
+    """Say a word without fields every few milliseconds by the board's clock."""
+    time = conn.samples[k, codec.BOARD_TIME]
+    if 0.0 <= time - conn.numbers[way.ALIVE_AT] < _ALIVE_APART:
+        return 0
+    conn.numbers[way.ALIVE_AT] = time
+    return codec.encode_simple(frame, word)
+
+
+@compiled
+def last_act(conn, frame):
+    """Take the board's law away, then command zero: the last act of a loop while the board renders."""
+    length = scene_frames.encode_scene(frame, NO_LAW, conn.words[way.GENERATION] + 1, conn.sent)
+    return length + zero(frame[length:])
+
+
+@compiled
+def hello(frame):
+    """Ask whether anybody is there: what does not keep the motor on."""
+    return codec.encode_simple(frame, scene_frames.HELLO_REQUEST)
