@@ -3,6 +3,8 @@
 
 #include <stdint.h>
 
+#include "protocol.h"
+
 namespace board {
 
 constexpr float kTickUs = 0.5f;  // resolution of the clock [us]
@@ -11,12 +13,19 @@ constexpr float kTickUs = 0.5f;  // resolution of the clock [us]
 struct Sampling {
   uint16_t seq;      // counts every sample period, also those that had to be skipped
   uint32_t time_us;  // board clock when the sensor was sampled
-  uint16_t raw;      // sensor reading, 0..1023
+  uint16_t raw;      // the sensor's reading itself
   bool overrun;      // sample periods were skipped just before this one
+  bool failed;       // the sensor's own check says that the reading is wrong
 };
 
 // Set up pins, clock, sensor and serial port; the motor is off.
 void begin();
+
+// Motor off; then pins, timers and sensor as the kit needs them. Main program only.
+void configure(const protocol::Board& kit);
+
+// While on, no reading is handled: what the sample interrupt uses may change. Main program only.
+void hold(bool on);
 
 // Called once per sample period, from an interrupt that lets other interrupts through.
 void on_sample(const Sampling& sampling);

@@ -25,7 +25,8 @@ volatile uint8_t lost = 0;
 
 volatile uint32_t period_start_us = 0;
 volatile bool sampling_busy = false;         // from the start of a reading to the end of its handling
-board::Sampling sampling = {0, 0, 0, false};  // the latest one
+board::Sampling sampling = {0, 0, 0, false, false};  // the latest one
+volatile bool held = false;
 
 // Timer 1 counts one sample period over and over: it is the clock and starts every sample.
 void begin_clock() {
@@ -61,15 +62,16 @@ ISR(TIMER1_COMPA_vect) {
   sampling.time_us = start + ticks / kTicksPerUs;
 }
 
-void hardware::reading_done(uint16_t raw) {
+void hardware::reading_done(uint16_t raw, bool failed) {
   board::Sampling done;
   {
     const Lock lock;
     done = sampling;
-    sampling.overrun = false;
+    sampling.overrun = held;
   }
   done.raw = raw;
-  board::on_sample(done);
+  done.failed = failed;
+  if (!held) board::on_sample(done);
   sampling_busy = false;
 }
 
@@ -90,10 +92,18 @@ ISR(USART_UDRE_vect) {
 void board::begin() {
   const Lock lock;
   hardware::begin_motor();
-  hardware::begin_sensor();
   begin_serial();
   begin_clock();
 }
+
+void board::configure(const protocol::Board& kit) {
+  hardware::set_motor(kit);
+  const Lock lock;
+  hardware::set_sensor(kit);
+  sampling_busy = false;
+}
+
+void board::hold(bool on) { held = on; }
 
 bool board::read(uint8_t* byte) { return received.pop(byte); }
 

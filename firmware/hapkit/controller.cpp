@@ -5,6 +5,9 @@
 #include "build.h"
 #include "lock.h"
 #include "motor.h"
+#include "profile.h"
+#include "sensor.h"
+#include "settings.h"
 
 namespace {
 
@@ -91,7 +94,7 @@ void Controller::sample(const board::Sampling& sampling) {
     last_time_us_ = sampling.time_us;
     if (safety_.period()) drive(0);
   }
-  const int32_t count = flips_.update(sampling.raw);
+  const int32_t count = sensor::count(sampling.raw, sampling.failed);
   if (sampling.overrun) overrun_ = true;
   if (streaming_) send_sample(sampling, count);
   if (hello_wanted_) send_hello();
@@ -118,20 +121,21 @@ void Controller::send_sample(const board::Sampling& sampling, int32_t count) {
 void Controller::send_hello() {
   protocol::Hello hello;
   hello.version = protocol::kVersion;
-  hello.quantum = profile::kQuantum;
-  hello.max_force = profile::kMaxForce;
-  hello.motor_constant = profile::kMotorConstant;
-  hello.handle_radius = profile::kHandleRadius;
-  hello.pulley_radius = profile::kPulleyRadius;
-  hello.sector_radius = profile::kSectorRadius;
+  const protocol::Board& kit = settings::now();
+  hello.quantum = kit.quantum;
+  hello.max_force = kit.max_force;
+  hello.motor_constant = kit.motor_constant;
+  hello.handle_radius = kit.handle_radius;
+  hello.pulley_radius = kit.pulley_radius;
+  hello.sector_radius = kit.sector_radius;
   hello.tick_us = board::kTickUs;
-  hello.counts_per_flip = profile::kCountsPerFlip;
+  hello.counts_per_flip = kit.counts_per_flip;
   hello.sample_rate = profile::kSampleRate;
   hello.watchdog_ms = profile::kWatchdogMs;
   hello.pwm_top = profile::kPwmTop;
-  hello.profile = profile::kNumber;
+  hello.profile = kit.profile;
   hello.laws = 0;
-  hello.origin = protocol::kOriginDefault;
+  hello.origin = settings::origin();
   hello.reset = 0;
   memset(hello.build, 0, sizeof(hello.build));
   memcpy(hello.build, HAPKIT_BUILD, sizeof(HAPKIT_BUILD) - 1);

@@ -4,7 +4,6 @@
 #include <stdint.h>
 
 #include "board.h"
-#include "flip.h"
 #include "frame.h"
 #include "protocol.h"
 #include "safety.h"
@@ -28,7 +27,6 @@ class Controller {
 
   frame::Parser parser_;
   Safety safety_;
-  FlipTracker flips_;
   volatile bool hello_wanted_ = false;
   volatile bool streaming_ = false;
   bool overrun_ = false;

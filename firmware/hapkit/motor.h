@@ -1,7 +1,9 @@
-// From the force on the handle to the duty of the motor and back.
+// From the force on the handle to the duty of the motor, as the settings in force say.
 #pragma once
 
 #include <stdint.h>
+
+#include "protocol.h"
 
 namespace motor {
 
@@ -11,10 +13,16 @@ struct Limited {
   uint8_t flags;  // protocol::kFlagClamped, protocol::kFlagRefused
 };
 
+// Prepare for a kit: limit, motor map, dead band. Only while no reading of the sensor is handled.
+void set(const protocol::Board& kit);
+
 // Cut a force to the limit; a force that is not finite becomes zero.
 Limited limit(float force);
 
-// Return the signed duty, 0..profile::kPwmTop in size, that gives a limited force.
+// Return the signed duty, 0..profile::kPwmTop in size, that comes nearest to a limited force.
+//
+// The share of full duty that turns the motor is (pwm - dead band) / (pwm top - dead band); torque follows
+// from this share by the motor map. Zero force is zero duty.
 int16_t pwm_of(float force);
 
 }  // namespace motor

@@ -1,4 +1,4 @@
-// Constants of the board and its paddle. The computer learns them from Hello and repeats none.
+// Constants of the board, and the kit that it takes itself for until its settings say otherwise.
 #pragma once
 
 #include <stdint.h>
@@ -11,10 +11,13 @@ constexpr float kHandleRadius = 0.090f;  // [m]
 constexpr float kPulleyRadius = 0.005f;
 constexpr float kSectorRadius = 0.074f;
 
+constexpr float kMass = 0.044f;    // [kg] of the paddle at the handle
+constexpr float kViscous = 0.5f;   // [N s/m]
+constexpr float kCoulomb = 0.10f;  // [N]
+
 constexpr float kMotorConstant = 0.0183f;  // [N m] torque at full duty, torque = constant * duty^2
 constexpr float kMaxForce = 3.0f;          // [N] at the handle
 constexpr uint8_t kPwmTop = 255;           // full duty
-constexpr bool kDirHighIsRight = true;     // level of D8 that pushes the handle to the right
 
 constexpr uint16_t kCountsPerFlip = 921;  // the sensor spans 5..95 % of its supply every half turn
 constexpr uint16_t kSampleRate = 1000;    // [Hz]

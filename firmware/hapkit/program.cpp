@@ -2,6 +2,7 @@
 
 #include "board.h"
 #include "controller.h"
+#include "settings.h"
 
 namespace {
 Controller controller;
@@ -9,9 +10,13 @@ Controller controller;
 
 void board::on_sample(const Sampling& sampling) { controller.sample(sampling); }
 
-void program::begin() { board::begin(); }
+void program::begin() {
+  board::begin();
+  settings::load();
+}
 
 void program::poll() {
   uint8_t byte;
   while (board::read(&byte)) controller.receive(byte);
+  settings::poll();
 }

@@ -1,28 +1,130 @@
-// The sensor on A2.
+// The angle sensors at the chip: converter on A2, AS5048A on the SPI bus, encoder on D2 and D3.
 #ifdef __AVR__
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
 
+#include "as5048a.h"
 #include "hardware.h"
+#include "quadrature.h"
 
 namespace {
 
-constexpr uint8_t kSensorChannel = 2;  // A2
+constexpr uint8_t kChannel = 2;          // A2
+constexpr uint8_t kSelect = _BV(PB2);    // D10, low: the AS5048A listens
+constexpr uint8_t kBusOut = _BV(PB3) | _BV(PB5);  // D11, D13
+constexpr uint8_t kBusIn = _BV(PB4);     // D12
+constexpr uint8_t kEncoder = _BV(PD2) | _BV(PD3);
+constexpr uint8_t kSpi = _BV(SPE) | _BV(MSTR) | _BV(CPHA);  // 4 MHz, data taken at the falling edge
+
+uint8_t kind = protocol::kSensorMagnetoresistive;
+As5048A angle;
+Quadrature encoder;
+uint16_t steps;  // the encoder's at the last reading
+
+void all_off() {
+  ADCSRA = 0;
+  SPCR = 0;
+  EIMSK = 0;
+  TIMSK1 &= ~_BV(OCIE1B);
+  DIDR0 = 0;
+}
+
+// 500 kHz: a conversion takes 26 us and keeps its ten bits within one count.
+void begin_converter() {
+  ADMUX = _BV(REFS0) | kChannel;
+  ADCSRB = 0;
+  DIDR0 = _BV(ADC2D);
+  ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADIF) | _BV(ADPS2) | _BV(ADPS0);
+}
+
+// The pull-up makes a missing sensor answer with ones, which is an error.
+void begin_bus() {
+  PORTB |= kSelect | kBusIn;
+  DDRB |= kSelect | kBusOut;
+  SPSR = 0;
+  SPCR = kSpi;
+  angle = As5048A();
+}
+
+// Timer 1 reaches OCR1B just after it has begun a period, so what it asks for follows a start at once.
+void begin_encoder() {
+  PORTD |= kEncoder;
+  DDRD &= ~kEncoder;
+  OCR1B = 0;
+  encoder.start(PIND & kEncoder);
+  EICRA = _BV(ISC00) | _BV(ISC10);  // every edge
+  EIFR = _BV(INTF0) | _BV(INTF1);
+  EIMSK = _BV(INT0) | _BV(INT1);
+}
+
+// Two bytes there and back; the first is on its way.
+uint16_t rest_of_frame(uint8_t second) {
+  while (!(SPSR & _BV(SPIF))) {
+  }
+  const uint8_t high = SPDR;
+  SPDR = second;
+  while (!(SPSR & _BV(SPIF))) {
+  }
+  PORTB |= kSelect;
+  return static_cast<uint16_t>(high << 8) | SPDR;
+}
+
+// The sensor wants 350 ns between its selection and the clock, and between two frames.
+void begin_frame(uint8_t first) {
+  __builtin_avr_delay_cycles(6);
+  PORTB &= ~kSelect;
+  __builtin_avr_delay_cycles(4);
+  SPDR = first;
+}
 
 }  // namespace
 
-// 500 kHz: a conversion takes 26 us and keeps its ten bits within one count.
-void hardware::begin_sensor() {
-  ADMUX = _BV(REFS0) | kSensorChannel;
-  ADCSRB = 0;
-  DIDR0 = _BV(ADC2D);
-  ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS0);
+void hardware::set_sensor(const protocol::Board& kit) {
+  all_off();
+  kind = kit.sensor;
+  if (kind == protocol::kSensorAs5048A) {
+    begin_bus();
+  } else if (kind == protocol::kSensorQuadrature) {
+    begin_encoder();
+  } else {
+    begin_converter();
+  }
 }
 
-void hardware::start_reading() { ADCSRA |= _BV(ADSC); }
+void hardware::start_reading() {
+  if (kind == protocol::kSensorMagnetoresistive) {
+    ADCSRA |= _BV(ADSC);
+  } else if (kind == protocol::kSensorAs5048A) {
+    SPCR = kSpi | _BV(SPIE);
+    begin_frame(As5048A::kReadAngle >> 8);
+  } else {
+    steps = encoder.steps();
+    TIMSK1 |= _BV(OCIE1B);
+  }
+}
 
-// The conversion is done. Interrupts are on from the first instruction; the clock starts no second one meanwhile.
-ISR(ADC_vect, ISR_NOBLOCK) { hardware::reading_done(ADC); }
+// All three: interrupts are on from the first instruction; nothing starts another reading meanwhile.
+ISR(ADC_vect, ISR_NOBLOCK) { hardware::reading_done(ADC, false); }
+
+// The first byte is through. An answer comes in the frame after its question.
+ISR(SPI_STC_vect, ISR_NOBLOCK) {
+  SPCR = kSpi;
+  const uint16_t health = rest_of_frame(static_cast<uint8_t>(As5048A::kReadAngle));
+  const uint16_t question = angle.next();
+  begin_frame(question >> 8);
+  const uint16_t answer = rest_of_frame(static_cast<uint8_t>(question));
+  const bool good = angle.take(health, answer);
+  hardware::reading_done(angle.reading(), !good);
+}
+
+ISR(TIMER1_COMPB_vect, ISR_NOBLOCK) {
+  TIMSK1 &= ~_BV(OCIE1B);
+  hardware::reading_done(steps, encoder.take_slip());
+}
+
+ISR(INT0_vect) { encoder.edge(PIND & kEncoder); }
+
+ISR(INT1_vect, ISR_ALIASOF(INT0_vect));
 
 #endif

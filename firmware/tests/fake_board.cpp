@@ -8,6 +8,9 @@ uint32_t now_us = 0;
 int16_t pwm = 0;
 uint8_t room = 127;
 uint8_t lost = 0;
+bool held = false;
+protocol::Board configured = {};
+int configurations = 0;
 std::vector<uint8_t> sent;
 
 void reset() {
@@ -15,6 +18,9 @@ void reset() {
   pwm = 0;
   room = 127;
   lost = 0;
+  held = false;
+  configured = {};
+  configurations = 0;
   sent.clear();
 }
 
@@ -83,6 +89,12 @@ std::vector<Body> take_bodies() {
 }  // namespace fake
 
 void board::begin() {}
+void board::configure(const protocol::Board& kit) {
+  fake::pwm = 0;
+  fake::configured = kit;
+  ++fake::configurations;
+}
+void board::hold(bool on) { fake::held = on; }
 bool board::read(uint8_t*) { return false; }
 uint8_t board::room() { return fake::room; }
 void board::send(const uint8_t* bytes, uint8_t size) { fake::sent.insert(fake::sent.end(), bytes, bytes + size); }

@@ -13,6 +13,9 @@ extern uint32_t now_us;
 extern int16_t pwm;
 extern uint8_t room;
 extern uint8_t lost;
+extern bool held;                  // readings are, by board::hold
+extern protocol::Board configured;  // by board::configure, which was called so often
+extern int configurations;
 extern std::vector<uint8_t> sent;
 
 using Body = std::vector<uint8_t>;

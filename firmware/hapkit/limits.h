@@ -1,0 +1,32 @@
+// What the numbers of a kit may be. Outside of this no Hapkit has ever been built; most likely a unit is wrong.
+#pragma once
+
+#include <stdint.h>
+
+namespace limits {
+
+struct Range {
+  float low, high;
+
+  // False also for what is not a number.
+  constexpr bool holds(float value) const { return low <= value && value <= high; }
+};
+
+constexpr Range kQuantum = {1e-7f, 2e-3f};        // [m] 14 bits a turn .. an encoder of 48 steps, thick pulley
+constexpr Range kMaxForce = {0.0f, 5.0f};         // [N] the board's hard limit, whatever the computer asks for
+constexpr Range kMotorConstant = {1e-4f, 0.2f};   // [N m]
+constexpr Range kHandleRadius = {0.02f, 0.3f};    // [m]
+constexpr Range kPulleyRadius = {0.001f, 0.02f};  // [m]
+constexpr Range kSectorRadius = {0.02f, 0.3f};    // [m]
+constexpr Range kMass = {0.0f, 1.0f};             // [kg]
+constexpr Range kViscous = {0.0f, 20.0f};         // [N s/m]
+constexpr Range kCoulomb = {0.0f, 5.0f};          // [N]
+
+constexpr uint16_t kFewestCounts = 100;   // of a magnetoresistive sensor, from one repeat to the next
+constexpr uint16_t kMostCounts = 1007;    // from rail to rail there are 1008
+constexpr uint16_t kAs5048ACounts = 16384;
+constexpr uint16_t kFewestSteps = 4;      // of an encoder, a turn
+constexpr int32_t kLargestZero = 1000000;
+constexpr uint8_t kLargestDeadBand = 200;
+
+}  // namespace limits

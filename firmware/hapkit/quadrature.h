@@ -1,0 +1,53 @@
+// Counts the steps of two channels that are a quarter of a period apart.
+#pragma once
+
+#include <stdint.h>
+
+// edge() runs in an interrupt; the others with interrupts off or in between.
+class Quadrature {
+ public:
+  // Channel A is the lower, channel B the upper of two neighbouring bits, on pins 2 and 3 of a port.
+  void start(uint8_t pins) {
+    place_ = place(pins);
+    forward_ = true;
+    slip_ = false;
+  }
+
+  // Note the pins after an edge. Both have changed if one edge was missed: then it went on as before.
+  void edge(uint8_t pins) {
+    const uint8_t next = place(pins);
+    const uint8_t turned = (next - place_) & 3;
+    place_ = next;
+    if (turned == 1) {
+      forward_ = true;
+      steps_ = steps_ + 1;
+    } else if (turned == 3) {
+      forward_ = false;
+      steps_ = steps_ - 1;
+    } else if (turned == 2) {
+      slip_ = true;
+      steps_ = steps_ + (forward_ ? 2 : -2);
+    }
+  }
+
+  uint16_t steps() const { return steps_; }
+
+  // Whether both channels changed at once since this was last asked.
+  bool take_slip() {
+    const bool taken = slip_;
+    slip_ = false;
+    return taken;
+  }
+
+ private:
+  // 00, 01, 11, 10 of channels BA are places 0, 1, 2, 3 of a period.
+  static uint8_t place(uint8_t pins) {
+    const uint8_t both = (pins >> 2) & 3;
+    return both ^ (both >> 1);
+  }
+
+  volatile uint16_t steps_ = 0;
+  volatile uint8_t place_ = 0;
+  volatile bool forward_ = true;
+  volatile bool slip_ = false;
+};

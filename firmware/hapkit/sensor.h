@@ -1,0 +1,29 @@
+// From the readings of the motor's angle sensor, of any kind, to counts from the handle's zero.
+#pragma once
+
+#include <stdint.h>
+
+#include "protocol.h"
+
+namespace sensor {
+
+// Forget everything: the next reading decides which repeat of the zero is the nearest. A quadrature encoder
+// repeats every count: its zero is where the handle stands.
+void start(const protocol::Board& kit);
+
+// Take over other settings while running. The same sensor goes on, and the zero moves by as many counts as
+// its number has changed; another sensor starts anew.
+void change(const protocol::Board& kit);
+
+// Take one reading, in the sample interrupt; failed: the sensor's own check says that it is wrong. Return
+// counts from the zero, positive to the right; what cannot be right is bridged.
+int32_t count(uint16_t raw, bool failed);
+
+// Whether a reading was bridged since this was last asked; in the sample interrupt only.
+bool take_doubt();
+
+// Whether so many readings could not be right that the position is not to be trusted: motor off. It takes
+// 8 in a row, and ends after 32 good ones.
+bool faulty();
+
+}  // namespace sensor

@@ -1,0 +1,213 @@
+#include "settings.h"
+
+#include <string.h>
+
+#include "board.h"
+#include "crc.h"
+#include "eeprom.h"
+#include "limits.h"
+#include "motor.h"
+#include "profile.h"
+#include "sensor.h"
+
+namespace settings {
+namespace {
+
+// The EEPROM has two places. A save goes to the one that is not in use: first its mark is erased, then the
+// block is written, then the mark; last the mark of the other place is erased. So there is at every instant a
+// whole block, old or new, or none yet; and a mark with a wrong block behind it means damage.
+// Byte 0 is left alone: it is the one that a failing supply hits.
+constexpr uint16_t kPlaces[] = {16, 272};
+constexpr uint8_t kNone = 2;
+constexpr uint8_t kMark = 1;  // version of this layout
+constexpr uint8_t kSequenceAt = 1;
+constexpr uint8_t kBoardAt = 2;
+constexpr uint8_t kCrcAt = kBoardAt + protocol::Board::kSize;
+constexpr uint8_t kBlock = kCrcAt + 2;
+static_assert(kMark != eeprom::kErased, "an erased mark means nothing there");
+
+protocol::Board in_force = {
+    profile::kNumber, protocol::kPinsD5D8, protocol::kSensorMagnetoresistive, protocol::kMotorMapSquare,
+    1, 1, profile::kCountsPerFlip, 0, profile::kQuantum, profile::kMaxForce, profile::kMotorConstant,
+    profile::kHandleRadius, profile::kPulleyRadius, profile::kSectorRadius, profile::kMass,
+    profile::kViscous, profile::kCoulomb, 0, {32, 64, 96, 128, 159, 191, 223, 255}, "Hapkit"};
+uint8_t from = protocol::kOriginDefault;
+
+uint8_t place = kNone;  // in use
+uint8_t sequence = 0;   // of the block in use
+uint8_t target = 0;     // of the save under way
+uint8_t step = 0;       // its next step; 0: none under way
+uint16_t crc_word = 0;
+
+// --- what a kit may be
+bool has_pins_free(const protocol::Board& kit) {
+  // the encoder needs D3, the AS5048A D11 to D13: there the other board has its motors
+  return kit.pins == protocol::kPinsD5D8 ||
+         (kit.pins == protocol::kPinsD3D12 && kit.sensor == protocol::kSensorMagnetoresistive);
+}
+
+bool counts_fit(const protocol::Board& kit) {
+  const uint16_t counts = kit.counts_per_flip;
+  if (kit.sensor == protocol::kSensorAs5048A) return counts == limits::kAs5048ACounts;
+  if (kit.sensor == protocol::kSensorQuadrature) return counts >= limits::kFewestSteps;
+  return kit.sensor == protocol::kSensorMagnetoresistive && counts >= limits::kFewestCounts &&
+         counts <= limits::kMostCounts;
+}
+
+bool never_falls(const uint8_t* table) {
+  for (uint8_t i = 1; i < sizeof(protocol::Board::table); ++i) {
+    if (table[i] < table[i - 1]) return false;
+  }
+  return table[sizeof(protocol::Board::table) - 1] == 255;
+}
+
+bool is_text(const char* label) {
+  bool ended = false;
+  for (uint8_t i = 0; i < sizeof(protocol::Board::label); ++i) {
+    const char c = label[i];
+    if (c == 0) ended = true;
+    if (c != 0 && (ended || c < ' ' || c > '~')) return false;
+  }
+  return true;
+}
+
+bool is_sign(int8_t sign) { return sign == 1 || sign == -1; }
+
+bool numbers_fit(const protocol::Board& kit) {
+  return limits::kQuantum.holds(kit.quantum) && limits::kMaxForce.holds(kit.max_force) &&
+         limits::kMotorConstant.holds(kit.motor_constant) && limits::kHandleRadius.holds(kit.handle_radius) &&
+         limits::kPulleyRadius.holds(kit.pulley_radius) && limits::kSectorRadius.holds(kit.sector_radius) &&
+         limits::kMass.holds(kit.mass) && limits::kViscous.holds(kit.viscous) &&
+         limits::kCoulomb.holds(kit.coulomb);
+}
+
+bool is_a_kit(const protocol::Board& kit) {
+  return has_pins_free(kit) && counts_fit(kit) && kit.motor_map <= protocol::kMotorMapTable &&
+         is_sign(kit.direction) && is_sign(kit.sense) && kit.zero >= -limits::kLargestZero &&
+         kit.zero <= limits::kLargestZero && numbers_fit(kit) && kit.dead_band <= limits::kLargestDeadBand &&
+         never_falls(kit.table) && is_text(kit.label);
+}
+
+// --- the memory
+uint8_t mark_of(uint8_t which) { return eeprom::read(kPlaces[which]); }
+
+// Read one place; false if there is no whole block.
+bool read_block(uint8_t which, protocol::Board* kit) {
+  uint8_t* bytes = reinterpret_cast<uint8_t*>(kit);
+  uint16_t crc = crc::kStart;
+  for (uint8_t i = 0; i < kBlock; ++i) {
+    const uint8_t byte = eeprom::read(kPlaces[which] + i);
+    crc = crc::update(crc, byte);
+    if (i >= kBoardAt && i < kCrcAt) bytes[i - kBoardAt] = byte;
+  }
+  return mark_of(which) == kMark && crc == 0 && is_a_kit(*kit);
+}
+
+// Take what a place holds if it is whole and newer than what was found so far.
+void consider(uint8_t which) {
+  protocol::Board kit;
+  if (!read_block(which, &kit)) {
+    if (place == kNone && mark_of(which) != eeprom::kErased) from = protocol::kOriginDamaged;
+    return;
+  }
+  const uint8_t number = eeprom::read(kPlaces[which] + kSequenceAt);
+  if (place != kNone && static_cast<int8_t>(number - sequence) < 0) return;
+  in_force = kit;
+  from = protocol::kOriginStored;
+  place = which;
+  sequence = number;
+}
+
+uint8_t block_byte(uint8_t at) {
+  if (at == kSequenceAt) return sequence + 1;
+  if (at == kCrcAt) return crc_word >> 8;
+  if (at == kCrcAt + 1) return static_cast<uint8_t>(crc_word);
+  return reinterpret_cast<const uint8_t*>(&in_force)[at - kBoardAt];
+}
+
+uint16_t crc_of_block() {
+  uint16_t crc = crc::update(crc::kStart, kMark);
+  for (uint8_t i = kSequenceAt; i < kCrcAt; ++i) crc = crc::update(crc, block_byte(i));
+  return crc;
+}
+
+bool is_kept() {
+  protocol::Board kept;
+  return place != kNone && read_block(place, &kept) && memcmp(&kept, &in_force, sizeof(kept)) == 0;
+}
+
+// The steps of a save: erase the mark, 2 .. kBlock: the bytes behind it, the mark, the other place's mark.
+constexpr uint8_t kEraseMark = 1;
+constexpr uint8_t kWriteMark = kBlock + 1;
+constexpr uint8_t kEraseOther = kBlock + 2;
+
+// Begin to write one byte; false if it is there already.
+bool write(uint16_t at, uint8_t byte) {
+  if (eeprom::read(at) == byte) return false;
+  eeprom::write(at, byte);
+  return true;
+}
+
+bool carry_out(uint8_t which) {
+  if (which == kEraseMark) return write(kPlaces[target], eeprom::kErased);
+  if (which == kWriteMark) return write(kPlaces[target], kMark);
+  if (which == kEraseOther) return write(kPlaces[1 - target], eeprom::kErased);
+  return write(kPlaces[target] + which - 1, block_byte(which - 1));
+}
+
+void finish() {
+  step = 0;
+  place = target;
+  ++sequence;
+  from = protocol::kOriginStored;
+}
+
+}  // namespace
+
+const protocol::Board& now() { return in_force; }
+
+uint8_t origin() { return from; }
+
+void load() {
+  consider(0);
+  consider(1);
+  board::hold(true);
+  motor::set(in_force);
+  sensor::start(in_force);
+  board::configure(in_force);
+  board::hold(false);
+}
+
+bool accept(const protocol::Board& wanted) {
+  if (!is_a_kit(wanted)) return false;
+  if (memcmp(&wanted, &in_force, sizeof(wanted)) != 0) from = protocol::kOriginUnsaved;
+  step = 0;  // a save that is not finished is none
+  board::hold(true);
+  in_force = wanted;
+  motor::set(in_force);
+  sensor::change(in_force);
+  board::configure(in_force);
+  board::hold(false);
+  return true;
+}
+
+void save() {
+  if (is_kept()) {
+    from = protocol::kOriginStored;
+    return;
+  }
+  target = place == 0 ? 1 : 0;
+  crc_word = crc_of_block();
+  step = kEraseMark;
+}
+
+bool saving() { return step != 0; }
+
+void poll() {
+  while (step && eeprom::ready()) {
+    if (step > kEraseOther) return finish();
+    if (carry_out(step++)) return;
+  }
+}
+
+}  // namespace settings
