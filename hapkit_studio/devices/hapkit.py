@@ -62,6 +62,12 @@ class HapkitBoard(BoardConstants):
         """Is told what open waits for; runs in the thread that opens."""
         self._serial: Any = None
 
+    @property
+    def name(self) -> str:
+        """Return what to call it in a sentence."""
+        name = port_name(self.port)
+        return f"Hapkit on {name}" if self.title.startswith(name) else self.title
+
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
         """Open the port and learn who is there; raise the DeviceError that fits. Motor off, samples off."""
         self._find()

@@ -13,6 +13,8 @@ from hapkit_studio.gui.theme import theme
 HEIGHT = 54
 MOST = 2
 
+Button = tuple[str, Callable[[], object]]
+
 
 @dataclass(frozen=True)
 class Notice:
@@ -24,7 +26,7 @@ class Notice:
     icon: str
     title: str
     text: str
-    buttons: tuple[tuple[str, Callable[[], object]], ...] = ()
+    buttons: tuple[Button, ...] = ()
 
 
 class Banner(QWidget):

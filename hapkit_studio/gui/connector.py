@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.errors import PortGoneError, StudioError
+from hapkit_studio.errors import DeviceError, StudioError
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
@@ -24,27 +24,41 @@ def build_engine(entry: "DeviceEntry") -> "Engine":
 
 
 class Connector(QObject):
-    """Emits ``opened`` with a started engine, or ``failed`` with one line; only the newest wish counts.
+    """Emits ``opened`` with a started engine, or ``failed`` with a DeviceError; only the newest wish counts.
 
-    The second argument of ``failed`` says whether the port is just not there.
+    ``waiting`` says in words what opening waits for.
     """
 
     opened = Signal(object)
-    failed = Signal(str, bool)
+    failed = Signal(object)
+    waiting = Signal(str)
     _finished = Signal(int, object)
+    _waits = Signal(int, str)
 
     def __init__(self, build: Build = build_engine, parent: QObject | None = None):
         super().__init__(parent)
         self._build = build
-        self._wish = 0
+        self._wish = self._served = 0
         self._started: list[Engine] = []
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="connect")
         self._finished.connect(self._deliver)
+        self._waits.connect(self._tell)
+
+    @property
+    def busy(self) -> bool:
+        """Say whether the newest wish is still being served."""
+        return self._served < self._wish
 
     def open(self, entry: "DeviceEntry", old: "Engine | None", ready: Callable[["Engine"], None]) -> None:
         """Close the old engine, then open an entry; ready(engine) runs in the worker before it starts."""
         self._wish += 1
         job = self._worker.submit(self._open, entry, old, ready, self._wish)
+        job.add_done_callback(partial(self._finished.emit, self._wish))
+
+    def leave(self, engine: "Engine") -> None:
+        """Close an engine and open none."""
+        self._wish += 1
+        job = self._worker.submit(self._leave, engine)
         job.add_done_callback(partial(self._finished.emit, self._wish))
 
     def close(self, engine: "Engine | None") -> None:
@@ -62,6 +76,8 @@ class Connector(QObject):
         if wish != self._wish:
             return None
         engine = self._build(entry)
+        if hasattr(engine.device, "say"):
+            engine.device.say = partial(self._waits.emit, wish)
         ready(engine)
         try:
             engine.start()
@@ -71,12 +87,20 @@ class Connector(QObject):
         self._started.append(engine)
         return engine
 
+    @staticmethod
+    def _leave(engine: Any) -> None:
+        engine.close()
+
+    def _tell(self, wish: int, words: str) -> None:
+        if wish == self._wish:
+            self.waiting.emit(words)
+
     def _deliver(self, wish: int, job: "Future[Engine | None]") -> None:
+        self._served = max(self._served, wish)
         error = job.exception()
         if error is not None:
             if wish == self._wish:
-                text = str(error) if isinstance(error, StudioError) else f"The device failed: {error!r}."
-                self.failed.emit(text, isinstance(error, PortGoneError))
+                self.failed.emit(_as_device_error(error))
             return
         engine = job.result()
         if engine is None or engine not in self._started:
@@ -86,3 +110,11 @@ class Connector(QObject):
             self._worker.submit(engine.close)
         else:
             self.opened.emit(engine)
+
+
+def _as_device_error(error: BaseException) -> DeviceError:
+    """Return an error that a window can show, whatever it was."""
+    if isinstance(error, DeviceError):
+        return error
+    text = str(error) if isinstance(error, StudioError) else f"The device failed: {error!r}."
+    return DeviceError(text)

@@ -8,8 +8,14 @@ from hapkit_studio.gui import icons
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 
-_DOT = {"running": "ok", "preparing": "warn", "connecting": "warn", "gone": "warn", "failed": "danger"}
-_WORDS = {"preparing": "Preparing…", "connecting": "Connecting…", "gone": "{} is gone", "failed": "No device"}
+_DOT = {"running": "ok", "failed": "danger"}  # warn else
+_WORDS = {
+    "preparing": "Preparing…",
+    "connecting": "Connecting…",
+    "idle": "Not connected",
+    "gone": "{} is gone",
+    "failed": "No device",
+}
 
 
 class StateDot(QWidget):
@@ -63,7 +69,9 @@ class DeviceList(QPushButton):
     def show_state(self) -> None:
         """Show dot and words for the state of the link."""
         link = self._studio.link
-        words = _WORDS.get(link.state, "{}").format(link.title)
+        words = _WORDS.get(link.state, "{}").format(link.title.partition(": ")[0])
+        if link.state == "connecting" and link.text:
+            words = link.text  # what it waits for
         self.word.setText(words)
         self.setToolTip(link.text or "Choose a device")
         self.setAccessibleName(f"Device: {words}")
@@ -89,9 +97,12 @@ class DeviceList(QPushButton):
 def fill_menu(menu: QMenu, studio: Studio) -> None:
     """Fill a menu with every device there is now, the one in use marked."""
     menu.clear()
+    device = studio.engine.device if studio.engine is not None else None
+    own = studio.entry.key if studio.entry is not None else ""
+    here = getattr(device, "port", own)  # a board that came back may have another port than its entry says
     for entry in studio.entries():
         action = QAction(entry.title, menu)
         action.setCheckable(True)
-        action.setChecked(studio.entry is not None and entry.key == studio.entry.key)
+        action.setChecked(entry.key == (here if "/" in own or own.startswith("COM") else own))
         action.triggered.connect(lambda _on=False, entry=entry: studio.open(entry))
         menu.addAction(action)

@@ -1,15 +1,18 @@
 """Which banners stand: stopped, fault, device gone, above the stability limit."""
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QElapsedTimer, QObject, Signal
+from PySide6.QtGui import QGuiApplication
 
-from hapkit_studio.gui.banners import BannerStack, Notice
+from hapkit_studio.gui.banners import BannerStack, Button, Notice
 from hapkit_studio.gui.live import Live
 from hapkit_studio.gui.margin import Answer
 from hapkit_studio.gui.stability_card import StabilityCard, margin_notice, sign_of
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.wishes import Link
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
@@ -17,14 +20,24 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 _STOP, _FAULT, _DEVICE, _LIMIT = range(4)
+NO_DATA_MS = 2000
+_STEPS = {"flash": "Flash firmware", "update": "Update firmware"}
 
 
 class Notices(QObject):
-    """Watches studio, frames and stability, and puts banners up and takes them down."""
+    """Watches studio, frames and stability, and puts banners up and takes them down.
+
+    ``flash``: a person wishes the device in use to be flashed.
+    """
+
+    flash = Signal()
 
     def __init__(self, studio: Studio, live: Live, banners: BannerStack, stability: StabilityCard):
         super().__init__()
         self._studio, self._banners = studio, banners
+        self._heard, self._silent = False, QElapsedTimer()
+        self._silent.start()
+        studio.engine_changed.connect(self._listen)
         studio.stop_changed.connect(self.show_stop)
         studio.link_changed.connect(self.show_link)
         studio.engine_changed.connect(self.show_fault)
@@ -42,12 +55,14 @@ class Notices(QObject):
 
     def look_at_row(self, row: np.ndarray, _clamped: bool) -> None:
         """Notice a fault in the very frame it happens in."""
+        self._heard = True
         if int(row[rows.FLAGS]) & rows.FAULT or self._banners.get("fault") is not None:
             self.show_fault()
 
     def look_at_health(self, health: "Health") -> None:
         """Notice a fault, or a sensor that is silent for now, while no rows come."""
         self.show_fault()
+        self.show_silence(health)
         silent = health.stale and self._studio.fault is None and self._studio.link.state == "running"
         words = ("Fault: no sensor frame for 20 ms.", "Force is zero. It comes back when frames return.")
         self._banners.set("stale", Notice("stale", _FAULT, "danger", "triangle", *words) if silent else None)
@@ -63,20 +78,51 @@ class Notices(QObject):
             "fault", Notice("fault", _FAULT, "danger", "triangle", fault.text, fault.detail, buttons)
         )
 
+    def show_silence(self, health: "Health") -> None:
+        """Show that a board said hello and then sent nothing: no row since it was opened."""
+        link = self._studio.link
+        silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.connected
+        notice = Notice(
+            "silence", _DEVICE, "warn", "unplugged", f"{link.title} says hello, but sends no samples.",
+            "Force is zero. Press the board's reset button, then try again.",
+            (("Try again", self._studio.reconnect), self._simulated()),
+        )  # fmt: skip
+        self._banners.set("silence", notice if silent and link.state == "running" else None)
+
+    def _listen(self) -> None:
+        """Begin to wait for the first row of another engine."""
+        self._heard = False
+        self._silent.restart()
+        self._banners.set("silence", None)
+
     def show_link(self) -> None:
-        """Show why there is no device, and the way back to the simulated one."""
+        """Show why there is no device, the next step, and the way back to the simulated one."""
         link = self._studio.link
         if link.state not in ("gone", "failed"):
             self._banners.set("device", None)
             return
         title, _, rest = link.text.partition(". ")
         lines = rest or "Force is zero."
-        simulated = ("Use simulated Hapkit", self._studio.open_simulated)
-        again = ("Try again", self._studio.reconnect)
-        buttons = (simulated,) if link.state == "gone" else (again, simulated)
         self._banners.set(
-            "device", Notice("device", _DEVICE, "warn", "unplugged", title.rstrip(".") + ".", lines, buttons)
+            "device",
+            Notice(
+                "device", _DEVICE, "warn", "unplugged", title.rstrip(".") + ".", lines, self._ways_on(link)
+            ),
         )
+
+    def _ways_on(self, link: Link) -> tuple[Button, ...]:
+        """Return what a person can do about a device that is not there, the likeliest first."""
+        if link.state == "gone":
+            return (self._simulated(),)
+        ways: list[Button] = [("Try again", self._studio.reconnect), self._simulated()]
+        if link.command:
+            ways.insert(0, ("Copy command", partial(_copy, link.command)))
+        if link.step in _STEPS:
+            ways.insert(0, (_STEPS[link.step], self.flash.emit))
+        return tuple(ways)
+
+    def _simulated(self) -> Button:
+        return ("Use simulated Hapkit", self._studio.open_simulated)
 
     def show_limit(self, answer: Answer | None) -> None:
         """Show the limit with its numbers while the rendered impedance is beyond it."""
@@ -86,3 +132,7 @@ class Notices(QObject):
         title, text = margin_notice(answer)
         icon, tone = sign_of(answer)
         self._banners.set("limit", Notice("limit", _LIMIT, tone, icon, title, text))
+
+
+def _copy(line: str) -> None:
+    QGuiApplication.clipboard().setText(line)

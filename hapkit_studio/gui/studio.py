@@ -4,27 +4,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.gui.chosen import Chosen
-from hapkit_studio.gui.connector import Build, Connector, build_engine
-from hapkit_studio.gui.wishes import Link, LoopWish
+from hapkit_studio.gui.connector import Build, build_engine
+from hapkit_studio.gui.linked import Linked
+from hapkit_studio.gui.wishes import LoopWish
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.faults import Fault
-    from hapkit_studio.haptics.health import Health
-
-LOOK_AGAIN_MS = 1000
 
 
-class Studio(Chosen):
+class Studio(Linked):
     """Keeps every choice over a change of device; values are SI and checked before they are kept."""
 
     loop_changed = Signal()
-    engine_changed = Signal()
-    link_changed = Signal()
     stop_changed = Signal()
 
     def __init__(
@@ -33,18 +28,10 @@ class Studio(Chosen):
         build: Build = build_engine,
         parent: QObject | None = None,
     ):
-        super().__init__(parent)
-        self.entries = entries
+        super().__init__(entries, build, parent)
         self.loop = LoopWish()
         self.grip = "medium"
         self.stopped = False
-        self.entry: DeviceEntry | None = None
-        self.link = Link("preparing")
-        self._connector = Connector(build, self)
-        self._connector.opened.connect(self._adopt)
-        self._connector.failed.connect(self._fail)
-        self._again = QTimer(self, interval=LOOK_AGAIN_MS)
-        self._again.timeout.connect(self._look_again)
 
     # loop and hand
 
@@ -112,22 +99,6 @@ class Studio(Chosen):
         """Say whether mouse and keys are the hand; on a real board a person's is."""
         return self.simulated or (self.engine is not None and getattr(self.engine.device, "hand", False))
 
-    def open(self, entry: "DeviceEntry") -> None:
-        """Leave the device in use and open another in the worker; force is zero meanwhile."""
-        self.entry = entry
-        self._again.stop()
-        self._set_link(Link("connecting", entry.title))
-        self._open(entry)
-
-    def open_simulated(self) -> None:
-        """Go back to the device that needs nothing."""
-        self.open(next(entry for entry in self.entries() if entry.key == "simulated"))
-
-    def reconnect(self) -> None:
-        """Open the device in use once more."""
-        if self.entry is not None:
-            self.open(self.entry)
-
     def zero_here(self) -> None:
         """Make the present position of a real board its zero."""
         if self.engine is not None:
@@ -138,38 +109,17 @@ class Studio(Chosen):
         if self.engine is not None:
             self.engine.flip_direction()
 
-    def note_health(self, health: "Health") -> None:
-        """Notice that the device went away."""
-        if self.link.state == "running" and not health.connected and self.entry is not None:
-            gone = f"{self.entry.title} is gone. Force is zero. Looking again every second."
-            text = health.message or gone
-            self._set_link(Link("gone", self.entry.title, text))
-            self._again.start()
+    # what the device in use is told
 
-    def close(self) -> None:
-        """Stop the loop and wait for its last zero command."""
-        self._again.stop()
-        self.readiness.end()
-        engine, self.engine = self.engine, None
-        self._connector.close(engine)
-
-    def _look_again(self) -> None:
-        if self.entry is not None:
-            self._open(self.entry)
-
-    def _open(self, entry: "DeviceEntry") -> None:
-        old, self.engine = self.engine, None
-        if old is not None:
-            self.engine_changed.emit()
-        self._connector.open(entry, old, self._hold)
+    def _set_up(self, engine: "Engine") -> None:
+        super()._set_up(engine)
+        self._hold(engine)
 
     def _hold(self, engine: "Engine") -> None:
         if self.stopped:
             engine.stop()
 
-    def _adopt(self, engine: "Engine") -> None:
-        self._again.stop()
-        self.engine = engine
+    def _take_over(self, engine: "Engine") -> None:
         self._hold(engine)
         engine.set_environment(self.environment, self.values)
         loop = self.loop
@@ -178,16 +128,3 @@ class Studio(Chosen):
             engine.set_loop(rate=self.loop.rate)
         engine.set_grip(self.grip)
         engine.set_model(self.loop.model)
-        self._set_link(Link("running", engine.device.title))
-        self.engine_changed.emit()
-
-    def _fail(self, text: str, absent: bool) -> None:
-        if absent:
-            self._again.start()
-        if self.link.state != "gone":
-            self._set_link(Link("failed", self.entry.title if self.entry else "", text))
-
-    def _set_link(self, link: Link) -> None:
-        if link != self.link:
-            self.link = link
-            self.link_changed.emit()

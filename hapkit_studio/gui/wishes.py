@@ -9,11 +9,16 @@ from hapkit_studio.dynamics.estimators import USUAL
 
 @dataclass(frozen=True)
 class Link:
-    """How the device is reached: state is preparing, connecting, running, gone or failed."""
+    """How the device is reached: state is preparing, connecting, running, idle, gone or failed.
+
+    step, command: the next step and the line to copy of a DeviceError.
+    """
 
     state: str
     title: str = ""
     text: str = ""
+    step: str = ""
+    command: str = ""
 
 
 @dataclass(frozen=True)
