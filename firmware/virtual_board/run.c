@@ -160,8 +160,10 @@ static void wait_for_turn(struct run *r)
 	b->told = -1.0;
 	printf("turn %.9f %llu\n", board_seconds(b), (unsigned long long)b->link.handed);
 	fflush(stdout);
-	while (!over(r) && (b->told < 0.0 || more_to_come(&b->link, b->told)))
+	while (!over(r) && (b->told < 0.0 || more_to_come(&b->link, b->told))) {
 		wait_for_events(r, LOOK);
+		link_fetch(&b->link);  // a port just opened is not watched yet
+	}
 	link_admit(&b->link);
 }
 
