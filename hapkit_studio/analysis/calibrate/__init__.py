@@ -1,0 +1,1 @@
+"""Calibration in numbers: what recorded tracks tell about a kit's sensor, scale, motor and paddle."""

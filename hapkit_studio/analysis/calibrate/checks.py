@@ -1,0 +1,221 @@
+"""Test my Hapkit: the wizard's checks again, in half a minute, without changing anything on the board."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio.analysis.calibrate import trials
+from hapkit_studio.analysis.calibrate.sensor import NOISY, noise_of
+from hapkit_studio.analysis.calibrate.verdict import Verdict, look, passed, skipped
+from hapkit_studio.devices import calibration_moves as moves
+from hapkit_studio.devices.calibration import Bench, DoubtError, StoppedError
+from hapkit_studio.devices.profiles import numbered, quantum_of
+from hapkit_studio.protocol.messages import BoardFlag, Force, Origin, Release, Stop
+
+SECONDS = 30.0
+"""What all of it takes, about."""
+SPRING = 100.0
+"""N/m: a spring that every kit renders without growing."""
+_SWEEP_SECONDS = 8.0
+_ALIKE = 0.3
+_STICKY = 0.35
+_SILENCE_SECONDS = 0.12
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of a kit; ``run`` gets the bench and says what it found."""
+
+    key: str
+    title: str
+    run: Callable[[Bench], Verdict]
+    motor: bool = False
+
+
+def settings(bench: Bench) -> Verdict:
+    """Say whether the board has settings of its own, and whether scale and radii agree."""
+    now = bench.now
+    kit = numbered(now.profile)
+    ratio = now.quantum / quantum_of(now)
+    if now.origin == Origin.DAMAGED:
+        return look(
+            "damaged",
+            "The board's stored settings are damaged; it uses the usual kit's.",
+            "Run Set up my Hapkit, or put a calibration file on the board again.",
+        )
+    if abs(ratio - 1.0) > 0.1:
+        return look(
+            "scale",
+            f"Scale and radii differ: {ratio:.2f} × the travel per count that the radii make.",
+            "Run Set up my Hapkit, step 2.",
+        )
+    if now.origin != Origin.STORED:
+        words = "Nothing is stored on the board: it takes itself for the usual kit."
+        return look("not stored", words, "Run Set up my Hapkit.")
+    return passed(f"“{now.label}”, {kit.title if kit else 'a kit of its own'}, stored on the board.")
+
+
+def sensor(bench: Bench) -> Verdict:
+    """Watch the sensor at rest."""
+    track = bench.watch(1.0)
+    noise = noise_of(track.raw)
+    lost = len(track) / max(1, int((track.seq[-1] - track.seq[0]) % 65536) + 1)
+    if noise > NOISY:
+        return look(
+            "noisy",
+            f"The reading jumps by {noise:.0f} counts at rest (limit {NOISY:.0f}).",
+            "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
+        )
+    if np.ptp(track.position) > 0.5e-3:
+        words = f"The handle moved {1e3 * np.ptp(track.position):.1f} mm while it should rest."
+        return look("moving", words, "Take the hands off, level the kit, test again.")
+    if np.any(track.flags & int(BoardFlag.SENSOR)):
+        return look("sensor", "Readings came that cannot be right.", "Check the sensor's plug and magnet.")
+    return passed(f"Reads {int(np.median(track.raw))}, steady; {100.0 * lost:.1f} % of the samples arrived.")
+
+
+def stopping(bench: Bench) -> Verdict:
+    """See the motor go off after the E-stop, and after silence of the computer; the force is 0.05 N."""
+    duties: list[tuple[int, int]] = []
+    bench.settings = bench.board.settings()
+    for quiet in (False, True):
+        duties.append(_after(bench, quiet))
+    (stop_flags, stop_pwm), (quiet_flags, quiet_pwm) = duties
+    if stop_pwm or not stop_flags & BoardFlag.STOPPED:
+        words, key = "The motor did not go off at the E-stop.", "stop"
+    elif quiet_pwm or not quiet_flags & BoardFlag.WATCHDOG:
+        words, key = "The motor did not go off when the computer fell silent.", "watchdog"
+    else:
+        return passed("Motor off at E-stop, and when the computer falls silent.")
+    return look(key, words, "Pull the motor's supply. Flash the firmware again, then test again.")
+
+
+def _after(bench: Bench, quiet: bool) -> tuple[int, int]:
+    """Return flags and duty once the board was stopped, or left alone, while it pushed a little."""
+    board = bench.board
+    board.start_stream()
+    first = last = None
+    try:
+        for sample in board.samples():
+            first = sample.time_us if first is None else first
+            t = ((sample.time_us - first) & 0xFFFFFFFF) * 1e-6
+            last = sample
+            if t < 0.03:
+                board.tell(Force(sample.seq, 0.05))
+            elif not quiet:
+                board.tell(Stop(), Force(sample.seq, 0.05))
+            if t > _SILENCE_SECONDS:
+                break
+    finally:
+        board.stop_stream()
+        board.tell(Release())
+    return (last.flags, last.pwm) if last is not None else (0, 0)
+
+
+def direction(bench: Bench) -> Verdict:
+    """Push both ways."""
+    found = trials.push_both_ways(bench)
+    if found.agrees is False:
+        words = found.verdict.words + " A spring would run away."
+        return look("opposite", words, "Run Set up my Hapkit, step 3, or Device, Flip direction.")
+    return found.verdict
+
+
+def paddle(bench: Bench) -> Verdict:
+    """Sweep, and compare mass and friction with what is stored."""
+    swept = trials.sweep(bench, _SWEEP_SECONDS)
+    now, part = bench.now, swept.part
+    if not part.estimates:
+        return look("sweep", part.advice, "Level the kit, let the handle go in the middle, test again.")
+    mass, dry = part["mass"], part["coulomb"]
+    damping = part["viscous"].value
+    words = f"Mass {1e3 * mass.value:.0f} g, damping {damping:.2f} N·s/m, friction {dry.value:.2f} N"
+    if swept.board.dead_band != now.dead_band:
+        remedy = "Run Set up my Hapkit, step 5: small forces are too small."
+        return look("dead band", f"The motor begins to turn at duty {swept.board.dead_band} of 255.", remedy)
+    if dry.low > max(2.0 * now.coulomb, _STICKY):
+        remedy = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
+        return look("friction", f"{words}; stored is {now.coulomb:.2f} N.", remedy)
+    if abs(mass.value / now.mass - 1.0) > _ALIKE + mass.half / now.mass:
+        stored = f"{words}; stored is {1e3 * now.mass:.0f} g."
+        return look("mass", stored, "The motor's strength or the handle has changed: run steps 4 and 5.")
+    return passed(f"{words}: as stored.")
+
+
+def spring(bench: Bench) -> Verdict:
+    """Render a spring, knock the handle, see it come to rest."""
+    track = moves.spring(bench, SPRING)
+    late = track.position[track.time > 1.2]
+    size = float(np.ptp(late))
+    if size > 1e-3:
+        words = f"A spring of {SPRING:.0f} N/m still moves by {1e3 * size:.1f} mm after a second."
+        return look("spring", words, "Lower the delay (low-latency mode, frame padding), tighten the cable.")
+    return passed(f"A spring of {SPRING:.0f} N/m comes to rest.")
+
+
+CHECKS = (
+    Check("settings", "Settings", settings),
+    Check("sensor", "Sensor", sensor),
+    Check("stopping", "Stopping", stopping, motor=True),
+    Check("direction", "Direction", direction, motor=True),
+    Check("paddle", "Mass and friction", paddle, motor=True),
+    Check("spring", "Spring", spring, motor=True),
+)
+_NEEDED = ("stopping", "direction")
+
+
+@dataclass(frozen=True)
+class Report:
+    """All verdicts by the key of their check, in order."""
+
+    verdicts: dict[str, Verdict]
+
+    @property
+    def good(self) -> bool:
+        """Say whether every check passed."""
+        return all(verdict.good for verdict in self.verdicts.values())
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything for programs."""
+        return {"pass": self.good, "checks": {k: vars(v) | {} for k, v in self.verdicts.items()}}
+
+    @property
+    def words(self) -> str:
+        """Return the whole in one line."""
+        open_ = [key for key, verdict in self.verdicts.items() if not verdict.good]
+        if not open_:
+            return "Your Hapkit is well."
+        titles = ", ".join(check.title.lower() for check in CHECKS if check.key in open_)
+        return f"Look at: {titles}."
+
+
+def run_all(
+    bench: Bench, said: Callable[[Check, Verdict | None], None] = lambda check, verdict: None
+) -> Report:
+    """Run every check; said(check, None) as one begins, then its verdict. Raise StoppedError, PortGoneError.
+
+    Where stopping or direction fail, what moves the handle in a loop is left out.
+    """
+    verdicts: dict[str, Verdict] = {}
+    for check in CHECKS:
+        said(check, None)
+        blocked = [key for key in _NEEDED if key in verdicts and not verdicts[key].good]
+        if check.motor and blocked:
+            verdict = skipped("Left out until the checks above pass.")
+        else:
+            verdict = _safely(check, bench)
+        verdicts[check.key] = verdict
+        said(check, verdict)
+    return Report(verdicts)
+
+
+def _safely(check: Check, bench: Bench) -> Verdict:
+    """Return a check's verdict; a doubt that stopped it is one."""
+    try:
+        return check.run(bench)
+    except StoppedError:
+        raise
+    except DoubtError as doubt:
+        return look("doubt", str(doubt), "Level the kit, hands off, handle in the middle. Then test again.")

@@ -1,0 +1,130 @@
+"""Mass, damping and dry friction of the paddle, and the motor's dead band, from a sweep without a hand."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from hapkit_studio.analysis.calibrate.motor_map import force_of
+from hapkit_studio.analysis.identify.grid import Grid, lay
+from hapkit_studio.analysis.identify.handle import handle
+from hapkit_studio.analysis.identify.part import Part
+from hapkit_studio.analysis.identify.recording import Recording, Setup
+from hapkit_studio.analysis.identify.windows import Windows
+from hapkit_studio.devices.calibration import Track
+from hapkit_studio.haptics import rows
+from hapkit_studio.protocol.messages import Board, BoardFlag
+
+NAMES = ("mass", "viscous", "coulomb")
+_OFF = BoardFlag.STOPPED | BoardFlag.OVER_SPEED | BoardFlag.REFUSED
+_PIECES = (24, 12, 6)
+_FEWEST = 40
+_MOST_BAND = 200
+# a dead band has to explain so much of what is left over, and be so many steps of duty away, to be believed
+_BETTER = 1.25
+_STEPS = 5
+
+
+def forces(track: Track, board: Board) -> np.ndarray:
+    """Return the motor's mean force (n,) in N from each sample to the next.
+
+    The board says which duty was in force at each sample, and when the last one came into force: that many s
+    after the sample that it answers.
+    """
+    at = force_of(board, track.pwm)
+    after = np.append(at[1:], at[-1])
+    period = float(np.median(np.diff(track.time)))
+    answered = (track.seq - track.answered) % 65536
+    ages = np.append(answered[1:], 1)
+    since = np.append(track.delay[1:], np.inf) - (ages - 1) * period
+    share = np.where(np.isfinite(since), np.clip(since / period, 0.0, 1.0), 0.5)
+    return share * at + (1.0 - share) * after
+
+
+def recording_of(track: Track, board: Board) -> Recording:
+    """Return a track as a recording for identification; no hand holds the handle."""
+    position = track.count * board.quantum
+    applied = forces(track, board)
+    nothing = np.zeros(len(track))
+    off = (track.flags & int(_OFF)) != 0
+    return Recording(
+        track.time, position, np.gradient(position, track.time), applied, applied,
+        np.where(off, rows.STOPPED, 0), nothing, nothing,
+        Setup(rate=1.0 / float(np.median(np.diff(track.time))), quantum=board.quantum),
+    )  # fmt: skip
+
+
+def paddle_of(track: Track, board: Board) -> Part:
+    """Return the paddle's mass, viscous and Coulomb friction with 95 % intervals, by a board's settings."""
+    recording = recording_of(track, board).check()
+    return handle(lay(recording), recording.setup, released=True)
+
+
+def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
+    """Return the dead band of 255 that explains a sweep best; the board's own unless another is much better.
+
+    fine: the best one, however little better.
+
+    m a + b v + Fc sgn v + c must make the force: only the right dead band gives the force its right shape,
+    whatever the motor constant.
+    """
+    recording = recording_of(track, board)
+    grid = lay(recording)
+    windows, kept = _longest(grid)
+    if kept.sum() < _FEWEST:
+        return board.dead_band
+    basis = np.linalg.qr(_motion(grid, windows)[kept])[0]
+
+    def left_over(band: int) -> float:
+        y = _mean_forces(track, replace(board, dead_band=band), grid, windows)[kept]
+        around = y - y.mean()
+        rest = y - basis @ (basis.T @ y)
+        size = float(around @ around)
+        return float(rest @ rest) / size if size > 0.0 else math.inf
+
+    best = min(range(_MOST_BAND + 1), key=left_over)
+    if fine:
+        return best
+    far = abs(best - board.dead_band) >= _STEPS
+    return best if far and left_over(board.dead_band) > _BETTER * left_over(best) else board.dead_band
+
+
+def _longest(grid: Grid) -> tuple[Windows, np.ndarray]:
+    """Return the longest windows of which enough go one way all through, and which those are."""
+    for piece in _PIECES:
+        windows = Windows(len(grid), piece, grid.period, 0.0)
+        one_way = windows.every(grid.sign > 0.0) | windows.every(grid.sign < 0.0)
+        kept = windows.every(grid.there) & one_way
+        if kept.sum() >= _FEWEST:
+            break
+    return windows, kept
+
+
+def _motion(grid: Grid, windows: Windows) -> np.ndarray:
+    """Return each window's mean acceleration, speed, direction and 1, (windows, 4)."""
+    rates = [windows.derivative(grid.position, order) for order in (2, 1)]
+    way = np.sign(windows.derivative(grid.sign, 0))
+    return np.column_stack([*rates, way, np.ones(len(way))])
+
+
+def _mean_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> np.ndarray:
+    """Return each window's mean force in N by a board's settings, (windows,)."""
+    values = forces(track, board)
+    if len(values) != len(grid):
+        times = (track.time - track.time[0]) / grid.period
+        values = np.interp(np.arange(len(grid)), times, values)
+    return windows.held(values)
+
+
+def widened(part: Part, force: float, length: float) -> Part:
+    """Return a part whose intervals also hold the relative errors (95 %) of force and length scales."""
+    made = []
+    for e in part.estimates:
+        scales = math.hypot(force, 0.0 if e.key == "coulomb" else 2.0 * length)
+        made.append(replace(e, half=math.hypot(e.half, scales * e.value)))
+    return replace(part, estimates=tuple(made))
+
+
+def changes(part: Part) -> dict[str, float]:
+    """Return what of a board's settings a sweep tells; a number that it does not tell stays."""
+    return {e.key: max(e.value, 0.0) for e in part.estimates if e.key in NAMES and e.told}

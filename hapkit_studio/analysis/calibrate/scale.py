@@ -1,0 +1,146 @@
+"""Zero and scale from known places of the handle, by least squares, checked against the radii."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from hapkit_studio.analysis.calibrate.verdict import Verdict, look, passed
+from hapkit_studio.devices.calibration import Track
+from hapkit_studio.devices.profiles import quantum_of
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.protocol.messages import Board
+
+STILL = 0.4e-3
+"""m that a held handle may move while its place is taken."""
+APART = 0.020
+"""m that the outermost marks are apart at least."""
+SLIPPED = 1.5e-3
+"""m by which the same mark, taken again, may differ."""
+READING = 0.3e-3
+"""m, one sigma: how well a handle is held at a mark, before the marks themselves say so."""
+_KNOWN = 4
+# how far from the radii a scale may be; further off, and near a factor 2, a diameter stands for a radius
+NEAR = 0.06
+_FACTOR = 0.12
+
+
+@dataclass(frozen=True)
+class Mark:
+    """The handle held at a known place: m from the middle, positive to the right; the count before sense."""
+
+    place: float
+    count: float
+    spread: float
+
+
+def take(track: Track, place: float) -> Mark:
+    """Return the mark that a track of a held handle shows; raise ParameterError where it was not still."""
+    count = track.settings.sense * track.count + track.settings.zero
+    spread = float(np.ptp(track.position))
+    if spread > STILL:
+        moved = f"The handle moved {1e3 * spread:.1f} mm (limit {1e3 * STILL:.1f} mm)."
+        raise ParameterError(f"{moved} Hold it still, take it again.")
+    return Mark(place, float(count.mean()), spread)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Quantum m per count and zero (a count before sense) with 95 % half widths; sense; what each mark is off
+    by (n,) in m; the quantum's ratio to what the radii make; how far a mark taken twice differs, in m."""
+
+    quantum: float
+    quantum_half: float
+    zero: float
+    zero_half: float
+    sense: int
+    residuals: np.ndarray
+    ratio: float
+    closure: float
+    verdict: Verdict
+
+
+def fit(marks: list[Mark], board: Board) -> Scale:
+    """Fit count = zero + place / quantum; raise ParameterError where the marks are too few or too close."""
+    places, counts = np.array([m.place for m in marks]), np.array([m.count for m in marks])
+    if len(marks) < 2 or np.ptp(places) < APART:
+        raise ParameterError(
+            f"Two marks at least, {1e3 * APART:.0f} mm apart; there are {len(marks)}. Take another."
+        )
+    middle = places.mean()
+    around = places - middle
+    slope = float(around @ counts) / float(around @ around)
+    zero = float(counts.mean() - slope * middle)
+    if abs(slope) < 1.0:
+        raise ParameterError("The counts do not change from mark to mark. Go back and look at the sensor.")
+    residuals = (counts - zero - slope * places) / slope
+    freedom = len(marks) - 2 + _KNOWN
+    sigma = np.sqrt((float(residuals @ residuals) + _KNOWN * READING**2) / freedom)
+    wide = float(stats.t.ppf(0.975, freedom)) * sigma
+    quantum = 1.0 / abs(slope)
+    spread = wide / np.sqrt(float(around @ around))
+    at_zero = np.hypot(wide / np.sqrt(len(marks)), spread * middle)
+    sense = 1 if slope > 0.0 else -1
+    ratio = quantum / quantum_of(board)
+    found = Scale(
+        quantum, quantum * spread, zero, at_zero / quantum, sense, residuals, ratio, _closure(marks, slope),
+        passed(""),
+    )  # fmt: skip
+    return replace(found, verdict=_judge(found, board))
+
+
+def _closure(marks: list[Mark], slope: float) -> float:
+    """Return the largest difference in m between two marks at one place, 0 without any."""
+    apart = [abs(a.count - b.count) for a in marks for b in marks if a.place == b.place]
+    return max(apart, default=0.0) / abs(slope)
+
+
+def _judge(found: Scale, board: Board) -> Verdict:
+    if found.closure > SLIPPED:
+        return look(
+            "slipped",
+            f"The same mark, taken again, is {1e3 * found.closure:.1f} mm off "
+            f"(limit {1e3 * SLIPPED:.1f} mm).",
+            "The cable slipped, or the handle was not at the mark. Tighten it, then take all marks again.",
+        )
+    if float(np.abs(found.residuals).max()) > 3.0 * SLIPPED:
+        return look(
+            "uneven",
+            f"A mark lies {1e3 * float(np.abs(found.residuals).max()):.1f} mm off the line of the others.",
+            "Take that mark again; if it stays so, the cable slips.",
+        )
+    return _judge_ratio(found, board)
+
+
+def _judge_ratio(found: Scale, board: Board) -> Verdict:
+    off = found.ratio - 1.0
+    if abs(off) <= max(NEAR, 2.0 * found.quantum_half / found.quantum):
+        return passed(
+            f"{1e6 * found.quantum:.2f} ± {1e6 * found.quantum_half:.2f} µm per count; "
+            f"the radii make {1e6 * found.quantum / found.ratio:.2f}."
+        )
+    pulley, handle = 1e3 * board.pulley_radius, 1e3 * board.handle_radius
+    words = f"The handle moves {found.ratio:.2f} × as far per count as the radii make."
+    for factor, said, true in ((0.5, "diameter", "radius"), (2.0, "half the radius", "radius")):
+        if abs(found.ratio / factor - 1.0) <= _FACTOR:
+            return look(
+                "diameter",
+                f"{words} {pulley:.1f} mm looks like the pulley's {said}, not its {true}.",
+                f"Use {pulley * factor:.1f} mm, or check that the marks are as far apart as you entered.",
+            )
+    return look(
+        "radius",
+        f"{words} The handle may be {handle * found.ratio:.0f} mm from the axis, not {handle:.0f} mm.",
+        f"Measure rh, rp and rs. Go on, and the pulley counts as {pulley * found.ratio:.2f} mm.",
+    )
+
+
+def changes(found: Scale, board: Board) -> dict[str, float | int]:
+    """Return what of a board's settings the marks correct.
+
+    One number makes positions and forces: rh rp / rs = quantum * counts / turn, so the radius that explains a
+    difference follows the marks, and the force is right with it.
+    """
+    made = {"quantum": found.quantum, "zero": round(found.zero), "sense": found.sense}
+    radius = "handle_radius" if found.verdict.key == "radius" else "pulley_radius"
+    return made | {radius: getattr(board, radius) * found.ratio}

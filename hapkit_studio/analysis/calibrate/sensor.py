@@ -1,0 +1,150 @@
+"""The sensor moved from end to end: its range, how often it repeats, and whether it can be trusted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio.analysis.calibrate.verdict import Verdict, look, passed
+from hapkit_studio.devices.calibration import Track
+from hapkit_studio.devices.profiles import quantum_of
+from hapkit_studio.protocol.messages import Board, Sensor
+
+ENOUGH_TRAVEL = 0.060
+"""m from end to end that a look at the sensor takes; a kit has some 100 mm."""
+NOISY = 4.0
+"""Counts, one sigma, above which a reading is noisy."""
+_STUCK = 3
+_FEW_REPEATS = 4
+_PLAUSIBLE = 0.15
+_AROUND = 3
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """What a look at the sensor found: lowest and highest reading, repeats, the counts between two of them
+    with a 95 % half width (nan where there were too few), travel in m by the radii, noise in counts."""
+
+    low: int
+    high: int
+    repeats: int
+    period: float
+    half: float
+    travel: float
+    noise: float
+    verdict: Verdict
+
+    @property
+    def counts(self) -> int | None:
+        """Return the counts from one repeat to the next as a board keeps them, None where not measured."""
+        return round(self.period) if np.isfinite(self.period) else None
+
+
+def followed(raw: np.ndarray) -> np.ndarray:
+    """Return readings (n,) with the repeats taken out: jumps of more than half the range seen."""
+    reach = float(np.ptp(raw)) + 1.0
+    jumps = np.diff(raw.astype(float), prepend=float(raw[0]))
+    turns = (jumps < -0.5 * reach).astype(int) - (jumps > 0.5 * reach)
+    return raw + reach * np.cumsum(turns)
+
+
+def noise_of(raw: np.ndarray) -> float:
+    """Return one sigma in counts of what neighbouring readings (n,) do not share; repeats do not count.
+
+    A second difference of independent errors has six times their variance; half its absolute values lie
+    within 0.6745 of a normal sigma.
+    """
+    second = np.abs(np.diff(raw.astype(float), 2))
+    if not len(second):
+        return 0.0
+    return float(np.median(second)) / 0.6745 / np.sqrt(6.0)
+
+
+def periods(raw: np.ndarray) -> np.ndarray:
+    """Return the counts (k,) between repeats that each jump shows, the motion through it taken out.
+
+    A jump may take a few readings; the speed before and after it says how far the handle went meanwhile.
+    """
+    reach = float(np.ptp(raw)) + 1.0
+    jumps = np.flatnonzero(np.abs(np.diff(raw.astype(float))) > 0.5 * reach) + 1
+    n = _AROUND
+    found = []
+    for at in jumps:
+        if at - 2 * n < 0 or at + 2 * n > len(raw):
+            continue
+        before, after = raw[at - 2 * n : at].astype(float), raw[at : at + 2 * n].astype(float)
+        if max(np.ptp(before), np.ptp(after)) > 0.4 * reach:
+            continue  # it turned round in the jump
+        index = np.arange(2 * n)
+        last = np.polyval(np.polyfit(index, before, 1), 2 * n - 0.5)
+        first = np.polyval(np.polyfit(index, after, 1), -0.5)
+        found.append(abs(last - first))
+    return np.array(found)
+
+
+def sense(track: Track) -> Sensed:
+    """Look at a track in which the handle went from the left end to the right end, more than once."""
+    board, raw = track.settings, track.raw
+    low, high = int(raw.min()), int(raw.max())
+    noise = noise_of(raw)
+    sizes = periods(raw) if board.sensor != Sensor.QUADRATURE else np.empty(0)
+    period, half = float("nan"), float("nan")
+    if len(sizes) >= _FEW_REPEATS:
+        middle = np.median(sizes)
+        near = sizes[np.abs(sizes - middle) <= max(0.05 * middle, 5.0)]
+        period, half = float(near.mean()), 1.96 * float(near.std(ddof=1)) / np.sqrt(len(near)) + 0.5
+    turns = followed(raw) if board.sensor != Sensor.QUADRATURE else track.count
+    travel = float(np.ptp(turns)) * quantum_of(board)
+    found = Sensed(low, high, len(sizes), period, half, travel, noise, passed(""))
+    verdict = _judge(found, track, board)
+    return Sensed(low, high, len(sizes), period, half, travel, noise, verdict)
+
+
+def _judge(found: Sensed, track: Track, board: Board) -> Verdict:
+    span = found.high - found.low
+    if span <= _STUCK and np.ptp(track.count) <= _STUCK:
+        return look(
+            "stuck",
+            f"The sensor stays at {found.low}: it does not see the handle move.",
+            "Check that the magnet sits on the motor's shaft and the sensor's plug is in. Then move again.",
+        )
+    if found.noise > NOISY:
+        return look(
+            "noisy",
+            f"The sensor's reading jumps by {found.noise:.0f} counts (limit {NOISY:.0f}).",
+            "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
+        )
+    if found.travel < ENOUGH_TRAVEL:
+        return look(
+            "little",
+            f"The handle moved {1e3 * found.travel:.0f} mm; {1e3 * ENOUGH_TRAVEL:.0f} mm are needed.",
+            "Move it from the left end to the right end and back.",
+        )
+    return _judge_range(found, track, board)
+
+
+def _judge_range(found: Sensed, track: Track, board: Board) -> Verdict:
+    wrong = abs(found.period - board.counts_per_flip) > _PLAUSIBLE * board.counts_per_flip
+    if np.isfinite(found.period) and wrong:
+        return look(
+            "range",
+            f"The sensor repeats every {found.period:.0f} counts; this kit's repeats every "
+            f"{board.counts_per_flip}.",
+            "Check in step 1 that the right kit is chosen, and that the magnet sits straight.",
+        )
+    if np.mean(track.count[:50]) > 0.5 * (track.count.min() + track.count.max()):
+        return look(
+            "inverted",
+            "Counts grow to the left: the magnet or the motor is mounted the other way round.",
+            "Nothing to do here if you began at the left end: the next step turns it round.",
+        )
+    repeats = f", {found.repeats} repeats" if found.repeats else ""
+    return passed(f"The sensor reads {found.low} to {found.high}{repeats}, over {1e3 * found.travel:.0f} mm.")
+
+
+def changes(found: Sensed, board: Board) -> dict[str, int]:
+    """Return what of a board's settings a look at the sensor corrects; nothing where it failed."""
+    counts = found.counts
+    usable = found.verdict.good or found.verdict.key == "inverted"
+    if counts is None or not usable or abs(counts - board.counts_per_flip) <= found.half:
+        return {}
+    return {"counts_per_flip": counts}

@@ -1,0 +1,69 @@
+"""The command that shows a board's calibration, or puts a kit's or a file's on it."""
+
+import argparse
+from dataclasses import replace
+from typing import Any
+
+from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.commands.check_hapkit import board_named
+from hapkit_studio.devices import calibration_file, profiles
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor, Settings
+
+_NAMES = {"pins": Pins, "sensor": Sensor, "motor_map": MotorMap}
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Declare what ``calibrate`` takes."""
+    keys = ", ".join(kit.key for kit in profiles.KITS)
+    command.add_argument("device", help="a device's key or a port")
+    command.add_argument("--kit", metavar="KEY", help=f"put a kit's usual numbers on the board: {keys}")
+    command.add_argument("--from", dest="file", metavar="TOML", help="put a calibration file on the board")
+    command.add_argument("--label", metavar="NAME", help="the kit's name, 12 letters at most")
+    command.add_argument("--write", action="store_true", help="write the calibration to a file, too")
+
+
+def run(options: argparse.Namespace) -> Result:
+    """Show the settings in force; first put others in force and keep them, where asked."""
+    wanted = _wanted(options)
+    board = board_named(options.device)
+    board.open()
+    try:
+        settings = board.settings()
+        if wanted is not None or options.label:
+            chosen = wanted or profiles.of_settings(settings)
+            label = calibration_file.label_of(options.label) if options.label else chosen.label
+            board.configure(replace(chosen, label=label))
+            settings = board.save()
+    finally:
+        board.close()
+    written = str(calibration_file.write(profiles.of_settings(settings), {})) if options.write else ""
+    return Result(_text(settings, written), {**_numbers(settings), "written": written})
+
+
+def _wanted(options: argparse.Namespace) -> Board | None:
+    """Return the settings that the options name; raise ParameterError."""
+    if options.kit and options.file:
+        raise ParameterError("Name a kit or a file, not both.")
+    if options.kit:
+        return profiles.named(options.kit).board
+    return calibration_file.read(options.file) if options.file else None
+
+
+def _numbers(settings: Settings) -> dict[str, Any]:
+    numbers = {f.name: getattr(settings, f.name) for f in Board.layout()}
+    words = {name: kind(numbers[name]).name for name, kind in _NAMES.items()}
+    return {**numbers, **words, "origin": Origin(settings.origin).name}
+
+
+def _text(settings: Settings, written: str) -> str:
+    units = {f.name: f.unit for f in Board.layout()}
+    lines = [f"{k:<16} {_shown(v)} {units.get(k, '')}".rstrip() for k, v in _numbers(settings).items()]
+    return "\n".join(lines + ([f"wrote {written}"] if written else []))
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+COMMAND = Command("calibrate", "show a board's calibration, or put another on it", run, options, order=96)

@@ -1,0 +1,52 @@
+"""The command that tests a connected Hapkit and says what to look at; it changes nothing on the board."""
+
+import argparse
+import sys
+from typing import Any
+
+from hapkit_studio import devices as device_list
+from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.devices.calibration import Bench
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.errors import ParameterError
+
+_SIGNS = {"pass": "pass", "look": "LOOK", "skip": "left out"}
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Declare what ``check`` takes."""
+    command.add_argument("device", help="a device's key or a port; hands off, handle in the middle")
+
+
+def board_named(key: str) -> Any:
+    """Return the board with a key or on a port; raise ParameterError where that is none."""
+    device = device_list.named(key)
+    if not isinstance(device, HapkitBoard):
+        raise ParameterError(f"{key!r} has no board. Name a port; `hapkit-studio devices` lists them.")
+    return device
+
+
+def run(options: argparse.Namespace) -> Result:
+    """Run every check on the board."""
+    from hapkit_studio.analysis.calibrate.checks import Check, run_all
+    from hapkit_studio.analysis.calibrate.verdict import Verdict
+
+    def said(check: Check, verdict: Verdict | None) -> None:
+        if verdict is None and sys.stderr.isatty():
+            print(f"{check.title} …", file=sys.stderr)
+
+    bench = Bench(board_named(options.device))
+    bench.open()
+    try:
+        report = run_all(bench, said)
+    finally:
+        bench.close()
+    lines = []
+    for key, verdict in report.verdicts.items():
+        lines.append(f"{key:<10} {_SIGNS[verdict.level]:<9} {verdict.words}")
+        if verdict.remedy:
+            lines.append(f"{'':<20} {verdict.remedy}")
+    return Result("\n".join([*lines, report.words]), {"device": options.device, **report.as_json()})
+
+
+COMMAND = Command("check", "test a connected Hapkit in half a minute, change nothing", run, options, order=95)

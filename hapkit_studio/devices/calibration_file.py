@@ -1,0 +1,88 @@
+"""Calibrations as readable files: one TOML a kit and day, in the person's own folder of settings."""
+
+import os
+import re
+import tomllib
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from hapkit_studio.devices.profiles import default
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.protocol.messages import Board
+
+FOLDER = "calibrations"
+VARIABLE = "HAPKIT_STUDIO_FOLDER"
+
+
+def folder() -> Path:
+    """Return the folder of calibrations, which may not exist yet."""
+    base = os.environ.get(VARIABLE)
+    root = Path(base) if base else Path(platformdirs.user_config_dir("hapkit-studio", appauthor=False))
+    return root / FOLDER
+
+
+def label_of(text: str) -> str:
+    """Return a label as a board can keep it: printable ASCII, 12 at most; raise ParameterError."""
+    label = text.strip()
+    if not label or len(label) > 12 or not (label.isascii() and label.isprintable()):
+        raise ParameterError(f"A kit's name has 1 to 12 plain letters, not {text!r}.")
+    return label
+
+
+def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
+    """Write a calibration with notes on what each step found; return the file; raise OSError."""
+    name = re.sub(r"[^A-Za-z0-9]+", "-", board.label).strip("-").lower() or "hapkit"
+    path = folder() / f"{name} {(day or date.today()).isoformat()}.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    part.write_text(_text(board, notes), encoding="utf-8")
+    os.replace(part, path)
+    return path
+
+
+def read(path: str | Path) -> Board:
+    """Return the settings in a calibration; raise ParameterError with one line."""
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8")).get("board")
+    except OSError as error:
+        raise ParameterError(f"Cannot read {path}: {error.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ParameterError(f"{Path(path).name} is no calibration: {error}.") from None
+    if not isinstance(table, dict):
+        raise ParameterError(f"{Path(path).name} is no calibration: it has no [board].")
+    return _board(table, Path(path).name)
+
+
+def _board(table: dict[str, Any], name: str) -> Board:
+    """Return a table's settings; every number must be there and of the kind that a board keeps."""
+    usual = default().board
+    values: dict[str, Any] = {}
+    for field in Board.layout():
+        value, like = table.get(field.name), getattr(usual, field.name)
+        value = tuple(value) if isinstance(value, list) else value
+        value = float(value) if isinstance(like, float) and isinstance(value, int) else value
+        if not isinstance(value, type(like) if not isinstance(like, int) else int):
+            raise ParameterError(f"{name}: {field.name} is missing or no {type(like).__name__}.")
+        values[field.name] = value
+    return Board(**values)
+
+
+def _text(board: Board, notes: dict[str, str]) -> str:
+    lines = ["# A calibrated Hapkit. Put it on a board again with: hapkit-studio calibrate PORT --from FILE"]
+    lines += [f"# {step}: {words}" for step, words in notes.items()]
+    lines += ["", "[board]"]
+    for field in Board.layout():
+        unit = f"{field.unit}: " if field.unit else ""
+        lines.append(f"{field.name} = {_value(getattr(board, field.name))}  # {unit}{field.help}")
+    return "\n".join(lines) + "\n"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, tuple):
+        return "[" + ", ".join(str(int(v)) for v in value) + "]"
+    return f"{value:.9g}" if isinstance(value, float) else str(int(value))

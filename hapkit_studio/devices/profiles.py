@@ -1,0 +1,123 @@
+"""The kits there are, each as its board's settings. What differs between two of a kind is calibrated."""
+
+import math
+from dataclasses import dataclass, replace
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.protocol.messages import Board, MotorMap, Pins, Sensor
+
+MR_COUNTS = 921
+"""Counts per half turn: the sensor spans 5 to 95 % of its supply."""
+HALL_COUNTS = 16384
+ENCODER_COUNTS = 48
+FULL_TABLE = (32, 64, 96, 128, 159, 191, 223, 255)
+"""Torque in 255ths at eighths of full duty: a straight line, until somebody measures another."""
+
+
+@dataclass(frozen=True)
+class Kit:
+    """One kind of kit: key, title, one line on how to know it, and its board's settings."""
+
+    key: str
+    title: str
+    note: str
+    board: Board
+
+
+def turns_per_repeat(sensor: int) -> float:
+    """Return the turns of the motor from one repeat of the sensor to the next."""
+    return 0.5 if sensor == Sensor.MAGNETORESISTIVE else 1.0
+
+
+def quantum_of(board: Board) -> float:
+    """Return the handle's travel per count in m that the radii make: turn * rp / rs * rh / counts."""
+    gear = board.pulley_radius / board.sector_radius
+    turn = 2.0 * math.pi * turns_per_repeat(board.sensor)
+    return turn * gear * board.handle_radius / board.counts_per_flip
+
+
+def full_force(board: Board) -> float:
+    """Return the force on the handle at full duty in N: torque * rs / (rh * rp)."""
+    return board.motor_constant * board.sector_radius / (board.handle_radius * board.pulley_radius)
+
+
+def _board(number: int, **changes: object) -> Board:
+    """Return the settings of a kit that differs from the usual one by the changes."""
+    usual = Board(
+        profile=number, pins=Pins.D5_D8, sensor=Sensor.MAGNETORESISTIVE, motor_map=MotorMap.SQUARE,
+        direction=1, sense=1, counts_per_flip=MR_COUNTS, zero=0, quantum=0.0, max_force=3.0,
+        motor_constant=0.0183, handle_radius=0.090, pulley_radius=0.005, sector_radius=0.074,
+        mass=0.044, viscous=0.5, coulomb=0.10, dead_band=0, table=FULL_TABLE, label="Hapkit",
+    )  # fmt: skip
+    made = replace(usual, **changes)  # type: ignore[arg-type]
+    return replace(made, quantum=quantum_of(made))
+
+
+KITS = (
+    Kit(
+        "hapkit3",
+        "Hapkit 3.0",
+        "Cable drive, magnet on the motor, sensor chip on the board. The usual kit.",
+        _board(1),
+    ),
+    Kit(
+        "hapkit3-maxon",
+        "Hapkit 3.0, stronger motor",
+        "As above, with the motor whose class template says 0.03 for full duty.",
+        _board(2, motor_constant=0.03, label="Hapkit maxon"),
+    ),
+    Kit(
+        "hapkit3-short",
+        "Hapkit 3.0, short handle",
+        "As the first, with the handle 70 mm from the axis.",
+        _board(3, handle_radius=0.070, label="Hapkit short"),
+    ),
+    Kit(
+        "hapkit2013",
+        "Hapkit 2013, board 1.0",
+        "Friction drive, handle 65.7 mm from the axis. The board says 2013; motor on D3 and D12.",
+        _board(
+            4, pins=Pins.D3_D12, motor_constant=0.03, handle_radius=0.0657, pulley_radius=0.00419,
+            sector_radius=0.0732, label="Hapkit 2013",
+        ),
+    ),
+    Kit(
+        "hapkit-hall",
+        "Hapkit with AS5048A",
+        "Small extra board at the motor, six wires to D10 to D13.",
+        _board(5, sensor=Sensor.AS5048A, counts_per_flip=HALL_COUNTS, label="Hapkit Hall"),
+    ),
+    Kit(
+        "hapkit-encoder",
+        "Hapkit with an encoder motor",
+        "48 steps a turn on D2 and D3, motor wired to D5 and D8 (a Longhorn Hapkit: rewire D4, D5, D6).",
+        _board(
+            6, sensor=Sensor.QUADRATURE, counts_per_flip=ENCODER_COUNTS, motor_map=MotorMap.LINEAR,
+            motor_constant=0.0167, sector_radius=0.075, label="Hapkit enc.",
+        ),
+    ),
+)  # fmt: skip
+"""Constants from class templates and student programs of 2013 to 2025; first, the firmware's own."""
+
+
+def default() -> Kit:
+    """Return the kit that a board takes itself for before anybody says otherwise."""
+    return KITS[0]
+
+
+def named(key: str) -> Kit:
+    """Return a kit by its key; raise ParameterError."""
+    for kit in KITS:
+        if kit.key == key:
+            return kit
+    raise ParameterError(f"There is no kit {key!r}; there are: {', '.join(kit.key for kit in KITS)}.")
+
+
+def numbered(profile: int) -> Kit | None:
+    """Return the kit with the number that a board's settings carry, None for one that is not ours."""
+    return next((kit for kit in KITS if kit.board.profile == profile), None)
+
+
+def of_settings(settings: Board) -> Board:
+    """Return settings as the message that puts them in force again."""
+    return Board(**{field.name: getattr(settings, field.name) for field in Board.layout()})

@@ -1,0 +1,188 @@
+"""A kit in this process: board, motor, sensor, paddle, and a hand that a test moves. No port, no waiting."""
+
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+
+from hapkit_studio.devices.profiles import default
+from hapkit_studio.dynamics.paddle import advance, transition
+from hapkit_studio.errors import DeviceError, ParameterError
+from hapkit_studio.protocol.messages import Board, BoardFlag, Force, Origin, Release, Sample, Settings, Stop
+from tests.devices.fake_board import HELLO_FIELDS
+
+PERIOD = 1e-3
+ANSWER = 0.4e-3
+"""s from a sample to its force in effect: the wire and the board."""
+
+
+class PaddleKit:
+    """Truth by keyword; ``settings`` is what its board believes. Called as a HapkitBoard is.
+
+    mass, viscous, coulomb: the paddle. sense: -1 with the magnet turned round. direction: -1 with the motor's
+    wires crossed. supply: 0 without. dead: duty below which the motor gives nothing. noise: counts, sigma.
+    weight: N that pull. student(kit): called every period, may hold ``hand`` at a place in m, or None.
+    """
+
+    simulated, title = False, "Hapkit on test"
+
+    def __init__(
+        self, board=None, *, mass=0.044, viscous=0.5, coulomb=0.10, sense=1, direction=1, magnet=300.0,
+        torque=0.0183, pulley=0.005, handle=0.090, sector=0.074, counts=921, lowest=51, supply=1.0,
+        dead=0, noise=0.0, seed=1, stop=0.055, stuck=False,
+    ):  # fmt: skip
+        self.mass, self.viscous, self.coulomb = mass, viscous, coulomb
+        self.silence = 0
+        self.sense, self.direction, self.magnet, self.supply, self.dead = (
+            sense,
+            direction,
+            magnet,
+            supply,
+            dead,
+        )
+        self.counts, self.lowest, self.noise, self.stop_at, self.stuck = counts, lowest, noise, stop, stuck
+        self.gear = handle * pulley / sector
+        self.full = torque / self.gear
+        self.count_length = math.pi * self.gear / counts
+        self.rng = np.random.default_rng(seed)
+        self.settings_now = board or default().board
+        self.stored, self.origin, self.hello = None, Origin.DEFAULT, None
+        self.x = self.v = self.weight = 0.0
+        self.hand, self.student, self.slipped = None, lambda kit: None, 0.0
+        self.seq, self.time, self.pwm, self.answered, self.delay = 0, 0.0, 0, 0, 0
+        self.turns, self.last, self.silent = 0, None, True
+        self.stopped, self.streaming, self.drove, self.forces = False, False, 0.0, []
+        self.map = transition(mass, viscous, 0.0, PERIOD)
+
+    # --- as a HapkitBoard
+    def open(self):
+        self.hello = HELLO_FIELDS
+
+    def close(self):
+        self.hello, self.pwm, self.streaming = None, 0, False
+
+    def settings(self):
+        self._opened()
+        values = {f.name: getattr(self.settings_now, f.name) for f in fields(Board)}
+        return Settings(**values, origin=self.origin, refused=0)
+
+    def configure(self, board):
+        self._opened()
+        if not 0.0 < board.quantum < 0.01 or board.counts_per_flip < 4:
+            raise ParameterError("The Hapkit on test refused these settings.")
+        if board.counts_per_flip != self.settings_now.counts_per_flip:
+            self.last = None
+        self.settings_now, self.origin, self.pwm = board, Origin.UNSAVED, 0
+        return self.settings()
+
+    def save(self):
+        self.stored, self.origin = self.settings_now, Origin.STORED
+        return self.settings()
+
+    def start_stream(self, padded=None):
+        self.streaming = True
+
+    def stop_stream(self):
+        self.streaming, self.pwm = False, 0
+
+    def tell(self, *messages):
+        for message in messages:
+            if isinstance(message, Force):
+                self._force(message)
+            elif isinstance(message, Stop):
+                self.stopped, self.pwm = True, 0
+            elif isinstance(message, Release):
+                self.stopped = False
+
+    def samples(self, silence=1.0):
+        while True:
+            self.silent = True
+            yield self._sample()
+            self._advance()
+
+    def _opened(self):
+        if self.hello is None:
+            raise DeviceError("Not open.")
+
+    # --- board
+    def _sample(self):
+        raw = self._raw()
+        board = self.settings_now
+        if self.last is None:
+            self.turns = board.counts_per_flip * round((board.zero - raw) / board.counts_per_flip)
+        elif abs(raw - self.last) > board.counts_per_flip / 2:
+            self.turns += board.counts_per_flip if raw < self.last else -board.counts_per_flip
+        self.last = raw
+        self.seq = (self.seq + 1) & 0xFFFF
+        flags = BoardFlag.STOPPED if self.stopped else BoardFlag(0)
+        flags |= BoardFlag.WATCHDOG if self.silence >= 25 else BoardFlag(0)
+        return Sample(
+            seq=self.seq, time_us=round(1e6 * self.time) & 0xFFFFFFFF,
+            count=board.sense * (self.turns + raw - board.zero), raw=raw, answered=self.answered,
+            delay_us=self.delay, flags=int(flags), pwm=self.pwm, rx_errors=0,
+        )  # fmt: skip
+
+    def _raw(self):
+        if self.stuck:
+            return 500
+        place = self.sense * self.x / self.count_length + self.magnet + self.slipped
+        place += self.noise * self.rng.standard_normal()
+        return math.floor(self.lowest + place % self.counts)
+
+    def _force(self, message):
+        board = self.settings_now
+        force = float(np.clip(message.force, -board.max_force, board.max_force))
+        full = board.motor_constant * board.sector_radius / (board.handle_radius * board.pulley_radius)
+        share = min(math.sqrt(abs(force) / full), 1.0)
+        pwm = round(board.dead_band + (255 - board.dead_band) * share) if share > 0.5 / 255 else 0
+        self.next_pwm = 0 if self.stopped else int(math.copysign(pwm, force))
+        self.answered, self.delay, self.silent = message.seq, round(1e6 * ANSWER), False
+        self.forces.append(force)
+
+    # --- world
+    def motor_force(self, pwm):
+        """Return the force in N that the motor really makes."""
+        live = max(abs(pwm) - self.dead, 0) / (255 - self.dead)
+        sign = math.copysign(1.0, pwm) * self.direction * self.settings_now.direction
+        return sign * self.supply * self.full * live * live if pwm else 0.0
+
+    def _advance(self):
+        self.student(self)
+        self.silence = self.silence + 1 if self.silent else 0
+        if self.silence >= 25:
+            self.pwm = 0
+        if self.hand is not None:
+            self.x, self.v = self.hand, 0.0
+            if not self.silent:
+                self.pwm = self.next_pwm
+        else:
+            self._glide(ANSWER)
+            if not self.silent:
+                self.pwm = self.next_pwm
+            self._glide(PERIOD - ANSWER)
+        self.time += PERIOD
+
+    def _glide(self, dt):
+        force = self.motor_force(self.pwm) + self.weight
+        step = transition(self.mass, self.viscous, 0.0, dt)
+        self.x, self.v = advance(
+            self.x, self.v, force, 0.0, self.coulomb, self.mass, self.viscous, 0.0, dt, step
+        )
+        if abs(self.x) > self.stop_at:
+            self.x, self.v = math.copysign(self.stop_at, self.x), 0.0
+
+    # --- what a test asks
+    @property
+    def position(self):
+        """Return where the board believes the handle is, in m."""
+        return self._sample().count * self.settings_now.quantum
+
+    def restart(self):
+        """Switch off and on: what was not saved is gone, the zero's nearest repeat counts."""
+        self.last = None
+        if self.stored is not None:
+            self.settings_now = self.stored
+
+    def change(self, **changes):
+        """Change what the board believes."""
+        self.settings_now = replace(self.settings_now, **changes)
