@@ -117,6 +117,14 @@ def effect(line, sample, period):
 
 
 @internal
+def note_age(line, sample, period):
+    """Measure the delay, from samples that follow one another while the motor is on."""
+    on = int(sample[codec.FLAGS]) & _MOTOR_OFF == 0 and sample[codec.LOST] == 0.0
+    seq, answered = int(sample[codec.SEQ]), int(sample[codec.ANSWERED])
+    delays.note_age(line.delays, seq, answered, sample[codec.DELAY], period, on)
+
+
+@internal
 def keep(line, seq, lost, force):
     """Keep the answer to sample seq; lost samples before it count as answered by the same."""
     for back in range(min(int(lost), HISTORY - 1) + 1):
@@ -160,7 +168,7 @@ def render(r, line, out, k, now):
     period = nominal * (1.0 + sample[codec.LOST])
     obey(r, line, sample[codec.COUNT])
     if line.words[way.WAY] == way.HERE:
-        delays.note(line.delays, delays.COMPUTER, sample[codec.DELAY])
+        note_age(line, sample, nominal)
     in_effect = line.numbers[SIGN] * effect(line, sample, period)
     row = out.rows[ring.next_index(out)]
     force = tick(r, position_of(line, sample[codec.COUNT]), period, in_effect, row)
