@@ -15,7 +15,7 @@ from hapkit_studio import resources
 from hapkit_studio.devices import avrdude, hex_image, port_errors
 from hapkit_studio.devices.flash_output import CONNECTING, STARTING, Progress, Said, no_boot_loader, not_there
 from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.errors import DeviceError, FlashError, PortGoneError
+from hapkit_studio.errors import DeviceError, FlashError, PortBusyError, PortGoneError
 from hapkit_studio.protocol.messages import BAUD, Hello
 
 SPEEDS = (115200, 57600)
@@ -52,12 +52,13 @@ def flash(
     program: str | Path | None = None,
     progress: Progress = nobody,
     speeds: tuple[int, ...] = SPEEDS,
+    patience: float = 0.0,
 ) -> Flashed:
     """Write an image, the shipped one by default, to the board on a port and verify it.
 
-    Nothing else may have the port open. Raise ParameterError (image), AvrdudeMissingError, the port's own
-    errors or FlashError; whatever it was, it can be tried again: the boot loader is never written to, nor
-    is the EEPROM with the kit's settings.
+    Nothing else may have the port open; for patience s it is waited for. Raise ParameterError (image),
+    AvrdudeMissingError, the port's own errors or FlashError; whatever it was, it can be tried again: the
+    boot loader is never written to, nor is the EEPROM with the kit's settings.
     """
     begin = time.monotonic()
     found = avrdude.find(program)
@@ -65,7 +66,7 @@ def flash(
     if len(checked.data) > hex_image.OLD_FLASH_BYTES:
         speeds = tuple(speed for speed in speeds if speed == SPEEDS[0])  # the old boot loader is in its way
     progress(CONNECTING, 0.0)
-    _try_port(port)
+    _wait_for_port(port, patience, progress)
     speed = _at_any_speed(found, port, checked.path, progress, speeds)
     return Flashed(len(checked.data), speed, time.monotonic() - begin)
 
@@ -80,6 +81,19 @@ def greet(port: str, progress: Progress = nobody) -> Hello:
     finally:
         board.close()
         progress(STARTING, 1.0)
+
+
+def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
+    """Return once the port is free; raise DeviceError."""
+    deadline = time.monotonic() + patience
+    while True:
+        try:
+            return _try_port(port)
+        except PortBusyError:
+            if time.monotonic() > deadline:
+                raise
+        progress(CONNECTING, 0.0)
+        time.sleep(_LOOK)
 
 
 def _try_port(port: str) -> None:
@@ -116,7 +130,10 @@ def _run(words: list[str], port: str, said: Said) -> int:
         raise FlashError(f"avrdude does not start: {error.strerror}.") from error
     try:
         for text in _output(child, port):
-            said.feed(text)
+            if text:
+                said.feed(text)
+            else:
+                said.repeat()
             if said.failed_attempts:
                 break
         else:
@@ -128,7 +145,7 @@ def _run(words: list[str], port: str, said: Said) -> int:
 
 
 def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
-    """Yield what avrdude writes, as it comes; raise DeviceError if port or program go silent.
+    """Yield what avrdude writes, as it comes, or nothing; raise DeviceError if port or program go silent.
 
     avrdude reads on for ever from a port that has gone.
     """
@@ -143,6 +160,7 @@ def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
                 raise _went_away(port) from None
             if time.monotonic() - heard > SILENCE:
                 raise FlashError(f"avrdude has said nothing for {SILENCE:g} s. Flash again.") from None
+            yield ""
             continue
         if not chunk:
             return

@@ -8,7 +8,7 @@ from hapkit_studio.errors import DeviceError, FlashError, PortGoneError
 
 CONNECTING, WRITING, VERIFYING, STARTING = "connecting", "writing", "verifying", "starting"
 Progress = Callable[[str, float], object]
-"""Called with one of these stages and how much of it is done, 0 to 1."""
+"""Called often with one of these stages and how much of it is done, 0 to 1; may raise to end the work."""
 
 _BAR = 50
 _AGAIN = "Flash again; if it happens again, use another cable or another port."
@@ -53,6 +53,10 @@ class Said:
             self._progress(WRITING, 1.0)  # both came in one piece
         self.stage, self.part = stage, part
         self._progress(stage, part)
+
+    def repeat(self) -> None:
+        """Report where it is, though nothing new was said: whoever follows may want to end it."""
+        self._progress(self.stage, self.part)
 
     @property
     def failed_attempts(self) -> int:

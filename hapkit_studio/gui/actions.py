@@ -136,6 +136,7 @@ _DEVICE = (
         "device.reconnect", "Reconnect", "Device", lambda w: w.studio.reconnect(), "Ctrl+R",
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
     ),
+    Action("device.flash", "Flash firmware…", "Device", lambda w: w.show_flash()),
 )  # fmt: skip
 
 

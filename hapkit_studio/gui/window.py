@@ -12,6 +12,7 @@ from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.editor.desk import Desk
 from hapkit_studio.gui.editor.files import Files
 from hapkit_studio.gui.editor.watch import Watch
+from hapkit_studio.gui.flash_sheet import FlashSheet
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.help_dialog import keys_sheet
@@ -143,6 +144,10 @@ class MainWindow(QMainWindow):
         if self.studio.engine is not None:
             priority_sheet(self.studio.engine.health().priority, self).show()
 
+    def show_flash(self) -> None:
+        """Open the sheet that writes the firmware to a board."""
+        FlashSheet(self.studio, self).show()
+
     def show_about(self) -> None:
         """Open the sheet on the studio itself."""
         about_sheet(self).show()
@@ -202,6 +207,7 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(lambda _on: self.actions_by_key.refresh())
         self.header.panel_pressed.connect(self.toggle_panel)
         self.banners.changed.connect(self.room.share)
+        self.notices.flash.connect(self.show_flash)
         self.gallery.new_pressed.connect(self.desk.begin_new)
         self.gallery.edit_pressed.connect(self.desk.edit)
         self.gallery.reveal_pressed.connect(self.files.reveal)

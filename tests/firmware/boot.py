@@ -70,10 +70,11 @@ def small_image(folder: Path, name: str = "chatter") -> Path:
 class Board:
     """A virtual board with a boot loader, as a real cable shows it: one path, reset by opening."""
 
-    def __init__(self, folder: Path, boot_loader: Path, *options: str):
+    def __init__(self, folder: Path, boot_loader: Path, firmware: Path | None = None):
         self.port = str(folder / "port")
-        words = [virtual_board.program(), chip("asleep", folder), "--paced", "--control", "--link", self.port]
-        self._program = BoardProgram([str(w) for w in (*words, "--bootloader", boot_loader, *options)])
+        words = [virtual_board.program(), firmware or chip("asleep", folder), "--paced", "--control"]
+        words += ["--link", self.port, "--bootloader", boot_loader]
+        self._program = BoardProgram([str(w) for w in words])
         self._program.reply("port")
 
     def send(self, command: str) -> None:

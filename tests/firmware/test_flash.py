@@ -17,8 +17,8 @@ def start(tmp_path):
     """Return a function that starts a board with a boot loader and an idle program."""
     started = []
 
-    def begin(boot_loader, *options):
-        started.append(boot.Board(tmp_path, boot_loader, *options))
+    def begin(boot_loader):
+        started.append(boot.Board(tmp_path, boot_loader))
         return started[-1]
 
     yield begin

@@ -16,7 +16,7 @@ from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.job import Job
 
-_PRIMARY = """
+PRIMARY = """
 QPushButton { background: @accent; color: @onaccent; border-color: @accent; font-weight: 600; }
 QPushButton:hover { background: @accent; }
 QPushButton:disabled { background: @grid; color: @ink3; border-color: @line; }
@@ -113,7 +113,7 @@ class RunBar(QWidget):
     def _look(self) -> None:
         running = self._job.running
         self.run.setText("Cancel" if running else self._words if self._fresh else self._again)
-        dress(self.run, _PLAIN if running else _PRIMARY)
+        dress(self.run, _PLAIN if running else PRIMARY)
         self.progress.setRange(0, 0 if running else 1)
         self.progress.setValue(0)
         self.progress.setVisible(running)

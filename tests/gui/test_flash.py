@@ -1,0 +1,104 @@
+"""Flashing from the window: the real avrdude, a real boot loader in the virtual board, and the words."""
+
+import pytest
+
+from hapkit_studio.devices import DeviceEntry, avrdude, discovery
+from hapkit_studio.devices.discovery import Port, Role
+from hapkit_studio.devices.flash import shipped
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.errors import AvrdudeMissingError
+from hapkit_studio.gui.flash_sheet import FlashSheet
+from tests.firmware import boot
+from tests.gui.window_support import PATIENCE_MS, SIMULATED
+
+
+@pytest.fixture
+def no_ports(monkeypatch):
+    """Have a computer without serial ports."""
+    monkeypatch.setattr(discovery, "ports", list)
+
+
+@pytest.fixture
+def no_avrdude(monkeypatch):
+    """Have a computer without avrdude."""
+
+    def missing(given=None):
+        raise AvrdudeMissingError(avrdude.explanation("linux"))
+
+    monkeypatch.setattr(avrdude, "find", missing)
+
+
+def sheet_of(window):
+    window.actions_by_key.run("device.flash")
+    return window.findChildren(FlashSheet)[-1]
+
+
+def test_without_a_port_there_is_nothing_to_flash(window, no_ports, monkeypatch):
+    monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude("/usr/bin/avrdude"))
+    sheet = sheet_of(window)
+    assert not sheet.write.isEnabled()
+    assert sheet.verdict.words.text() == "No port: plug the board in, then look again."
+    monkeypatch.setattr(discovery, "ports", lambda: [Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT)])
+    sheet.again.click()
+    assert sheet.write.isEnabled()
+    assert sheet.ports.currentText() == "ttyUSB0: Hapkit board (FT232)"
+
+
+def test_without_avrdude_it_says_how_to_get_it(window, no_ports, no_avrdude, monkeypatch):
+    sheet = sheet_of(window)
+    assert not sheet.write.isEnabled()
+    assert "apt install avrdude" in sheet.verdict.words.text()
+    assert "choose it here" in sheet.verdict.words.text()
+    monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude(given))
+    sheet.use("/opt/avrdude")
+    assert sheet.where.text() == "/opt/avrdude"
+
+
+@boot.needs_avrdude
+def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp_path, monkeypatch):
+    board = boot.Board(tmp_path, boot.optiboot(tmp_path), firmware=shipped())
+    monkeypatch.setattr(discovery, "ports", list)
+    entry = DeviceEntry(board.port, "Hapkit on port", lambda: HapkitBoard(board.port))
+    window = make_window(entries=(SIMULATED, entry))
+    try:
+        window.studio.open(entry)
+        qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+        sheet, seen = sheet_of(window), []
+        assert sheet.ports.currentData() == board.port
+        sheet.bar.valueChanged.connect(seen.append)
+        sheet.write.click()
+        assert window.studio.link.state == "idle"
+        assert not sheet.close()  # half a firmware is none
+        qtbot.waitUntil(lambda: not sheet.job.running, timeout=PATIENCE_MS)
+        assert sheet.bar.value() == sheet.bar.maximum()
+        assert len(seen) > 10
+        assert seen == sorted(seen)
+        qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+        build = window.studio.engine.device.hello.build
+        assert f"The board says: build {build}, protocol version 2" in sheet.verdict.words.text()
+        assert sheet.close()
+    finally:
+        window.close()
+        board.end()
+
+
+@boot.needs_avrdude
+def test_a_flash_that_failed_says_why_and_can_be_repeated(make_window, qtbot, tmp_path, monkeypatch):
+    board = boot.Board(tmp_path, boot.of_another_chip(tmp_path))
+    monkeypatch.setattr(discovery, "ports", lambda: [Port(board.port, "board", Role.KIT)])
+    window = make_window()
+    window.studio.open(SIMULATED)
+    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    sheet = sheet_of(window)
+    sheet.write.click()
+    assert window.studio.link.state == "running"  # another device than the one that is flashed goes on
+    qtbot.waitUntil(lambda: not sheet.job.running, timeout=PATIENCE_MS)
+    assert "another chip (signature 1e940f)" in sheet.verdict.words.text()
+    assert sheet.write.text() == "Flash again"
+    assert sheet.write.isEnabled()
+    board.end()
+
+
+def test_the_banner_of_a_board_without_firmware_leads_here(window):
+    window.notices.flash.emit()
+    assert window.findChildren(FlashSheet)[-1].isVisible()
