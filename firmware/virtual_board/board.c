@@ -145,6 +145,16 @@ static void watch_stack(struct board *b)
 		b->lowest_stack = pointer;
 }
 
+// After the instruction behind the one that switches interrupts on, simavr waits for one more; the chip does
+// not, and a program may switch them off there.
+static void serve_interrupts(struct board *b)
+{
+	bool behind = b->avr->interrupt_state == -1;
+	avr_service_interrupts(b->avr);
+	if (behind && b->avr->interrupt_state > 0)
+		avr_service_interrupts(b->avr);
+}
+
 static void step(struct board *b, avr_cycle_count_t until)
 {
 	avr_t *avr = b->avr;
@@ -171,7 +181,7 @@ static void step(struct board *b, avr_cycle_count_t until)
 	}
 	note_on(b);
 	before = avr->cycle;
-	avr_service_interrupts(avr);
+	serve_interrupts(b);
 	if (!avr->sreg[S_I])
 		note_off(b, before, avr->pc);
 }
