@@ -1,0 +1,149 @@
+"""The faults: what is done to the virtual board, when, and what has to come of it. Tests and table share them.
+
+Times are the board's, in s. A medium hand leads the handle of a spring to and fro all the while.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import Force
+
+START, END = 0.5, 0.8
+"""When a fault begins and ends."""
+STALL = END - START
+SECONDS = 1.2
+
+HAND = (
+    "0.1 hand 0.010 400 8 0.1 0.3",
+    "0.45 hand -0.010 400 8 0.1 0.3",
+    "0.85 hand 0.008 400 8 0.1 0.2",
+)
+LITTLE = (HAND[0], "0.6 hand 0.004 400 8 0.1 0.1", HAND[2])
+"""Less than half a turn of the motor from START to END: more cannot be told from another turn."""
+STIFFNESS = 120.0
+
+WATCHDOG, STALE, RECOVER, FADE, HOLD = 0.025, 0.020, 0.100, 0.030, 0.5
+PERIOD = 0.001
+LINE = 0.0008
+"""s that a sample and its answer take on the line and in the chip."""
+
+
+def no_spam(time: float) -> bytes:
+    return b""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One fault and the bounds of what it may do.
+
+    off: the motor is off so many s after START at the latest, and stays off until END; back: full force so
+    many s after END; latched: the host has latched a fault in the end; wrong: the sensor itself lies between
+    START and END, what it says then is no error of the record; quiet: no force may ever reach the pins.
+    """
+
+    name: str
+    script: Sequence[str] = ()
+    options: Sequence[str] = ()
+    seconds: float = SECONDS
+    off: float | None = None
+    back: float | None = None
+    latched: bool = False
+    wrong: bool = False
+    lossy: bool = False
+    hand: Sequence[str] = HAND
+    killed: float = np.inf
+    plugged: float = np.inf
+    spam: Callable[[float], bytes] = field(default=no_spam)
+    extra: Sequence[float] = ()
+
+
+def during(what: str, on: str, off: str = "0") -> tuple[str, str]:
+    """Return the script lines that switch a fault on and off."""
+    return f"{START} {what} {on}", f"{END} {what} {off}"
+
+
+def _garbage(time: float) -> bytes:
+    """Return a line full of random bytes: 90 a ms, the answer beside them."""
+    if not START <= time < END:
+        return b""
+    return np.random.default_rng(int(1e6 * time)).integers(0, 256, 90, dtype=np.uint8).tobytes() + b"\0"
+
+
+FOREIGN = 0.4
+
+
+def _forces(time: float) -> bytes:
+    """Return a line full of valid commands: eight a ms."""
+    return encode(Force(0, FOREIGN)) * 8 if START <= time < END else b""
+
+
+BACK = RECOVER + FADE + 5 * PERIOD
+AGAIN = HOLD + FADE + 5 * PERIOD
+
+DAMAGE = [
+    Case(f"{words} {way} the board", during(f"{direction} {kind}", rate), lossy=True)
+    for direction, way in (("to", "to"), ("from", "from"))
+    for kind, rate, words in (
+        ("drop", "0.01", "1 % of bytes dropped"),
+        ("flip", "0.01", "1 % of bytes flipped"),
+        ("insert", "0.01", "1 % more bytes inserted"),
+        ("burst", "0.002 40", "bursts of 40 bytes"),
+    )
+]
+
+LATENCY = [
+    Case(f"USB latency {1e3 * seconds:g} ms", options=("--latency", str(seconds)), lossy=seconds > 0.002)
+    for seconds in (0.0005, 0.001, 0.004, 0.016)
+]
+
+STALLS = [
+    Case("to the board nothing for 300 ms", (f"{START} to stall {STALL}",), off=WATCHDOG, back=0.2),
+    Case(
+        "from the board nothing for 300 ms",
+        (f"{START} from stall {STALL}",),
+        off=STALE + LINE + 2 * PERIOD,
+        back=BACK + 0.02,
+    ),
+    Case(
+        "from the board nothing for 40 ms, three times",
+        tuple(f"{at} from stall 0.04" for at in (0.3, 0.6, 0.9)),
+        seconds=1.3,
+        latched=True,
+    ),
+]
+
+ENDS = [
+    Case(
+        "cable pulled and put back",
+        (f"{START} unplug", f"{END} plug"),
+        seconds=1.6,
+        plugged=END,
+        off=WATCHDOG,
+        back=AGAIN,
+    ),
+    Case(
+        "board reset in mid-motion",
+        (f"{START} reset",),
+        seconds=1.6,
+        plugged=END,
+        off=PERIOD,
+        back=AGAIN,
+    ),
+    Case("program killed", killed=START, seconds=0.8, off=WATCHDOG),
+]
+
+SENSOR = [
+    Case("sensor stuck", during("sensor stuck", "1"), wrong=True, hand=LITTLE),
+    Case("sensor noisy, 3 counts", during("sensor noise", "3"), wrong=True),
+    Case("sensor flipping, 5 % of readings", during("sensor jump", "0.05"), wrong=True),
+]
+
+FLOOD = [
+    Case("line full of garbage", spam=_garbage, lossy=True),
+    Case("line full of valid commands", spam=_forces, lossy=True, extra=(FOREIGN,)),
+]
+
+CASES = [Case("none"), *DAMAGE, *LATENCY, *STALLS, *ENDS, *SENSOR, *FLOOD]

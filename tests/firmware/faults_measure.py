@@ -1,0 +1,150 @@
+"""What a fault did, from the truth log of the board and the rows of the studio."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio.haptics import rows
+from tests.firmware.faults_cases import END, START, WATCHDOG
+from tests.firmware.faults_run import Run
+from tests.firmware.vb import FULL_FORCE, QUANTUM
+
+DUTY = 255
+NOT_RENDERED = rows.STALE | rows.STOPPED | rows.FAULT | rows.FADING
+MARKED = rows.STALE | rows.STOPPED | rows.FAULT
+COUNTS = 1.1
+"""Counts between record and truth that are none: one of the sensor's steps, a tenth of the log's 0.1 ms."""
+LONGEST_WAY = 0.40
+"""s that a command may have been under way: the longest stall and what had queued behind it."""
+
+
+@dataclass
+class Measured:
+    """Figures of one run; nan where there is nothing to measure."""
+
+    name: str
+    peak: float  # N at the pins
+    off: float  # s after START until the motor was off
+    on_while_off: float  # s that it was on again before END, where it had to be off
+    back: float  # s after END until the full force was back
+    rows: int
+    wrong_rows: int  # positions that are not the truth's, in rows that nothing marks
+    unmarked_gaps: int
+    foreign: int  # log rows with a force at the pins that nobody had sent: false accepts
+    lost: int
+    bad: int
+    told: int  # damage that the board counted and reported, modulo 256
+    stale: int
+    fault: int
+    overruns: int  # bytes that the chip's port lost
+    late_ticks: int  # periods of the board that are not 1 ms
+    silent_offs: int
+
+
+def measure(run: Run) -> Measured:
+    """Measure one run."""
+    case, truth = run.case, run.truth
+    every = np.concatenate(run.rows)
+    off = time_off(run)
+    return Measured(
+        name=case.name,
+        peak=float(np.abs(truth.motor_force).max()),
+        off=off,
+        on_while_off=on_again(run, off),
+        back=time_back(run),
+        rows=len(every),
+        wrong_rows=sum(wrong_rows(run, k) for k in range(len(run.rows))),
+        unmarked_gaps=sum(unmarked_gaps(found) for found in run.rows),
+        foreign=foreign(run),
+        overruns=run.summary["overruns"],
+        late_ticks=sum(late_ticks(found) for found in run.rows),
+        silent_offs=run.summary["silent_offs"],
+        **{key: run.counters[key] for key in ("lost", "bad", "told", "stale", "fault")},
+    )
+
+
+def time_off(run: Run) -> float:
+    """Return how long after START the motor went off, where the case wants it off."""
+    if run.case.off is None:
+        return np.nan
+    after = run.truth[run.truth.time >= START]
+    return float(after.time[np.flatnonzero(after.duty == 0)[0]] - START)
+
+
+def on_again(run: Run, off: float) -> float:
+    """Return for how many s the motor was on although it had to be off."""
+    if run.case.off is None:
+        return 0.0
+    span = run.truth[(run.truth.time > START + off) & (run.truth.time < END)]
+    return float(np.count_nonzero(span.duty) * np.median(np.diff(run.truth.time)))
+
+
+def time_back(run: Run) -> float:
+    """Return how long after END the full force was in the motor again, where the case wants it back."""
+    if run.case.back is None:
+        return np.nan
+    found = run.rows[-1]
+    full = (found[:, rows.FLAGS].astype(int) & NOT_RENDERED) == 0
+    after = found[full & (found[:, rows.HOST_TIME] > END), rows.HOST_TIME]
+    on = run.truth[(run.truth.duty != 0) & (run.truth.time >= after[0])].time if len(after) else []
+    return float(on[0] - END) if len(on) else np.inf
+
+
+def errors(run: Run, found: np.ndarray, start: float) -> np.ndarray:
+    """Return by how many counts rows differ from the truth; the board's clock began at start."""
+    time = found[:, rows.BOARD_TIME] + start
+    true = np.interp(time, run.truth.time, run.truth.position)
+    return (found[:, rows.POSITION] - found[0, rows.POSITION] - (true - true[0])) / QUANTUM
+
+
+def start_of_clock(run: Run) -> float:
+    """Return how long after its start the board's clock began, to 25 us: the first rows agree best."""
+    found = run.rows[0]
+    found = found[found[:, rows.BOARD_TIME] < 0.29]
+    tried = np.arange(0.0, 1e-3, 25e-6)
+    return float(tried[np.argmin([np.ptp(errors(run, found, start)) for start in tried])])
+
+
+def wrong_rows(run: Run, number: int) -> int:
+    """Count the rows of a connection whose position is not the truth's and that nothing marks."""
+    found = run.rows[number]
+    if not len(found):
+        return 0
+    reset = number == 1 and any("reset" in words for words in run.case.script)
+    start = start_of_clock(run) + (START if reset else 0.0)
+    time, error = found[:, rows.BOARD_TIME] + start, errors(run, found, start)
+    marked = (found[:, rows.FLAGS].astype(int) & MARKED) != 0
+    if run.case.wrong:
+        marked |= (time >= START) & (time <= END + 1e-3)
+    return int(np.count_nonzero((np.abs(error) > COUNTS) & ~marked))
+
+
+def unmarked_gaps(found: np.ndarray) -> int:
+    """Count jumps of the board's time by more than a period in rows that do not say so."""
+    steps = np.diff(found[:, rows.BOARD_TIME])
+    gap = (found[1:, rows.FLAGS].astype(int) & rows.GAP) != 0
+    return int(np.count_nonzero((np.abs(steps - 1e-3) > 0.5e-3) & ~gap))
+
+
+def late_ticks(found: np.ndarray) -> int:
+    """Count samples that the board did not take at its period."""
+    steps = np.diff(found[:, rows.BOARD_TIME]) / 1e-3
+    return int(np.count_nonzero(np.abs(steps - np.round(steps)) > 0.02))
+
+
+def foreign(run: Run) -> int:
+    """Count log rows with a duty that answers no force sent lately, within a step."""
+    times = np.array([t for t, _ in run.forces])
+    sent = duty_of(np.array([f for _, f in run.forces]))
+    others = [0.0, *duty_of(np.array(run.case.extra))]
+    wrong = 0
+    for row in run.truth[run.truth.duty != 0][::5]:
+        first, last = np.searchsorted(times, [row.time - LONGEST_WAY, row.time])
+        known = np.concatenate((sent[first:last], others))
+        wrong += not np.any(np.abs(known - row.duty) <= 1.0)
+    return wrong
+
+
+def duty_of(force: np.ndarray) -> np.ndarray:
+    """Return the signed duty of a force in N: force = full force * duty^2."""
+    return np.sign(force) * DUTY * np.sqrt(np.minimum(np.abs(force) / FULL_FORCE, 1.0))

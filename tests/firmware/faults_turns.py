@@ -1,0 +1,170 @@
+"""The real compiled loop against the real firmware, both by board time: same script and seed, same run.
+
+The loop's own calls of the system (poll, read, write, clock_gettime) are led to this file by their symbols,
+before anything is compiled: so only in a process of its own. The board waits for its turn, hence nothing
+depends on how fast either side is.
+"""
+
+import ctypes
+import os
+import select
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import numpy as np
+
+from hapkit_studio.devices import virtual_board
+from hapkit_studio.devices.board_program import BoardProgram
+
+_POLLIN, _POLLHUP = 1, 16
+_EDGE = 1e-9
+
+
+class Turns:
+    """One board and the system as a loop sees it. Times in s of the board's clock.
+
+    until: when ``quit`` is called; killed: when the computer falls dead, its port closed; spam: called with
+    the time before each answer, returns bytes that another program writes to the same port.
+    """
+
+    def __init__(self, folder: Path, script, options=(), firmware=None, log_period=1e-4):
+        log, commands = folder / "truth.f64", folder / "script.txt"
+        commands.write_text("\n".join(script))
+        words = [virtual_board.program(), firmware or virtual_board.firmware(), "--turns", "--log", log]
+        words += ["--script", commands, "--log-period", log_period, *options]
+        self.board = BoardProgram([str(w) for w in words])
+        self.log = log
+        self.time = 0.0
+        self.until = self.killed = np.inf
+        self.quit = lambda: None
+        self.spam = lambda time: b""
+        self.sent: list[tuple[float, bytes]] = []
+        self._handed = self._taken = self._written = 0
+        self.fd, self.port = -1, self.board.reply("port")
+        self.plug_in()
+        self._hear()
+
+    def plug_in(self) -> None:
+        """Open the port that the board has named last."""
+        self.fd = os.open(self.port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        self._handed = self._taken = self._written = 0
+
+    def unplug(self) -> None:
+        """Let go of the port without a word."""
+        if self.fd >= 0:
+            os.close(self.fd)
+        self.fd = -1
+        self._written = 0
+
+    def _hear(self) -> None:
+        word, first, *rest = self.board.reply("").split()
+        while word != "turn":
+            if word == "port":
+                self.port = first
+            word, first, *rest = self.board.reply("").split()
+        self.time, self._handed = float(first), int(rest[0])
+
+    def turn(self) -> None:
+        """Let the board go on until a frame has come or 20 ms are over."""
+        spam = self.spam(self.time) if self.fd >= 0 else b""
+        if spam:
+            self._written += os.write(self.fd, spam)
+        self.board.send(f"go {self._written}")
+        self._hear()
+        if self.time >= self.killed:
+            self.unplug()
+        if self.time >= self.until:
+            self.quit()
+
+    def alone(self, until: float) -> None:
+        """Let the board go on with nobody there."""
+        while self.time < until:
+            self.turn()
+
+    def end(self) -> dict:
+        import json
+
+        self.unplug()
+        return json.loads(self.board.end())
+
+    def fail(self) -> None:
+        """Hang up and tell the loop to end: nothing that is raised below reaches whoever started it."""
+        self.unplug()
+        self.quit()
+
+    # --- what the loop calls
+    def poll(self, spec: int, _count: int, timeout_ms: int) -> int:
+        word = ctypes.c_int64.from_address(spec)
+        before = self.time
+        while True:
+            if self.fd < 0 or self._hung_up():
+                word.value |= _POLLHUP << 48
+                return 1
+            if self._handed > self._taken:
+                word.value |= _POLLIN << 48
+                return 1
+            if self.time - before >= 1e-3 * timeout_ms - _EDGE:
+                return 0
+            self.turn()
+
+    def _hung_up(self) -> bool:
+        watch = select.poll()
+        watch.register(self.fd, 0)
+        return any(event & _POLLHUP for _, event in watch.poll(0))
+
+    def read(self, _fd: int, address: int, size: int) -> int:
+        want, data = min(size, self._handed - self._taken), b""
+        while len(data) < want:
+            select.select([self.fd], [], [], 10.0)
+            data += os.read(self.fd, want - len(data))
+        self._taken += len(data)
+        ctypes.memmove(address, data, len(data))
+        return len(data)
+
+    def write(self, _fd: int, address: int, size: int) -> int:
+        try:
+            self.say(ctypes.string_at(address, size))
+        except OSError:
+            return -1
+        return size
+
+    def say(self, data: bytes) -> None:
+        """Send bytes to the board, in its next turn."""
+        self._written += os.write(self.fd, data)
+        self.sent.append((self.time, data))
+
+    def clock(self, _which: int, address: int) -> int:
+        words = (ctypes.c_int64 * 2).from_address(address)
+        words[0], words[1] = divmod(round(self.time * 1e9), 1_000_000_000)
+        return 0
+
+
+_now: Turns | None = None
+_long, _ulong, _int, _address = ctypes.c_long, ctypes.c_ulong, ctypes.c_int, ctypes.c_uint64
+
+
+def _led(name: str, result, *arguments):
+    def call(*given):
+        try:
+            return getattr(_now, name)(*given)
+        except BaseException:
+            _now.fail()
+            raise
+
+    return ctypes.CFUNCTYPE(result, *arguments)(call)
+
+
+_SYMBOLS = {
+    "poll": _led("poll", _int, _address, _ulong, _int),
+    "read": _led("read", _long, _int, _address, _ulong),
+    "write": _led("write", _long, _int, _address, _ulong),
+    "clock_gettime": _led("clock", _int, _int, _address),
+}
+
+
+def lead(turns: Turns) -> None:
+    """Make the compiled loop see this board from now on."""
+    global _now
+    _now = turns
+    for symbol, function in _SYMBOLS.items():
+        llvm.add_symbol(symbol, ctypes.cast(function, ctypes.c_void_p).value)
