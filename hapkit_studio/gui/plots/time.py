@@ -19,6 +19,7 @@ from hapkit_studio.gui.reel import Reel
 SPANS = (1.0, 60.0)
 _READOUT_MS = 100
 _AXIS = 22
+_LEAST_GAP = 0.25  # s without data from which on it is marked
 _FOLD_BELOW = 3 * HEIGHT + _AXIS + 160
 
 
@@ -133,7 +134,8 @@ class TimePlots(QWidget):
         width = (right - left) / columns
         now = self._seen.now
         if math.isnan(now):
-            shown.window, shown.contact, shown.now = Window(np.empty(0), {}, False), [], None
+            shown.window, shown.contact, shown.gaps = Window(np.empty(0), {}, False), [], []
+            shown.now = None
             return
         # columns at whole multiples of their width: their samples stay the same, so peaks do not dance
         last = math.ceil(now / width)
@@ -142,6 +144,7 @@ class TimePlots(QWidget):
         shown.window = self._reel.window(self._seen, first, columns + 1, width)
         shown.now = None if self.paused else self._seen.latest()
         shown.contact = self._contact() if self._shades else []
+        shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x)]
         shown.begin = -math.inf if self.paused else self._begin.within(self._seen)
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
@@ -187,3 +190,11 @@ class TimePlots(QWidget):
             canvas.setVisible(not away)
             axis = _AXIS if canvas is self.canvases[-1] else 0
             self._column.setStretchFactor(canvas, max(int(free * plot.share / whole), 1) + axis)
+
+
+def gaps(x: np.ndarray) -> list[tuple[float, float]]:
+    """Return the stretches (start, stop) in s, long enough to be a device's, around the NaN in times."""
+    lost = np.flatnonzero(np.isnan(x))
+    lost = lost[(lost > 0) & (lost < len(x) - 1)]
+    before, after = x[lost - 1], x[lost + 1]
+    return [(float(a), float(b)) for a, b in zip(before, after, strict=True) if b - a > _LEAST_GAP]

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPainter, QPen
+from PySide6.QtGui import QBrush, QPainter, QPen
 
 from hapkit_studio.gui.history import Window
 from hapkit_studio.gui.plots import strokes
@@ -30,6 +30,7 @@ class Shown:
     zero: float = 0.0
     begin: float = -np.inf
     contact: list[tuple[float, float]] = field(default_factory=list)
+    gaps: list[tuple[float, float]] = field(default_factory=list)
     now: dict[str, float] | None = None
     surface: float | None = None
     max_force: float = np.inf
@@ -86,12 +87,28 @@ class TraceCanvas(Canvas):
             self.show_range(*fitted(low, high, self.plot_of.reach / 8))
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
-        """Shade where there was contact."""
+        """Shade where there was contact; hatch where no data came."""
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.color("contact"))
         edges, _ = self.to_pixels(np.array(self.shown.contact).reshape(-1, 2), np.zeros(1))
         painter.drawRects([QRectF(a, box.top(), b - a, box.height()) for a, b in edges.tolist()])
         painter.setBrush(Qt.BrushStyle.NoBrush)
+        self._gaps(painter, box)
+
+    def _gaps(self, painter: QPainter, box: QRectF) -> None:
+        """Hatch the stretches without data, and say in the first plot how long each was."""
+        places, _ = self.to_pixels(np.array(self.shown.gaps).reshape(-1, 2), np.zeros(1))
+        for (left, right), (start, stop) in zip(places.tolist(), self.shown.gaps, strict=True):
+            left, right = max(left, box.left()), min(right, box.right())
+            if right <= left:
+                continue
+            painter.fillRect(
+                QRectF(left, box.top(), right - left, box.height()),
+                QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern),
+            )
+            words = f"No data for {number(stop - start, 1)} s"
+            if self.first and right - left > self.fontMetrics().horizontalAdvance(words) + 12:
+                self.note(painter, left + 6, box.top() + 16, words, "warn")
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint level lines, then traces."""

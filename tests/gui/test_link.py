@@ -1,0 +1,203 @@
+"""The link in the window: each failure with its next step, a board that takes its time, a mute one."""
+
+import threading
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+
+from hapkit_studio import errors
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.gui import linked, notices
+from hapkit_studio.gui.plots.time import gaps
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import HelloRequest
+from tests.devices.fake_board import FakeBoard
+from tests.devices.fake_kit import FakeKit
+from tests.gui.window_support import PATIENCE_MS, SIMULATED
+
+PORT = "Hapkit on ttyUSB0"
+
+
+def entry_that(make):
+    return DeviceEntry("/dev/ttyUSB0", "ttyUSB0: Hapkit board (FT232)", make)
+
+
+def failing(error):
+    def make():
+        raise error
+
+    return entry_that(make)
+
+
+@pytest.fixture
+def peers():
+    """Return a list of scripted boards; they are unplugged in the end."""
+    found = []
+    yield found
+    for peer in found:
+        peer.unplug()
+
+
+def failed(make_window, qtbot, error):
+    """Return the window and the one banner after a device failed to open."""
+    window = make_window((SIMULATED, failing(error)))
+    window.studio.open(failing(error))
+    qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
+    (banner,) = window.banners.banners
+    return window, banner
+
+
+def words(banner):
+    return [button.text() for button in banner.buttons]
+
+
+@pytest.mark.parametrize(
+    ("error", "first"),
+    [
+        (errors.NoFirmwareError("ttyUSB0 does not answer.", step="flash"), "Flash firmware"),
+        (errors.WrongProtocolError("Firmware speaks version 1.", step="update"), "Update firmware"),
+    ],
+)
+def test_what_flashing_mends_is_offered_to_be_flashed(make_window, qtbot, error, first):
+    window, banner = failed(make_window, qtbot, error)
+    assert words(banner) == [first, "Try again", "Use simulated Hapkit"]
+    with qtbot.waitSignal(window.notices.flash, timeout=PATIENCE_MS):
+        QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
+
+
+def test_the_line_to_run_can_be_copied(make_window, qtbot):
+    command = "sudo usermod -a -G dialout $USER"
+    text = f"You may not open ttyUSB0. Run `{command}`. Then log out and in again."
+    _, banner = failed(make_window, qtbot, errors.PortPermissionError(text, command=command))
+    assert words(banner) == ["Copy command", "Try again", "Use simulated Hapkit"]
+    assert command in banner.text.text()
+    QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
+    assert QGuiApplication.clipboard().text() == command
+
+
+def test_a_busy_port_is_only_tried_again(make_window, qtbot):
+    text = "ttyUSB0 is used by minicom (process 41). Close it, then try again."
+    _, banner = failed(make_window, qtbot, errors.PortBusyError(text))
+    assert banner.title.text() == "ttyUSB0 is used by minicom (process 41)."
+    assert words(banner) == ["Try again", "Use simulated Hapkit"]
+
+
+def test_a_starting_board_is_said_and_never_started_anew(make_window, qtbot, monkeypatch, peers):
+    """A look again in the middle of the handshake would open the port and reset the board once more."""
+    monkeypatch.setattr(linked, "LOOK_AGAIN_MS", 5)
+    plugged, kit, opened, asked = threading.Event(), FakeKit(), [], []
+
+    def slow(message):
+        if isinstance(message, HelloRequest):
+            asked.append(message)
+            return kit(message) if len(asked) > 3 else None
+        return kit(message)
+
+    def make():
+        if not plugged.is_set():
+            raise errors.PortGoneError(f"{PORT} is gone. Force is zero. Looking again every second.")
+        opened.append(1)
+        return HapkitBoard(peers[0].path)
+
+    peers.append(FakeBoard(slow))
+    window = make_window()
+    window.studio.open(entry_that(make))
+    qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
+    said = []
+    window.studio._connector.waiting.connect(said.append)
+    plugged.set()
+    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
+    assert opened == [1]
+    assert said == ["Starting board…"]
+
+
+def test_the_header_says_what_it_waits_for(idle_window, qtbot, peers):
+    gate = threading.Event()
+    kit = FakeKit()
+
+    def waits(message):
+        gate.wait(PATIENCE_MS / 1000)
+        return kit(message)
+
+    peers.append(FakeBoard(waits))
+    idle_window.studio.open(entry_that(lambda: HapkitBoard(peers[0].path)))
+    word = idle_window.header.devices.word
+    qtbot.waitUntil(lambda: word.text() == "Starting board…", timeout=PATIENCE_MS)
+    gate.set()
+    qtbot.waitUntil(lambda: idle_window.studio.link.state == "running", timeout=PATIENCE_MS)
+    assert word.text() == f"Hapkit on {peers[0].path.removeprefix('/dev/')}"
+
+
+def test_a_board_without_samples_is_noticed_until_they_come(make_window, qtbot, monkeypatch, peers):
+    monkeypatch.setattr(notices, "NO_DATA_MS", 50)
+    peers.append(FakeBoard(FakeKit()))
+    window = make_window()
+    window.studio.open(entry_that(lambda: HapkitBoard(peers[0].path)))
+    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
+
+    def shown():
+        window.live.look()
+        return window.banners.get("silence") is not None
+
+    qtbot.waitUntil(shown, timeout=PATIENCE_MS)
+    notice = window.banners.get("silence")
+    assert notice.title.endswith("says hello, but sends no samples.")
+    assert [text for text, _ in notice.buttons] == ["Try again", "Use simulated Hapkit"]
+    from tests.devices.fake_kit import sample
+
+    def heard():
+        peers[0].say(encode(sample(heard.seq, answered=0)))
+        heard.seq += 1
+        window.live.tick()
+        window.live.look()
+        return window.banners.get("silence") is None
+
+    heard.seq = 0
+    qtbot.waitUntil(heard, timeout=PATIENCE_MS)
+
+
+def test_a_port_that_comes_back_without_rights_is_said_in_the_end_and_tried_on(
+    make_window, qtbot, monkeypatch
+):
+    monkeypatch.setattr(linked, "LOOK_AGAIN_MS", 5)
+    error = [errors.PortGoneError(f"{PORT} is gone. Force is zero. Looking again every second.")]
+
+    def make():
+        if error:
+            raise error[0]
+        return SimulatedHapkit()
+
+    window = make_window()
+    window.studio.open(entry_that(make))
+    qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
+    error[0] = errors.PortPermissionError("You may not open ttyUSB0. Run it.", command="x")
+    qtbot.waitUntil(lambda: window.studio.link.command == "x", timeout=PATIENCE_MS)
+    assert window.studio._refusals >= linked.TRIES
+    error[0] = errors.PortGoneError(f"{PORT} is gone. Force is zero. Looking again every second.")
+    qtbot.waitUntil(lambda: "is gone" in window.studio.link.text, timeout=PATIENCE_MS)
+    error.clear()
+    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
+
+
+def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
+    engine = window.studio.engine
+    window.studio.let_go()
+    qtbot.waitUntil(lambda: not engine.health().running, timeout=PATIENCE_MS)
+    assert window.studio.engine is None
+    assert window.header.devices.word.text() == "Not connected"
+    assert window.banners.banners == []
+    window.studio.reconnect()
+    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+
+
+def test_gaps_lie_between_the_last_and_the_first_sample():
+    nan = np.nan
+    x = np.array([0.0, 0.1, nan, 2.1, 2.2, nan, 2.3, nan])
+    assert gaps(x) == [(0.1, 2.1)]
+    assert gaps(np.array([nan, 1.0])) == []
+    assert gaps(np.empty(0)) == []

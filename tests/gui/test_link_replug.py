@@ -1,0 +1,155 @@
+"""A cable pulled and put back on the real firmware: zero force, a gap, and everything as it was."""
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices import ports
+from hapkit_studio.devices.virtual_board import VirtualBoard, built
+from hapkit_studio.gui import linked
+from hapkit_studio.haptics import rows
+from tests.devices.fake_ports import FT232, info, list_ports
+from tests.gui.window_support import PATIENCE_MS, SIMULATED
+
+pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
+SERIAL = "AB0LB3DQ"
+
+
+class Kit:
+    """A kit on a cable: the virtual board's program, listed as an FT232 while it is plugged in."""
+
+    def __init__(self, monkeypatch):
+        self.monkeypatch, self.program = monkeypatch, VirtualBoard()
+        self.program.start()
+        self.list(self.program.port)
+        (self.entry,) = ports.entries()
+
+    def list(self, *paths):
+        list_ports(self.monkeypatch, *(info(path, FT232, SERIAL, "1-2") for path in paths))
+
+    def unplug(self):
+        self.list()
+        self.program.unplug()
+
+    def plug(self):
+        """Put it back: a new pseudo-terminal, so mostly another name."""
+        self.program.plug()
+        self.list(self.program.port)
+
+
+@pytest.fixture
+def kit(monkeypatch):
+    monkeypatch.setattr(linked, "LOOK_AGAIN_MS", 50)
+    kit = Kit(monkeypatch)
+    yield kit
+    kit.program.end()
+
+
+@pytest.fixture
+def running(make_window, qtbot, kit):
+    """Return a window that runs the kit, a wall of 300 N/m and a few hundred rows in it."""
+    window = make_window((SIMULATED, kit.entry))
+    window.studio.set_value("stiffness", 300.0)
+    window.studio.set_loop(estimator="kalman")
+    window.studio.open(kit.entry)
+    rows_since(window, qtbot, 300)
+    return window
+
+
+def rows_since(window, qtbot, least, before=0):
+    """Take frames until so many rows have come since; return how many there are."""
+
+    def enough():
+        window.live.tick()
+        return len(window.live.history) >= before + least
+
+    qtbot.waitUntil(enough, timeout=PATIENCE_MS)
+    return len(window.live.history)
+
+
+def until_link(window, qtbot, state):
+    def reached():
+        window.live.look()
+        return window.studio.link.state == state
+
+    qtbot.waitUntil(reached, timeout=PATIENCE_MS)
+
+
+def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbot):
+    window, studio = running, running.studio
+    first = studio.engine.device.port
+    kept = window.live.history.between(-np.inf, np.inf)
+    kit.unplug()
+    until_link(window, qtbot, "gone")
+    (banner,) = window.banners.banners
+    name = first.removeprefix("/dev/")
+    assert banner.title.text() == f"Hapkit on {name} is gone."
+    assert banner.text.text() == "Force is zero. Looking again every second."
+    assert not window.header.devices.dot.filled
+    assert window.centre.time.shown.stale
+    before = len(window.live.history)
+    kit.plug()
+    until_link(window, qtbot, "running")
+    assert window.banners.banners == []
+    assert studio.engine.device.port == kit.program.port
+    assert studio.values["stiffness"] == studio.engine.values["stiffness"] == 300.0
+    assert studio.engine.loop.estimator == "kalman"
+    rows_since(window, qtbot, 300, before)
+    # what was there before is there still, then a gap that is marked, then the new rows
+    shown = window.live.history.between(-np.inf, np.inf)
+    assert np.array_equal(shown.x[: len(kept.x)], kept.x, equal_nan=True)
+    assert np.array_equal(shown.y["position"][: len(kept.x)], kept.y["position"], equal_nan=True)
+    (broken,) = np.flatnonzero(np.isnan(shown.x[len(kept.x) - 1 :]))
+    assert np.all(np.diff(shown.x[np.isfinite(shown.x)]) >= 0.0)
+    assert broken > 0
+    window.centre.time.take()
+    longest = max(b - a for a, b in window.centre.time.shown.gaps)
+    assert longest == pytest.approx(np.nanmax(np.diff(shown.x[np.isfinite(shown.x)])), abs=1e-3)
+
+
+def test_the_motor_is_off_while_the_cable_is_out(running, kit, qtbot):
+    kit.program.move_hand(0.012)
+    qtbot.waitUntil(lambda: kit.program.status()["duty"] != 0, timeout=PATIENCE_MS)
+    kit.unplug()
+    begin = kit.program.status()["time"]
+    # by the board's own clock: 25 ms, a tick, and what was on its way
+    while (status := kit.program.status())["duty"] != 0:
+        assert status["time"] - begin < 0.030
+    until_link(running, qtbot, "gone")
+    kit.plug()
+    until_link(running, qtbot, "running")
+    qtbot.waitUntil(lambda: kit.program.status()["duty"] != 0 or pressed(kit, qtbot), timeout=PATIENCE_MS)
+
+
+def pressed(kit, qtbot):
+    """Press a little harder: without a stored zero it is where the handle was when the board came back."""
+    kit.program.move_hand(0.030)
+    return False
+
+
+def test_the_emergency_stop_outlives_the_cable(running, kit, qtbot):
+    window = running
+    kit.program.move_hand(0.012)
+    qtbot.waitUntil(lambda: kit.program.status()["duty"] != 0, timeout=PATIENCE_MS)
+    window.studio.stop()
+    qtbot.waitUntil(lambda: kit.program.status()["duty"] == 0, timeout=PATIENCE_MS)
+    kit.unplug()
+    until_link(window, qtbot, "gone")
+    kit.plug()
+    until_link(window, qtbot, "running")
+    assert window.studio.stopped
+    kit.program.move_hand(0.040)
+    before = len(window.live.history)
+    duties = []
+
+    def many():
+        duties.append(kit.program.status()["duty"])
+        window.live.tick()
+        return len(window.live.history) >= before + 1000
+
+    qtbot.waitUntil(many, timeout=PATIENCE_MS)
+    assert set(duties) == {0}
+    assert int(window.live.last[rows.FLAGS]) & rows.STOPPED
+    assert window.live.last[rows.APPLIED] == 0.0
+    assert [b.title.text() for b in window.banners.banners] == ["Stopped. Force is zero."]
+    window.studio.release_stop()
+    qtbot.waitUntil(lambda: kit.program.status()["duty"] != 0, timeout=PATIENCE_MS)
