@@ -25,7 +25,10 @@ def render(r, conn, out, k, now):
     period = since_last(conn, sample)
     position = line.position_of(conn, sample[codec.COUNT])
     if settings.due(r):
+        fault = r.control[rig.FAULT]
         settings.refresh(r, position, period)
+        if fault != rig.NO_FAULT and r.control[rig.FAULT] == rig.NO_FAULT:
+            conn.numbers[way.EXCUSED] = now + way.PATIENCE
     if r.word[rig.STALE]:
         recover(r, period)
     line.stamp(conn, sample, row, now)

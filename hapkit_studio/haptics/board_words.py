@@ -19,7 +19,8 @@ def speak(r, conn, k, now, frame):
     n[line.LAST_ANSWER] = now
     at = words[way.WAY]
     if at == way.LEAVING:
-        return begin(r, conn, now, frame)
+        length = zero(conn, k, frame)
+        return length + begin(r, conn, k, now, frame[length:])
     if at == way.SETTING:
         return settle(r, conn, k, now, frame)
     law = way.wanted(r, conn)
@@ -34,13 +35,13 @@ def speak(r, conn, k, now, frame):
 
 
 @internal
-def zero(frame):
-    """Encode a force of zero."""
-    return codec.encode_force(frame, 0, 0.0)
+def zero(conn, k, frame):
+    """Encode a force of zero in answer to sample k."""
+    return codec.encode_force(frame, int(conn.samples[k, codec.SEQ]), 0.0)
 
 
 @internal
-def begin(r, conn, now, frame):
+def begin(r, conn, k, now, frame):
     """Begin to hand over, the force at zero: the zero first, where the board has another one."""
     n, words = conn.numbers, conn.words
     if words[way.CONFIGURABLE] and (n[line.ZERO] != 0.0 or n[line.SIGN] < 0.0):
@@ -48,10 +49,10 @@ def begin(r, conn, now, frame):
         words[way.WAY] = way.SETTING
         n[way.ASKED_AT] = -way.PATIENCE
         words[way.SETTINGS_SEEN] = conn.reader[codec.SETTINGS_FRAMES]
-        return settle(r, conn, 0, now, frame)
+        return settle(r, conn, k, now, frame)
     words[way.WAY] = way.ASKING
     n[way.ASKED_AT] = -way.PATIENCE
-    return ask(r, conn, 0, now, frame)
+    return ask(r, conn, k, now, frame)
 
 
 @internal
@@ -80,7 +81,7 @@ def settle(r, conn, k, now, frame):
         n[way.ASKED_AT] = -way.PATIENCE
         return ask(r, conn, k, now, frame)
     if now - n[way.ASKED_AT] < way.PATIENCE:
-        return zero(frame)
+        return zero(conn, k, frame)
     n[way.ASKED_AT] = now
     return scene_frames.encode_body(frame, conn.settings)
 
@@ -192,7 +193,7 @@ def now_and_then(conn, k, frame, word):
 def last_act(conn, frame):
     """Take the board's law away, then command zero: the last act of a loop while the board renders."""
     length = scene_frames.encode_scene(frame, NO_LAW, conn.words[way.GENERATION] + 1, conn.sent)
-    return length + zero(frame[length:])
+    return length + codec.encode_force(frame[length:], 0, 0.0)
 
 
 @compiled

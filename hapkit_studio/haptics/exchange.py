@@ -59,8 +59,6 @@ def answer(r, conn, k, now):
     """Encode what answers frame k: a changed E-stop first, then force, or a word where the board renders."""
     word = line.stop_word(r, conn)
     length = codec.encode_simple(conn.frame, word) if word else 0
-    if word == codec.RELEASE:
-        conn.numbers[way.EXCUSED] = now + way.PATIENCE
     if way.computer_speaks(conn):
         return length + line.answer(r, conn, k, now, conn.frame[length:])
     return length + board_words.speak(r, conn, k, now, conn.frame[length:])

@@ -42,6 +42,8 @@ NUMBERS = 20
 # was told what to render. THERE: it renders. RETURNING: it was told to give over.
 HERE, LEAVING, SETTING, ASKING, THERE, RETURNING = range(6)
 
+_ROUNDING = 1e-9
+
 PATIENCE = 0.1
 """s after which what has no effect is said once more."""
 
@@ -75,7 +77,8 @@ def leave(r, line, period):
         words[WAY] = HERE
         r.real[rig.GAIN] *= n[LEFT]
         return n[LEFT]
-    n[LEFT] = max(n[LEFT] - period / r.values[block.FADE], 0.0)
+    left = n[LEFT] - period / r.values[block.FADE]
+    n[LEFT] = left if left > _ROUNDING else 0.0
     return n[LEFT]
 
 
