@@ -129,9 +129,8 @@ class Bench:
         self._stop.set()
 
     def release(self) -> None:
-        """End the E-stop."""
+        """End the E-stop; the board hears of it when the next run begins."""
         self._stop.clear()
-        self.board.tell(Release())
 
     @property
     def stopped(self) -> bool:
@@ -158,6 +157,7 @@ class Bench:
         """Record while a move drives the handle; raise StoppedError, DoubtError or another DeviceError."""
         if self.stopped:
             raise StoppedError("Stopped. Force is zero. Release the E-stop, then try again.")
+        self.board.tell(Release())
         return self._run(move, seconds, limits, until)
 
     def _run(self, move: Move | None, seconds: float, limits: Limits, until: Callable[[], bool]) -> Track:

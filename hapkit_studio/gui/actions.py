@@ -127,7 +127,21 @@ _VIEW = (
 )  # fmt: skip
 
 
+def _set_up(window: "MainWindow") -> object:
+    from hapkit_studio.gui.wizard.opening import open_setup
+
+    return open_setup(window)
+
+
+def _test(window: "MainWindow") -> object:
+    from hapkit_studio.gui.wizard.opening import open_check
+
+    return open_check(window)
+
+
 _DEVICE = (
+    Action("device.setup", "Set up my Hapkit…", "Device", _set_up, enabled=_has_board),
+    Action("device.check", "Test my Hapkit…", "Device", _test, enabled=_has_board),
     Action("device.zero", "Zero here", "Device", lambda w: w.studio.zero_here(), enabled=_has_board),
     Action(
         "device.flip", "Flip direction", "Device", lambda w: w.studio.flip_direction(), enabled=_has_board

@@ -14,6 +14,7 @@ _RULE_BEFORE = {
     "session.quit",
     "view.fit",
     "view.panel",
+    "device.zero",
     "environment.reset",
     "environment.new",
     "help.about",

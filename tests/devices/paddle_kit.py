@@ -1,6 +1,7 @@
 """A kit in this process: board, motor, sensor, paddle, and a hand that a test moves. No port, no waiting."""
 
 import math
+import time
 from dataclasses import fields, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from hapkit_studio.protocol.messages import Board, BoardFlag, Force, Origin, Rel
 from tests.devices.fake_board import HELLO_FIELDS
 
 PERIOD = 1e-3
+EVERY = 20
 ANSWER = 0.4e-3
 """s from a sample to its force in effect: the wire and the board."""
 
@@ -21,7 +23,7 @@ class PaddleKit:
 
     mass, viscous, coulomb: the paddle. sense: -1 with the magnet turned round. direction: -1 with the motor's
     wires crossed. supply: 0 without. dead: duty below which the motor gives nothing. noise: counts, sigma.
-    weight: N that pull. student(kit): called every period, may hold ``hand`` at a place in m, or None.
+    weight: N that pull. pace: s that a period takes. student(kit): called every period, may hold ``hand`` at a place in m, or None.
     """
 
     simulated, title = False, "Hapkit on test"
@@ -29,10 +31,10 @@ class PaddleKit:
     def __init__(
         self, board=None, *, mass=0.044, viscous=0.5, coulomb=0.10, sense=1, direction=1, magnet=300.0,
         torque=0.0183, pulley=0.005, handle=0.090, sector=0.074, counts=921, lowest=51, supply=1.0,
-        dead=0, noise=0.0, seed=1, stop=0.055, stuck=False,
+        dead=0, noise=0.0, seed=1, stop=0.055, stuck=False, pace=0.0,
     ):  # fmt: skip
         self.mass, self.viscous, self.coulomb = mass, viscous, coulomb
-        self.silence = 0
+        self.silence, self.pace = 0, pace
         self.sense, self.direction, self.magnet, self.supply, self.dead = (
             sense,
             direction,
@@ -99,6 +101,8 @@ class PaddleKit:
             self.silent = True
             yield self._sample()
             self._advance()
+            if self.pace and self.seq % EVERY == 0:
+                time.sleep(EVERY * self.pace)
 
     def _opened(self):
         if self.hello is None:

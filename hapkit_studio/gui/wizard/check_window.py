@@ -1,0 +1,123 @@
+"""Test my Hapkit: every check with its verdict, and what to do; nothing is changed on the board."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QGridLayout, QLabel, QProgressBar, QPushButton, QWidget
+
+from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, Report, run_all
+from hapkit_studio.analysis.calibrate.verdict import LOOK, PASS, Verdict
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.tabs.bar import PRIMARY
+from hapkit_studio.gui.wizard.page import VerdictBox
+from hapkit_studio.gui.wizard.shell import Shell
+
+if TYPE_CHECKING:
+    from hapkit_studio.devices.calibration import Bench
+    from hapkit_studio.gui.studio import Studio
+
+TITLE = "Test my Hapkit"
+_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn")}
+_BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."
+
+
+def itself(bench: "Bench") -> "Bench":
+    """Return the bench: checks need nothing more."""
+    return bench
+
+
+class CheckWindow(Shell):
+    """A row a check; one line for the whole."""
+
+    _said = Signal(str, object)
+
+    def __init__(self, studio: "Studio", parent: QWidget):
+        super().__init__(TITLE, studio, itself, parent)
+        self.resize(820, 600)
+        self.setMinimumSize(640, 480)
+        self.report: Report | None = None
+        self.box, self.bar = VerdictBox(), QProgressBar()
+        self.test = QPushButton("Test")
+        self.test.setProperty("tall", True)
+        self.test.setEnabled(False)
+        dress(self.test, PRIMARY + "QPushButton { font-size: 14px; }")
+        self.rows: dict[str, tuple[QLabel, QLabel]] = {}
+        body = self._body()
+        self.column.addWidget(body, 1)
+        self.test.clicked.connect(self.run)
+        self._said.connect(self._show)
+        self.desk.opened.connect(self._opened)
+        self.desk.refused.connect(self._refused)
+        self.desk.failed.connect(self._failed)
+        self.box.say("Starting the board…", "", "circle", "accent")
+
+    def run(self) -> None:
+        """Run every check."""
+        for sign, words in self.rows.values():
+            sign.clear()
+            words.clear()
+
+        def said(check: Check, verdict: Verdict | None) -> None:
+            self._said.emit(check.key, verdict)
+
+        if self.desk.start(lambda bench: run_all(bench, said), self._finished):
+            self.test.setEnabled(False)
+            self.bar.setValue(0)
+            self.box.say("Testing. Hands off…", "", "circle", "accent")
+
+    def _opened(self, _bench: object) -> None:
+        self.test.setEnabled(True)
+        self.test.setFocus()
+        self.box.say(_BEGIN)
+
+    def _show(self, key: str, verdict: Verdict | None) -> None:
+        sign, words = self.rows[key]
+        if verdict is None:
+            words.setText("…")
+            return
+        name, token = _SIGNS.get(verdict.level, ("circle", "ink3"))
+        sign.setPixmap(icons.pixmap(name, 20, token, self.devicePixelRatioF()))
+        words.setText(f"{verdict.words} {verdict.remedy}".strip())
+        words.setAccessibleName(f"{key}: {verdict.level}. {words.text()}")
+        self.bar.setValue(self.bar.value() + 1)
+
+    def _finished(self, report: Report) -> None:
+        self.report = report
+        self.test.setEnabled(True)
+        self.test.setText("Test again")
+        self.box.say(report.words, "", *(("check", "ok") if report.good else ("triangle", "warn")))
+
+    def _refused(self, words: str) -> None:
+        self.test.setEnabled(True)
+        self.box.say(words, "", "triangle", "warn")
+
+    def _failed(self, words: str) -> None:
+        self.test.setEnabled(False)
+        self.box.say(words, "Close this window, connect the board again.", "unplugged", "warn")
+
+    def _body(self) -> QWidget:
+        body = QWidget()
+        grid = QGridLayout(body)
+        grid.setContentsMargins(24, 18, 24, 18)
+        grid.setHorizontalSpacing(16)
+        grid.setVerticalSpacing(12)
+        grid.setColumnStretch(2, 1)
+        self.bar.setRange(0, len(CHECKS))
+        for line, check in enumerate(CHECKS):
+            sign, title, words = QLabel(), QLabel(check.title), QLabel()
+            sign.setFixedWidth(22)
+            words.setWordWrap(True)
+            dress(title, "QLabel { font-size: 15px; font-weight: 600; }")
+            dress(words, "QLabel { font-size: 14px; }")
+            self.rows[check.key] = (sign, words)
+            for column, part in enumerate((sign, title, words)):
+                grid.addWidget(
+                    part, line, column, Qt.AlignmentFlag.AlignTop if column < 2 else Qt.AlignmentFlag(0)
+                )
+        end = len(CHECKS)
+        grid.setRowStretch(end, 1)
+        grid.addWidget(self.bar, end + 1, 0, 1, 3)
+        grid.addWidget(self.box, end + 2, 0, 1, 3)
+        grid.addWidget(self.test, end + 3, 0, 1, 3, Qt.AlignmentFlag.AlignLeft)
+        return body

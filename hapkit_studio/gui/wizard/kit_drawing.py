@@ -1,0 +1,120 @@
+"""A kit in a few lines: paddle, sector, motor, board, its USB plug, the motor's supply, a weight."""
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from hapkit_studio.gui.theme import theme
+
+_SIZE = QSize(430, 260)
+
+
+class KitDrawing(QWidget):
+    """Draws the kit; usb, supply: True connected, False to be left out. weight: one hangs at the handle."""
+
+    def __init__(self, usb: bool, supply: bool, weight: bool = False, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.usb, self.supply, self.weight = usb, supply, weight
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+        self.setMinimumSize(330, 170)
+        self.setAccessibleName("Drawing of the kit")
+
+    def sizeHint(self) -> QSize:
+        return _SIZE
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(theme.color("line"), 1))
+        painter.setBrush(theme.color("scene"))
+        painter.drawRoundedRect(QRectF(0.5, 0.5, self.width() - 1, self.height() - 1), 8, 8)
+        scale = min(self.width() / _SIZE.width(), self.height() / _SIZE.height())
+        painter.translate(
+            (self.width() - scale * _SIZE.width()) / 2, (self.height() - scale * _SIZE.height()) / 2
+        )
+        painter.scale(scale, scale)
+        if self.weight:
+            self._on_its_side(painter)
+        else:
+            self._upright(painter)
+
+    def _pen(self, token: str, width: float = 2.0) -> QPen:
+        pen = QPen(theme.color(token), width)
+        pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+        return pen
+
+    def _paddle(self, painter: QPainter) -> None:
+        """Draw the paddle about its axis at (0, 0), handle up."""
+        sector = QPainterPath(QPointF(0, 8))
+        sector.lineTo(-50, -62)
+        sector.arcTo(QRectF(-74, -80, 148, 148), 130, -80)
+        sector.closeSubpath()
+        painter.setPen(self._pen("matline"))
+        painter.setBrush(theme.color("mat"))
+        painter.drawPath(sector)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(theme.color("handle"))
+        painter.drawRect(QRectF(-4, -112, 8, 40))
+        painter.drawRoundedRect(QRectF(-19, -134, 38, 26), 8, 8)
+        painter.setBrush(theme.color("surface"))
+        painter.setPen(self._pen("matline"))
+        painter.drawEllipse(QPointF(0, 0), 5, 5)
+
+    def _motor(self, painter: QPainter, at: QPointF) -> None:
+        painter.setPen(self._pen("objline"))
+        painter.setBrush(theme.color("obj"))
+        painter.drawEllipse(at, 15, 15)
+        painter.drawEllipse(at, 4, 4)
+
+    def _upright(self, painter: QPainter) -> None:
+        painter.save()
+        painter.translate(110, 178)
+        self._paddle(painter)
+        painter.restore()
+        self._motor(painter, QPointF(110, 84))
+        painter.setPen(self._pen("edge"))
+        painter.setBrush(theme.color("mat2"))
+        painter.drawRoundedRect(QRectF(60, 196, 100, 34), 5, 5)
+        self._words(painter, QRectF(60, 196, 100, 34), "board", "ink")
+        self._plug(painter, 204.0, "USB", self.usb, "green light")
+        self._plug(painter, 222.0, "12 V supply", self.supply, "on")
+
+    def _plug(self, painter: QPainter, y: float, name: str, on: bool, when: str) -> None:
+        token = "ok" if on else "ink3"
+        end = 162.0 if on else 186.0
+        painter.setPen(self._pen(token, 3))
+        path = QPainterPath(QPointF(262, y - (40 if name == "USB" else -14)))
+        path.cubicTo(230, y, 230, y, end + 14, y)
+        painter.drawPath(path)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(theme.color(token))
+        painter.drawRoundedRect(QRectF(end, y - 5, 16, 10), 2, 2)
+        top = y - 52 if name == "USB" else y + 4
+        words = f"{name}: {when}" if on else f"{name}: not plugged in"
+        self._words(painter, QRectF(266, top, 160, 24), words, token, Qt.AlignmentFlag.AlignLeft)
+
+    def _on_its_side(self, painter: QPainter) -> None:
+        painter.setPen(self._pen("edge"))
+        painter.setBrush(theme.color("mat2"))
+        painter.drawRoundedRect(QRectF(282, 82, 30, 96), 5, 5)
+        painter.save()
+        painter.translate(262, 130)
+        painter.rotate(-90)
+        self._paddle(painter)
+        painter.restore()
+        self._motor(painter, QPointF(168, 130))
+        painter.setPen(self._pen("ink", 1.6))
+        painter.drawLine(QPointF(140, 142), QPointF(140, 184))
+        painter.setPen(self._pen("objline"))
+        painter.setBrush(theme.color("obj"))
+        painter.drawRoundedRect(QRectF(118, 184, 44, 40), 5, 5)
+        self._words(painter, QRectF(118, 184, 44, 40), "m", "ink")
+        self._words(painter, QRectF(30, 40, 240, 22), "the left side of the kit is down", "ink2")
+
+    def _words(
+        self, painter: QPainter, box: QRectF, words: str, token: str,
+        where: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignHCenter,
+    ) -> None:  # fmt: skip
+        painter.setPen(QColor(theme.color(token)))
+        painter.setFont(theme.font("strong"))
+        painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, words)

@@ -1,0 +1,165 @@
+"""What a step's page is: words, a picture, buttons, and one verdict."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from hapkit_studio.analysis.calibrate.verdict import LOOK, PASS, Verdict
+from hapkit_studio.gui import icons
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.tabs.bar import PRIMARY
+from hapkit_studio.gui.theme import theme
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from hapkit_studio.analysis.calibrate.session import Calibration
+    from hapkit_studio.gui.wizard.desk import Desk
+
+_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn")}
+_NEUTRAL = ("circle", "ink2")
+_GROUND = {"ok": "oksoft", "warn": "warnsoft", "danger": "dangersoft", "ink2": "side"}
+BIG = "QLabel { font-size: 15px; }"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the board reports now: time s (n,), reading (n,), position m (n,), force N, for pictures."""
+
+    time: "np.ndarray"
+    raw: "np.ndarray"
+    position: "np.ndarray"
+    force: float
+
+
+class VerdictBox(QWidget):
+    """A sign, what was found, and below it what to do."""
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.setObjectName("verdictBox")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.sign, self.words, self.remedy = QLabel(), QLabel(), QLabel()
+        dress(self.words, "QLabel { font-size: 15px; font-weight: 650; }")
+        dress(self.remedy, "QLabel { font-size: 14px; }")
+        for label in (self.words, self.remedy):
+            label.setWordWrap(True)
+        column = QVBoxLayout()
+        column.setSpacing(2)
+        column.addWidget(self.words)
+        column.addWidget(self.remedy)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(14, 9, 14, 9)
+        row.setSpacing(12)
+        row.addWidget(self.sign, 0, Qt.AlignmentFlag.AlignTop)
+        row.addLayout(column, 1)
+        self._look = _NEUTRAL
+        theme.changed.connect(self._dress)
+        self.say("")
+
+    def say(self, words: str, remedy: str = "", sign: str = "circle", token: str = "ink2") -> None:
+        """Show a sign, words and what to do."""
+        self.words.setText(words)
+        self.remedy.setText(remedy)
+        self.remedy.setVisible(bool(remedy))
+        self._look = (sign, token)
+        self.setAccessibleName(f"{words} {remedy}".strip())
+        self._dress()
+
+    def show_verdict(self, verdict: Verdict) -> None:
+        """Show a verdict."""
+        self.say(verdict.words, verdict.remedy, *_SIGNS.get(verdict.level, _NEUTRAL))
+
+    def _dress(self) -> None:
+        sign, token = self._look
+        self.sign.setPixmap(icons.pixmap(sign, 22, token, self.devicePixelRatioF()))
+        ground = f"background: @{_GROUND.get(token, 'side')}; border: 1px solid @line; border-radius: 8px;"
+        dress(self, f"#verdictBox {{ {ground} }}")
+
+
+class StepPage(QWidget):
+    """One step. ``changed``: it is finished, or no longer; assumed says what holds where it is skipped."""
+
+    changed = Signal()
+    title, assumed = "", ""
+
+    def __init__(self, desk: "Desk", parent: QWidget | None = None):
+        super().__init__(parent)
+        self.desk = desk
+        self.verdict: Verdict | None = None
+        self.box = VerdictBox()
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(24, 18, 24, 14)
+        self.column.setSpacing(12)
+        heading = QLabel(self.title)
+        dress(heading, "QLabel { font-size: 22px; font-weight: 650; }")
+        self.column.addWidget(heading)
+
+    @property
+    def subject(self) -> "Calibration":
+        """Return the calibration under way."""
+        return self.desk.subject
+
+    # what a step declares
+
+    def enter(self) -> None:
+        """Come into sight."""
+
+    def show_seen(self, seen: Seen) -> None:
+        """Draw what the board reports now; thirty times a second while in sight."""
+
+    # what a step uses
+
+    def say(self, words: str) -> None:
+        """Add words on what to do."""
+        label = QLabel(words)
+        label.setWordWrap(True)
+        dress(label, BIG)
+        self.column.addWidget(label)
+
+    def row(self, *parts: QWidget, stretch: bool = True) -> QHBoxLayout:
+        """Add parts side by side."""
+        row = QHBoxLayout()
+        row.setSpacing(10)
+        for part in parts:
+            row.addWidget(part)
+        if stretch:
+            row.addStretch(1)
+        self.column.addLayout(row)
+        return row
+
+    def button(self, words: str, press: Callable[[], object], primary: bool = False) -> QPushButton:
+        """Return a button of the step."""
+        made = QPushButton(words)
+        made.setProperty("tall", True)
+        made.setAutoDefault(True)
+        made.clicked.connect(lambda: press())
+        dress(made, PRIMARY + "QPushButton { font-size: 14px; }" if primary else "* { font-size: 14px; }")
+        return made
+
+    def do(self, words: str, job: Callable[["Calibration"], object], after: Callable[..., object]) -> bool:
+        """Hand the thread a job, say meanwhile what it does, then call after(result)."""
+        if not self.desk.start(job, after):
+            return False
+        self.box.say(words, "", "circle", "accent")
+        self.set_busy(True)
+        return True
+
+    def show_verdict(self, verdict: Verdict) -> None:
+        """Show and keep what the step found."""
+        self.verdict = verdict
+        self.box.show_verdict(verdict)
+        self.changed.emit()
+
+    def show_refusal(self, words: str) -> None:
+        """Show why a job ended."""
+        self.box.say(words, "", "triangle", "warn")
+
+    def set_busy(self, busy: bool) -> None:
+        """Let buttons rest while a job runs."""
+        for button in self.findChildren(QPushButton):
+            if not button.property("always"):
+                button.setEnabled(not busy)

@@ -1,0 +1,105 @@
+"""The handle on its rail, where the board says it is: the marks, and the force that the motor makes."""
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from hapkit_studio.gui.theme import number, theme
+
+SPAN = 0.065
+"""m from the middle to either end of the picture."""
+_HEIGHT = 150
+_PER_NEWTON = 90.0
+
+
+class Rail(QWidget):
+    """Draws position in m, marks in m with whether each is taken, force in N; None: not known yet."""
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.position: float | None = None
+        self.force = 0.0
+        self.marks: tuple[tuple[float, bool], ...] = ()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setFixedHeight(_HEIGHT)
+        self.setAccessibleName("Handle on its rail")
+
+    def show_handle(self, position: float | None, force: float = 0.0) -> None:
+        """Show where the handle is in m, and what pushes it in N."""
+        self.position, self.force = position, force
+        self.update()
+
+    def show_marks(self, marks: tuple[tuple[float, bool], ...]) -> None:
+        """Show places in m, and whether they are taken."""
+        self.marks = marks
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        return QSize(520, _HEIGHT)
+
+    def _x(self, place: float) -> float:
+        return self.width() / 2 + place / SPAN * (self.width() / 2 - 24)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(theme.color("line"), 1))
+        painter.setBrush(theme.color("scene"))
+        painter.drawRoundedRect(QRectF(0.5, 0.5, self.width() - 1, self.height() - 1), 8, 8)
+        base = self.height() - 36.0
+        self._rail(painter, base)
+        self._marks(painter, base)
+        if self.position is not None:
+            self._handle(painter, base, self._x(max(min(self.position, SPAN), -SPAN)))
+
+    def _rail(self, painter: QPainter, base: float) -> None:
+        painter.setPen(QPen(theme.color("rail"), 3))
+        painter.drawLine(QPointF(self._x(-0.06), base), QPointF(self._x(0.06), base))
+        painter.setFont(theme.font("tick"))
+        for tick in range(-60, 61, 5):
+            x, long = self._x(1e-3 * tick), tick % 20 == 0
+            painter.setPen(QPen(theme.color("rail"), 1))
+            painter.drawLine(QPointF(x, base), QPointF(x, base + (8 if long else 5)))
+            if long:
+                painter.setPen(theme.color("axis"))
+                words = number(tick, 0) + (" mm" if tick == 60 else "")
+                painter.drawText(QRectF(x - 30, base + 10, 60, 18), Qt.AlignmentFlag.AlignCenter, words)
+
+    def _marks(self, painter: QPainter, base: float) -> None:
+        for place, taken in self.marks:
+            x, token = self._x(place), "ok" if taken else "accent"
+            style = Qt.PenStyle.SolidLine if taken else Qt.PenStyle.DashLine
+            painter.setPen(QPen(theme.color(token), 2, style))
+            painter.drawLine(QPointF(x, 26), QPointF(x, base))
+            painter.setPen(theme.color(token))
+            painter.setFont(theme.font("strong"))
+            words = f"{number(1e3 * place, 0)}{' ✓' if taken else ''}"
+            painter.drawText(QRectF(x - 40, 4, 80, 20), Qt.AlignmentFlag.AlignCenter, words)
+
+    def _handle(self, painter: QPainter, base: float, x: float) -> None:
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(theme.color("handle"))
+        painter.drawRect(QRectF(x - 3, base - 42, 6, 42))
+        painter.drawRoundedRect(QRectF(x - 11, base - 4, 22, 8), 2, 2)
+        painter.drawRoundedRect(QRectF(x - 20, base - 66, 40, 28), 8, 8)
+        painter.setPen(QPen(theme.color("ridge"), 2))
+        for ridge in (-7, 0, 7):
+            painter.drawLine(QPointF(x + ridge, base - 60), QPointF(x + ridge, base - 44))
+        if abs(self.force) > 0.005:
+            self._arrow(painter, base - 52, x)
+
+    def _arrow(self, painter: QPainter, y: float, x: float) -> None:
+        side = 1.0 if self.force > 0.0 else -1.0
+        start, tip = x + side * 26, x + side * (40 + _PER_NEWTON * min(abs(self.force), 2.0))
+        painter.setPen(QPen(theme.color("applied"), 5))
+        painter.drawLine(QPointF(start, y), QPointF(tip - side * 10, y))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(theme.color("applied"))
+        head = [QPointF(tip, y), QPointF(tip - side * 13, y - 8), QPointF(tip - side * 13, y + 8)]
+        painter.drawPolygon(QPolygonF(head))
+        painter.setPen(theme.color("applied"))
+        painter.setFont(theme.font("strong"))
+        words = f"{number(self.force, 2)} N"
+        box = QRectF(tip + (6 if side > 0 else -86), y - 10, 80, 20)
+        where = Qt.AlignmentFlag.AlignLeft if side > 0 else Qt.AlignmentFlag.AlignRight
+        painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, words)

@@ -1,0 +1,67 @@
+"""Step 0: plug in USB only, and say which kit it is."""
+
+from PySide6.QtWidgets import QComboBox, QLabel
+
+from hapkit_studio.analysis.calibrate.verdict import passed
+from hapkit_studio.devices import profiles
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.wizard.desk import Desk
+from hapkit_studio.gui.wizard.kit_drawing import KitDrawing
+from hapkit_studio.gui.wizard.page import BIG, StepPage
+from hapkit_studio.protocol.messages import Origin
+
+
+class ConnectStep(StepPage):
+    """Finished once a kit was taken; skipped, the board's own numbers stay."""
+
+    title = "Connect, and choose your kit"
+    assumed = "the kit that the board takes itself for"
+
+    def __init__(self, desk: Desk):
+        super().__init__(desk)
+        self.say(
+            "1. Plug in USB, and hold the board's connector with the other hand: a green light comes on.\n"
+            "2. Leave the motor's 12 V supply unplugged until step 3.\n"
+            "3. Choose your kit."
+        )
+        self.column.addWidget(KitDrawing(usb=True, supply=False), 1)
+        self.kits = QComboBox()
+        self.kits.setProperty("tall", True)
+        self.kits.setAccessibleName("Kit")
+        for kit in profiles.KITS:
+            self.kits.addItem(kit.title, kit.key)
+        dress(self.kits, "QComboBox { font-size: 14px; min-width: 260px; }")
+        self.take = self.button("Use this kit", self.choose, primary=True)
+        self.row(self.kits, self.take)
+        self.note = QLabel()
+        self.note.setWordWrap(True)
+        dress(self.note, BIG)
+        self.column.addWidget(self.note)
+        self.column.addWidget(self.box)
+        self.kits.currentIndexChanged.connect(lambda _index: self._note())
+        self._note()
+
+    def enter(self) -> None:
+        """Show the kit that the board takes itself for."""
+        if self.desk.subject is None or self.verdict is not None:
+            return
+        now = self.subject.before
+        kit = profiles.numbered(now.profile)
+        self.kits.setCurrentIndex(profiles.KITS.index(kit) if kit else 0)
+        stored = "has stored settings" if now.origin == Origin.STORED else "has the usual kit's settings"
+        self.box.say(f"Connected. The board {stored}. Force is zero.", "", "check", "ok")
+
+    def choose(self) -> None:
+        """Take the kit's numbers."""
+        kit = profiles.named(self.kits.currentData())
+        before = profiles.numbered(self.subject.before.profile)
+        if kit is before:
+            self.show_verdict(passed(f"{kit.title}: as the board has it."))
+        else:
+            self.do("Telling the board…", lambda work: work.choose(kit), lambda _none: self._chosen(kit))
+
+    def _chosen(self, kit: profiles.Kit) -> None:
+        self.show_verdict(passed(f"{kit.title}."))
+
+    def _note(self) -> None:
+        self.note.setText(profiles.named(self.kits.currentData()).note)

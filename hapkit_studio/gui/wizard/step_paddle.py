@@ -1,0 +1,68 @@
+"""Step 5: a gentle sweep by itself tells mass, damping and dry friction, and a dead band of the motor."""
+
+from PySide6.QtWidgets import QLabel
+
+from hapkit_studio.analysis.calibrate.trials import Swept
+from hapkit_studio.analysis.calibrate.verdict import look, passed
+from hapkit_studio.devices import calibration_moves as moves
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.theme import number
+from hapkit_studio.gui.wizard.desk import Desk
+from hapkit_studio.gui.wizard.page import Seen, StepPage
+from hapkit_studio.gui.wizard.position_plot import PositionPlot
+from hapkit_studio.gui.wizard.rail import Rail
+
+_LINES = (
+    ("mass", "Mass", 1e3, "g", 1),
+    ("viscous", "Damping", 1.0, "N·s/m", 3),
+    ("coulomb", "Dry friction", 1.0, "N", 3),
+)
+
+
+class PaddleStep(StepPage):
+    """Finished once a sweep told the three numbers."""
+
+    title = "Friction, damping and mass: a gentle sweep"
+    assumed = "mass and friction that this kit usually has"
+
+    def __init__(self, desk: Desk):
+        super().__init__(desk)
+        self.say(
+            "Stand the kit upright again. Handle in the middle, hands off, then press Sweep: for "
+            f"{moves.SWEEP_SECONDS:g} s the motor moves the handle by itself, within ± 25 mm and "
+            f"{moves.SWEEP_LIMITS.force:g} N. It stops at any doubt."
+        )
+        self.plot, self.rail = PositionPlot(), Rail()
+        self.column.addWidget(self.plot, 1)
+        self.column.addWidget(self.rail)
+        self.sweep = self.button("Sweep", self.begin, primary=True)
+        self.row(self.sweep)
+        self.found = QLabel()
+        dress(self.found, "QLabel { font-size: 17px; font-weight: 600; }")
+        self.column.addWidget(self.found)
+        self.column.addWidget(self.box)
+        self.box.say("The motor is off until you press Sweep.")
+
+    def show_seen(self, seen: Seen) -> None:
+        self.plot.show_positions(seen.time, seen.position)
+        self.rail.show_handle(float(seen.position[-1]), seen.force)
+
+    def begin(self) -> None:
+        """Sweep."""
+        self.do("Sweeping. Hands off…", lambda work: work.sweep(), self._swept)
+
+    def _swept(self, swept: Swept) -> None:
+        part = swept.part
+        if not part.estimates:
+            self.show_verdict(look("sweep", part.advice, "Handle in the middle, hands off, sweep again."))
+            return
+        shown = []
+        for key, words, scale, unit, decimals in _LINES:
+            e = part[key]
+            half = max(scale * e.half, 10.0**-decimals)
+            value = f"{number(scale * e.value, decimals)} ± {half:.{decimals}f} {unit}"
+            shown.append(f"{words}  {value}" if e.told else f"{words}  not told: {e.advice}")
+        self.found.setText("      ".join(shown))
+        band = swept.board.dead_band
+        words = f" The motor begins to turn at duty {band} of 255." if band else ""
+        self.show_verdict(passed(f"Found, each with its 95 % interval.{words}"))

@@ -1,0 +1,149 @@
+"""Last: what changed, the kit's name, and keeping it: on the board and in a file."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QWidget
+
+from hapkit_studio.analysis.calibrate.verdict import look, passed
+from hapkit_studio.devices import calibration_file, profiles
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.theme import number
+from hapkit_studio.gui.wizard.desk import Desk
+from hapkit_studio.gui.wizard.page import StepPage
+
+Notes = dict[str, tuple[bool, str]]
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.calibrate.session import Calibration
+    from hapkit_studio.protocol.messages import Board
+
+# field, words, factor, unit, decimals
+_ROWS = (
+    ("counts_per_flip", "Counts from repeat to repeat", 1.0, "", 0),
+    ("quantum", "Travel per count", 1e6, "µm", 2),
+    ("zero", "Zero, a count", 1.0, "", 0),
+    ("sense", "Counts grow to the", 0.0, "", 0),
+    ("direction", "Direction pin high pushes to the", 0.0, "", 0),
+    ("motor_constant", "Motor constant", 1e3, "mN·m", 2),
+    ("dead_band", "Dead band, duty of 255", 1.0, "", 0),
+    ("mass", "Mass at the handle", 1e3, "g", 1),
+    ("viscous", "Damping", 1.0, "N·s/m", 3),
+    ("coulomb", "Dry friction", 1.0, "N", 3),
+    ("handle_radius", "Axis to handle, rh", 1e3, "mm", 2),
+    ("pulley_radius", "Pulley, rp", 1e3, "mm", 2),
+)
+
+
+def shown(board: "Board", row: tuple) -> str:
+    """Return one number of a board's settings as a person reads it."""
+    name, _words, factor, unit, decimals = row
+    value = getattr(board, name)
+    if not factor:
+        return "right" if value > 0 else "left"
+    return f"{number(factor * value, decimals)} {unit}".strip()
+
+
+class SaveStep(StepPage):
+    """Finished once the board has kept its settings."""
+
+    title = "Save: on the board, and in a file"
+    assumed = "nothing is kept: the board forgets at its next start"
+
+    def __init__(self, desk: Desk, notes: Callable[[], Notes]):
+        super().__init__(desk)
+        self._notes = notes
+        self.table = QWidget()
+        self._grid = QGridLayout(self.table)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setHorizontalSpacing(28)
+        self._grid.setVerticalSpacing(4)
+        dress(self.table, "QLabel { font-size: 14px; }")
+        self.column.addWidget(self.table)
+        self.assumptions = QLabel()
+        self.assumptions.setWordWrap(True)
+        dress(self.assumptions, "QLabel { font-size: 14px; color: @ink2; }")
+        self.column.addWidget(self.assumptions)
+        self.column.addStretch(1)
+        self.label = QLineEdit()
+        self.label.setMaxLength(12)
+        self.label.setAccessibleName("Name of the kit")
+        dress(self.label, "QLineEdit { font-size: 14px; min-height: 32px; max-width: 180px; }")
+        self.save = self.button("Save", self.keep, primary=True)
+        self.undo = self.button("Undo everything", self.put_back)
+        self.row(QLabel("Name of the kit"), self.label, self.save, self.undo)
+        self.column.addWidget(self.box)
+
+    def enter(self) -> None:
+        """Show what the board had, and what it has now."""
+        if self.desk.subject is None:
+            return
+        if not self.label.text():
+            self.label.setText(self.subject.board.label)
+        self._fill()
+        if self.verdict is None:
+            self.box.say("Not saved yet: the board would forget it at its next start.", "", "circle", "ink2")
+        skipped = [f"{title}: {words}" for title, (done, words) in self._notes().items() if not done]
+        self.assumptions.setText("Assumed. " + "; ".join(skipped) + "." if skipped else "")
+
+    def keep(self) -> None:
+        """Keep the settings on the board and write the file."""
+        try:
+            label = calibration_file.label_of(self.label.text())
+        except ParameterError as error:
+            self.show_refusal(str(error))
+            return
+        notes = {title: words for title, (_done, words) in self._notes().items()}
+
+        def job(work: "Calibration") -> str:
+            work.store(label)
+            return str(calibration_file.write(profiles.of_settings(work.bench.now), notes))
+
+        self.do("Saving…", job, self._kept)
+
+    def put_back(self) -> None:
+        """Put back what the board had at the start."""
+        self.do("Putting back…", lambda work: work.undo(), self._put_back)
+
+    def _kept(self, path: str) -> None:
+        self._fill()
+        reach = 1e3 * self._reach()
+        self.show_verdict(
+            passed(
+                f"Saved on the board and in {path}. Switch on with the handle within {reach:.0f} mm of the "
+                "middle: the board finds its zero from there."
+            )
+        )
+
+    def _reach(self) -> float:
+        """Return how far from the middle a board may be switched on, in m."""
+        board = self.subject.board
+        return 0.4 * board.counts_per_flip * board.quantum
+
+    def _put_back(self, _none: object) -> None:
+        self._fill()
+        self.show_verdict(look("undone", "The board has its old settings again.", "Save, or close."))
+        self.verdict = None
+        self.changed.emit()
+
+    def _fill(self) -> None:
+        while (item := self._grid.takeAt(0)) is not None:
+            if (cell := item.widget()) is not None:
+                cell.deleteLater()
+        before, now = self.subject.before, self.subject.board
+        for column, words in enumerate(("", "before", "now")):
+            self._cell(0, column, words, "axis")
+        for line, row in enumerate(_ROWS, 1):
+            old, new = shown(before, row), shown(now, row)
+            self._cell(line, 0, row[1], "axis")
+            self._cell(line, 1, old, "axis")
+            self._cell(line, 2, new if new != old else "as before", "" if new != old else "axis")
+        self._grid.setColumnStretch(3, 1)
+
+    def _cell(self, line: int, column: int, words: str, role: str) -> None:
+        label = QLabel(words)
+        label.setProperty("role", role)
+        if not role:
+            dress(label, "QLabel { font-size: 14px; font-weight: 650; }")
+        self._grid.addWidget(label, line, column)

@@ -1,0 +1,185 @@
+"""Set up my Hapkit: seven steps on the board itself, each of which may be skipped."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
+
+from hapkit_studio.analysis.calibrate.session import Calibration
+from hapkit_studio.analysis.calibrate.verdict import skipped
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.wizard.page import Seen, StepPage
+from hapkit_studio.gui.wizard.shell import Shell
+from hapkit_studio.gui.wizard.step_connect import ConnectStep
+from hapkit_studio.gui.wizard.step_direction import DirectionStep
+from hapkit_studio.gui.wizard.step_paddle import PaddleStep
+from hapkit_studio.gui.wizard.step_save import SaveStep
+from hapkit_studio.gui.wizard.step_scale import ScaleStep
+from hapkit_studio.gui.wizard.step_sensor import SensorStep
+from hapkit_studio.gui.wizard.step_strength import StrengthStep
+from hapkit_studio.gui.wizard.steps_list import StepsList
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.studio import Studio
+
+TITLE = "Set up my Hapkit"
+_NAMES = ("Connect", "Sensor", "Zero and scale", "Direction", "Strength", "Friction", "Save")
+_SIZE = (1040, 690)
+_SMALLEST = (860, 560)
+
+
+class WizardWindow(Shell):
+    """Back, Next and Skip, or any step from the list; nothing runs without a button being pressed."""
+
+    def __init__(self, studio: "Studio", parent: QWidget):
+        super().__init__(TITLE, studio, Calibration, parent)
+        self.setMinimumSize(*_SMALLEST)
+        self.resize(*_SIZE)
+        self.steps: list[StepPage] = [
+            ConnectStep(self.desk), SensorStep(self.desk), ScaleStep(self.desk), DirectionStep(self.desk),
+            StrengthStep(self.desk), PaddleStep(self.desk), SaveStep(self.desk, self.notes),
+        ]  # fmt: skip
+        self.list, self.pages = StepsList(_NAMES), QStackedWidget()
+        for step in self.steps:
+            self.pages.addWidget(_scrolled(step))
+        body = QHBoxLayout()
+        body.setSpacing(0)
+        body.addWidget(self.list)
+        body.addWidget(self.pages, 1)
+        self.column.addLayout(body, 1)
+        self.column.addWidget(self._foot())
+        self._join()
+        self.go(0)
+        self._say_opening()
+
+    # what a person does
+
+    @property
+    def step(self) -> StepPage:
+        """Return the step in sight."""
+        return self.steps[self.pages.currentIndex()]
+
+    def go(self, index: int) -> None:
+        """Show a step."""
+        self.pages.setCurrentIndex(index)
+        self.list.show_current(index)
+        self.back.setEnabled(index > 0)
+        last = index == len(self.steps) - 1
+        self.next.setText("Close" if last else "Next")
+        self.skip.setVisible(not last)
+        self.step.enter()
+        self._offer()
+
+    def go_on(self) -> None:
+        """Show the next step, or close after the last."""
+        index = self.pages.currentIndex()
+        if index == len(self.steps) - 1:
+            self.close()
+        else:
+            self.go(index + 1)
+
+    def skip_step(self) -> None:
+        """Leave a step out, and say what is assumed then."""
+        index = self.pages.currentIndex()
+        self.list.show_verdict(index, skipped(f"Left out. Assumed: {self.step.assumed}."))
+        self.go(index + 1)
+
+    def notes(self) -> dict[str, tuple[bool, str]]:
+        """Return for every step but the last whether it is done, and what was found or is assumed."""
+        return {
+            name: (step.verdict is not None, step.verdict.words if step.verdict else step.assumed)
+            for name, step in zip(_NAMES[:-1], self.steps[:-1], strict=True)
+        }
+
+    def show_seen(self, seen: Seen) -> None:
+        if self.desk.subject is not None:
+            self.step.show_seen(seen)
+
+    # what happens
+
+    def _say_opening(self) -> None:
+        for step in self.steps:
+            step.set_busy(True)
+        self.steps[0].box.say("Starting the board…", "", "circle", "accent")
+
+    def _opened(self, _subject: object) -> None:
+        for step in self.steps:
+            step.set_busy(False)
+        self.step.enter()
+        self._offer()
+
+    def _ended(self, words: str = "") -> None:
+        for step in self.steps:
+            step.set_busy(self.desk.busy)
+        if words:
+            self.step.show_refusal(words)
+        self._offer()
+
+    def _failed(self, words: str) -> None:
+        for step in self.steps:
+            step.set_busy(True)
+            step.box.say(
+                words, "Close this window, connect the board again, then start anew.", "unplugged", "warn"
+            )
+        self.next.setEnabled(True)
+
+    def _changed(self) -> None:
+        for index, step in enumerate(self.steps):
+            if step.verdict is not None:
+                self.list.show_verdict(index, step.verdict)
+        self._offer()
+
+    def _offer(self) -> None:
+        """Say beside the buttons what the next one means."""
+        done = self.step.verdict is not None and self.step.verdict.good
+        words = "" if done or self.step is self.steps[-1] else f"Skipped, it is assumed: {self.step.assumed}."
+        self.hint.setText(words)
+        self.skip.setEnabled(not self.desk.busy)
+        self.next.setEnabled(not self.desk.busy or self.step is self.steps[-1])
+        self.back.setEnabled(self.pages.currentIndex() > 0 and not self.desk.busy)
+
+    # putting together
+
+    def _foot(self) -> QWidget:
+        foot = QWidget()
+        foot.setObjectName("shellFoot")
+        foot.setFixedHeight(60)
+        self.hint = QLabel()
+        self.hint.setWordWrap(True)
+        dress(self.hint, "QLabel { font-size: 13px; color: @ink2; }")
+        self.skip, self.back, self.next = QPushButton("Skip"), QPushButton("Back"), QPushButton("Next")
+        row = QHBoxLayout(foot)
+        row.setContentsMargins(24, 0, 16, 0)
+        row.setSpacing(10)
+        row.addWidget(self.hint, 1)
+        for button in (self.skip, self.back, self.next):
+            button.setProperty("tall", True)
+            button.setAutoDefault(False)
+            button.setMinimumWidth(96)
+            row.addWidget(button)
+        return foot
+
+    def _join(self) -> None:
+        self.list.chosen.connect(self._choose)
+        self.back.clicked.connect(lambda: self.go(self.pages.currentIndex() - 1))
+        self.next.clicked.connect(self.go_on)
+        self.skip.clicked.connect(self.skip_step)
+        self.desk.opened.connect(self._opened)
+        self.desk.done.connect(lambda _result: self._ended())
+        self.desk.refused.connect(self._ended)
+        self.desk.failed.connect(self._failed)
+        for step in self.steps:
+            step.changed.connect(self._changed)
+
+    def _choose(self, index: int) -> None:
+        if not self.desk.busy:
+            self.go(index)
+
+
+def _scrolled(page: QWidget) -> QScrollArea:
+    """Return a page that scrolls where the room is short."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setWidget(page)
+    page.setAutoFillBackground(False)
+    area.viewport().setAutoFillBackground(False)
+    return area
