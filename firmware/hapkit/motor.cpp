@@ -1,10 +1,10 @@
 #include "motor.h"
 
-#include <math.h>
+#include <string.h>
 
 #include "profile.h"
 
-#if defined(__AVR__)
+#ifdef __AVR__
 #pragma GCC optimize("O2")
 #endif
 
@@ -12,28 +12,59 @@ namespace motor {
 namespace {
 
 constexpr uint8_t kPieces = sizeof(protocol::Board::table);
+constexpr uint32_t kSign = 0x80000000;
+constexpr uint32_t kInfinite = 0x7f800000;
 
-float max_force = 0.0f;
+// What multiplies a force: mantissa / 2^16 * 2^exponent, the exponent as a float writes it.
+struct Factor {
+  uint16_t mantissa;
+  int16_t exponent;
+};
+
+// A straight piece of the map. Torque is in 255ths of that at full duty, duty in 256ths of a step.
+struct Piece {
+  uint8_t from, to;     // torque
+  uint16_t duty;        // where it begins
+  uint8_t slope;        // whole steps a 255th
+  uint16_t slope_rest;  // and 65536ths
+};
+
+uint32_t most = 0;      // the largest force, as bits
 uint8_t dead_band = 0;
-uint8_t top = 0;            // steps of duty above the dead band
+uint8_t top = 0;        // steps of duty above the dead band
 bool square = true;
-float per_newton = 0.0f;    // of the map's own unit: steps squared, or 255ths of the torque at full duty
-uint8_t ends[kPieces];      // of the pieces, in 255ths of the torque
-float slopes[kPieces];      // steps per 255th
-float heights[kPieces];     // steps where a piece, made longer, meets no torque; half a step is in it
-uint8_t pieces = 0;
+Factor factor = {0, 0};  // from newton to steps squared, or to 255ths of the torque at full duty
+Piece pieces[kPieces];
+uint8_t piece_count = 0;
 
-// One straight piece of the map, from one duty to the next.
+// The board's float operations take 100 to 500 cycles each; on the bits, a quarter of that is enough.
+uint32_t bits_of(float value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof(bits));
+  return bits;
+}
+
+float float_of(uint32_t bits) {
+  float value;
+  memcpy(&value, &bits, sizeof(value));
+  return value;
+}
+
+Factor factor_of(float value) {
+  const uint32_t bits = bits_of(value) + 0x80;  // to the nearest
+  return {static_cast<uint16_t>(0x8000 | (bits >> 8)), static_cast<int16_t>(bits >> 23)};
+}
+
 void add_piece(float from, float to, uint8_t low, uint8_t high) {
   if (high == low) return;  // the lowest duty for a torque is enough
-  slopes[pieces] = (to - from) / (high - low);
-  heights[pieces] = from - slopes[pieces] * low + 0.5f;
-  ends[pieces] = high;
-  ++pieces;
+  const float slope = (to - from) / (high - low);
+  const uint8_t whole = static_cast<uint8_t>(slope);
+  const uint16_t rest = static_cast<uint16_t>((slope - whole) * 65536.0f);
+  pieces[piece_count++] = {low, high, static_cast<uint16_t>(from * 256.0f), whole, rest};
 }
 
 void set_pieces(const protocol::Board& kit) {
-  pieces = 0;
+  piece_count = 0;
   if (kit.motor_map == protocol::kMotorMapLinear) return add_piece(0.0f, top, 0, 255);
   const float eighth = static_cast<float>(top) / kPieces;
   uint8_t low = 0;
@@ -43,8 +74,32 @@ void set_pieces(const protocol::Board& kit) {
   }
 }
 
+// A force times the factor is value / 2^places.
+struct Product {
+  uint16_t value;
+  int16_t places;
+};
+
+Product times_factor(uint32_t force) {
+  const uint16_t mantissa = static_cast<uint16_t>(0x8000 | (force >> 8));
+  const uint32_t product = static_cast<uint32_t>(mantissa) * factor.mantissa;
+  const int16_t exponent = static_cast<uint16_t>(force >> 16) >> 7;
+  const int16_t places = 2 * 127 + 14 - exponent - factor.exponent;
+  const uint16_t value = product >> 16;
+  if (value & 0x8000) return {value, places};
+  const bool next_bit = static_cast<int16_t>(product) < 0;
+  return {static_cast<uint16_t>(value << 1 | next_bit), static_cast<int16_t>(places + 1)};
+}
+
+uint16_t shifted(uint16_t value, uint8_t places) {
+  if (places > 15) return 0;
+  if (places & 8) value >>= 8;
+  for (places &= 7; places; --places) value >>= 1;
+  return value;
+}
+
 // The whole number nearest to the root of what was given less a quarter: a step is nearest from half a step
-// below, and (step - 1/2)^2 = step (step - 1) + 1/4. A tenth of the time that sqrtf takes on the board.
+// below, and (step - 1/2)^2 = step (step - 1) + 1/4.
 uint8_t nearest_root(uint16_t square_less_quarter) {
   uint8_t root = 0;
   for (uint8_t bit = 0x80; bit; bit >>= 1) {
@@ -54,48 +109,59 @@ uint8_t nearest_root(uint16_t square_less_quarter) {
   return root;
 }
 
-uint8_t square_steps(float force) {
-  const float squared = force * per_newton;
-  if (squared < 0.25f) return 0;
-  const float full = static_cast<float>(static_cast<uint16_t>(top) * top);
-  return squared < full ? nearest_root(static_cast<uint16_t>(squared - 0.25f)) : top;
+uint8_t square_steps(Product steps_squared) {
+  const int16_t places = steps_squared.places;
+  if (places < 0) return top;
+  if (places < 8) return nearest_root(shifted(steps_squared.value, places));  // a quarter is nothing here
+  if (places > 24) return 0;
+  const uint16_t fine = shifted(steps_squared.value, places - 8);
+  return fine < 64 ? 0 : nearest_root((fine - 64) >> 8);
 }
 
-uint8_t straight_steps(float force) {
-  const float torque = force * per_newton;
-  if (!(torque < ends[pieces - 1])) return top;
-  const uint8_t whole = static_cast<uint8_t>(torque);
-  uint8_t piece = 0;
-  while (ends[piece] <= whole) ++piece;
-  const float steps = heights[piece] + slopes[piece] * torque;
-  return steps < top ? static_cast<uint8_t>(steps) : top;
+uint8_t straight_steps(Product torque) {
+  if (torque.places < 8) return top;
+  if (torque.places > 24) return 0;
+  const uint16_t fine = shifted(torque.value, torque.places - 8);
+  const uint8_t whole = fine >> 8;
+  const Piece* piece = pieces;
+  while (whole >= piece->to) {
+    if (++piece == pieces + piece_count) return top;
+  }
+  const uint16_t along = fine - static_cast<uint16_t>(piece->from << 8);
+  const uint16_t duty = piece->duty + along * piece->slope +
+                        ((static_cast<uint32_t>(along) * piece->slope_rest) >> 16);
+  return (duty + 128) >> 8;
 }
 
 }  // namespace
 
 void set(const protocol::Board& kit) {
-  max_force = kit.max_force;
+  most = bits_of(kit.max_force);
   dead_band = kit.dead_band;
   top = profile::kPwmTop - dead_band;
   square = kit.motor_map == protocol::kMotorMapSquare;
   // torque = force * handle radius * pulley radius / sector radius, as a share of that at full duty
   const float share = kit.handle_radius * kit.pulley_radius / kit.sector_radius / kit.motor_constant;
-  per_newton = square ? share * top * top : share * 255.0f;
+  factor = factor_of(square ? share * top * top : share * 255.0f);
   set_pieces(kit);
 }
 
+// Floats of one sign are in the order of their bits.
 Limited limit(float force) {
-  if (!isfinite(force)) return {0.0f, protocol::kFlagRefused};
-  if (force > max_force) return {max_force, protocol::kFlagClamped};
-  if (force < -max_force) return {-max_force, protocol::kFlagClamped};
+  const uint32_t bits = bits_of(force);
+  const uint32_t size = bits & ~kSign;
+  if (size >= kInfinite) return {0.0f, protocol::kFlagRefused};
+  if (size > most) return {float_of(most | (bits & kSign)), protocol::kFlagClamped};
   return {force, 0};
 }
 
 int16_t pwm_of(float force) {
-  const float size = fabsf(force);
-  const uint8_t steps = square ? square_steps(size) : straight_steps(size);
-  const int16_t pwm = steps ? steps + dead_band : 0;
-  return force < 0.0f ? -pwm : pwm;
+  const uint32_t bits = bits_of(force);
+  const Product product = times_factor(bits & ~kSign);
+  const uint8_t wanted = square ? square_steps(product) : straight_steps(product);
+  if (!wanted) return 0;
+  const int16_t pwm = (wanted < top ? wanted : top) + dead_band;
+  return bits & kSign ? -pwm : pwm;
 }
 
 }  // namespace motor

@@ -1,3 +1,8 @@
+// Runs when a person changes something: made small, not fast.
+#ifdef __AVR__
+#pragma GCC optimize("Os")
+#endif
+
 #include "settings.h"
 
 #include <string.h>
@@ -169,6 +174,9 @@ const protocol::Board& now() { return in_force; }
 uint8_t origin() { return from; }
 
 void load() {
+  place = kNone;
+  step = 0;
+  from = protocol::kOriginDefault;
   consider(0);
   consider(1);
   board::hold(true);

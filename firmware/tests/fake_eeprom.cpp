@@ -7,6 +7,7 @@ namespace fake {
 
 std::array<uint8_t, 1024> eeprom;
 int eeprom_writes = 0;
+uint16_t eeprom_last = 0;
 bool eeprom_busy = false;
 
 void erase_eeprom() {
@@ -27,5 +28,6 @@ uint8_t eeprom::read(uint16_t at) {
 void eeprom::write(uint16_t at, uint8_t byte) {
   CHECK(!fake::eeprom_busy);
   fake::eeprom.at(at) = byte;
+  fake::eeprom_last = at;
   ++fake::eeprom_writes;
 }

@@ -1,4 +1,4 @@
-// The EEPROM as the tests see it: bytes, how often they were written, and a power cut when the test wants one.
+// The EEPROM as the tests see it: bytes, and how often they were written.
 #pragma once
 
 #include <array>
@@ -8,6 +8,7 @@ namespace fake {
 
 extern std::array<uint8_t, 1024> eeprom;
 extern int eeprom_writes;
+extern uint16_t eeprom_last;  // where the last write went
 extern bool eeprom_busy;
 
 // Erase everything and forget the writes.

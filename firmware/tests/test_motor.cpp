@@ -1,65 +1,118 @@
-// Kinematics and duty against the formulas, over the whole range.
+// Duty against the formulas, for every map, over the whole range.
 #include <cmath>
+#include <cstring>
 #include <initializer_list>
 #include <limits>
 
 #include "check.h"
+#include "kits.h"
 #include "motor.h"
 #include "profile.h"
-#include "protocol.h"
-#include "settings.h"
 
 namespace {
 
-// Independent: handle force -> sector torque -> motor torque -> duty.
-double exact_pwm(double force) {
-  const double torque = std::fabs(force) * 0.090 * 0.005 / 0.074;
-  return std::copysign(255.0 * std::fmin(std::sqrt(torque / 0.0183), 1.0), force);
+// Torque as a share of that at full duty, from a share 0..1 of the duty above the dead band.
+double torque_share(const protocol::Board& kit, double duty) {
+  if (kit.motor_map == protocol::kMotorMapSquare) return duty * duty;
+  if (kit.motor_map == protocol::kMotorMapLinear) return duty;
+  const int piece = std::min(static_cast<int>(duty * 8.0), 7);
+  const double low = piece ? kit.table[piece - 1] / 255.0 : 0.0;
+  return low + (duty * 8.0 - piece) * (kit.table[piece] / 255.0 - low);
 }
 
-double force_of(int pwm) {
-  const double duty = pwm / 255.0;
-  return std::copysign(0.0183 * duty * duty * 0.074 / (0.090 * 0.005), pwm);
+// Force on the handle at a duty in steps above the dead band.
+double force_at(const protocol::Board& kit, double steps) {
+  const double top = 255.0 - kit.dead_band;
+  const double full = double(kit.motor_constant) * kit.sector_radius / kit.handle_radius / kit.pulley_radius;
+  return full * torque_share(kit, std::fmin(std::fmax(steps / top, 0.0), 1.0));
+}
+
+// The duty is the nearest step if the force lies between those of half a step less and more.
+void check_nearest(const protocol::Board& kit, float force) {
+  constexpr double kHalf = 0.5 + 0.02;                                // and what the bits leave out:
+  const double small = 1.5 * force_at(kit, 1000.0) / (255.0 * 256.0);  // torque is kept in 256ths of 255ths
+  const int pwm = motor::pwm_of(force);
+  const int size = std::abs(pwm);
+  CHECK(size == 0 || (size > kit.dead_band && size <= 255));
+  CHECK(pwm == 0 || (pwm < 0) == (force < 0.0f));
+  const int steps = size ? size - kit.dead_band : 0;
+  const double wanted = std::fmin(std::fabs(force), force_at(kit, 1000.0));
+  CHECK(force_at(kit, steps - kHalf) <= wanted + small);
+  CHECK(wanted <= force_at(kit, steps + kHalf) + small);
+}
+
+void check_map(const protocol::Board& kit) {
+  motor::set(kit);
+  for (int i = -5000; i <= 5000; ++i) check_nearest(kit, static_cast<float>(i) * 0.001f);
+  for (double force = 1e-7; force < 8.0; force *= 1.01) check_nearest(kit, static_cast<float>(force));
 }
 
 }  // namespace
 
-TEST(duty_is_the_nearest_step) {
-  motor::set(settings::now());
-  for (int i = -3000; i <= 3000; ++i) {
-    const float force = static_cast<float>(i) * 0.001f;
-    CHECK_NEAR(motor::pwm_of(force), exact_pwm(force), 0.75);
-    CHECK(std::signbit(static_cast<float>(motor::pwm_of(force))) == (force < 0.0f && motor::pwm_of(force) != 0));
-    const int pwm = motor::pwm_of(force);
-    const int up = std::abs(pwm) < 255 ? std::abs(pwm) + 1 : 255;
-    CHECK(std::fabs(force) <= force_of(up) && std::fabs(force_of(pwm) - force) <= force_of(up));
+TEST(duty_is_the_nearest_step_of_every_map) {
+  for (uint8_t map : {protocol::kMotorMapSquare, protocol::kMotorMapLinear, protocol::kMotorMapTable}) {
+    for (uint8_t dead_band : {0, 1, 25, 140, 200}) {
+      for (float constant : {0.0053f, 0.0183f, 0.04526f}) {
+        protocol::Board kit = kits::usual();
+        kit.motor_map = map;
+        kit.dead_band = dead_band;
+        kit.motor_constant = constant;
+        check_map(kit);
+      }
+    }
+  }
+}
+
+TEST(duty_is_the_nearest_step_of_every_table) {
+  const uint8_t tables[][8] = {{0, 0, 0, 40, 90, 150, 200, 255},
+                               {1, 2, 3, 4, 5, 6, 7, 255},
+                               {4, 16, 36, 64, 100, 143, 195, 255},
+                               {100, 100, 150, 150, 150, 200, 255, 255},
+                               {255, 255, 255, 255, 255, 255, 255, 255},
+                               {0, 0, 0, 0, 0, 0, 0, 255}};
+  protocol::Board kit = kits::usual();
+  kit.motor_map = protocol::kMotorMapTable;
+  for (const auto& table : tables) {
+    std::memcpy(kit.table, table, sizeof(kit.table));
+    check_map(kit);
   }
 }
 
 TEST(duty_grows_with_the_force) {
-  motor::set(settings::now());
-  int last = 0;
-  for (float force = 0.0f; force <= 3.0f; force += 1e-4f) {
-    CHECK(motor::pwm_of(force) >= last);
-    last = motor::pwm_of(force);
+  for (uint8_t map : {protocol::kMotorMapSquare, protocol::kMotorMapLinear, protocol::kMotorMapTable}) {
+    protocol::Board kit = kits::usual();
+    kit.motor_map = map;
+    motor::set(kit);
+    int last = 0;
+    for (float force = 0.0f; force <= 3.02f; force += 1e-4f) {
+      CHECK(motor::pwm_of(force) >= last);
+      last = motor::pwm_of(force);
+    }
+    CHECK(last == 255);
+    CHECK(motor::pwm_of(0.0f) == 0 && motor::pwm_of(-0.0f) == 0);
+    CHECK(motor::pwm_of(1e6f) == 255 && motor::pwm_of(3e38f) == 255);
+    CHECK(motor::pwm_of(-1e6f) == -255);
+    CHECK(motor::pwm_of(1e-30f) == 0 && motor::pwm_of(std::numeric_limits<float>::denorm_min()) == 0);
   }
-  CHECK(last == 255);  // the limit is nearly all that the motor has
-  CHECK(motor::pwm_of(0.0f) == 0);
-  CHECK(motor::pwm_of(1e6f) == 255);
-  CHECK(motor::pwm_of(-1e6f) == -255);
 }
 
 TEST(force_is_limited) {
-  motor::set(settings::now());
+  motor::set(kits::usual());
   CHECK(motor::limit(2.999f).force == 2.999f && motor::limit(2.999f).flags == 0);
   CHECK(motor::limit(3.0f).flags == 0);
   CHECK(motor::limit(3.001f).force == 3.0f && motor::limit(3.001f).flags == protocol::kFlagClamped);
   CHECK(motor::limit(-7.0f).force == -3.0f && motor::limit(-7.0f).flags == protocol::kFlagClamped);
+  protocol::Board none = kits::usual();
+  none.max_force = 0.0f;
+  motor::set(none);
+  CHECK(motor::limit(1e-6f).force == 0.0f && motor::limit(-1.0f).force == 0.0f);
+  CHECK(motor::limit(0.0f).flags == 0 && motor::limit(-0.0f).flags == 0);
 }
 
 TEST(what_is_not_finite_is_refused) {
+  motor::set(kits::usual());
   const float infinity = std::numeric_limits<float>::infinity();
-  for (float force : {infinity, -infinity, std::nanf("")}) {
+  for (float force : {infinity, -infinity, std::nanf(""), -std::nanf("")}) {
     CHECK(motor::limit(force).force == 0.0f && motor::limit(force).flags == protocol::kFlagRefused);
   }
 }

@@ -1,40 +1,205 @@
-// Counts of every sensor against where the handle is: flips, gaps, noise, faults, zero, sense.
-#include <cmath>
+// From the readings of each sensor to counts from the zero: repeats, sense, changes while running, faults.
+#include <cstdint>
 #include <initializer_list>
 
+#include "as5048a.h"
 #include "check.h"
-#include "flip.h"
-#include "profile.h"
+#include "kits.h"
+#include "quadrature.h"
 #include "sensor.h"
 
 namespace {
 
-constexpr int kCounts = 921;
+constexpr uint8_t kMr = protocol::kSensorMagnetoresistive;
+constexpr uint8_t kHall = protocol::kSensorAs5048A;
+constexpr uint8_t kEncoder = protocol::kSensorQuadrature;
 
-// What the sensor reads at a handle position in counts: 5..95 % of its supply, again every half motor turn.
-uint16_t reading(double counts) { return static_cast<uint16_t>(51.0 + counts - 921.0 * std::floor(counts / 921.0)); }
-
-FlipTracker fresh() {
-  FlipTracker flips;
-  flips.start(kCounts);
-  return flips;
+protocol::Board with_zero(int32_t zero, int8_t sense = 1) {
+  protocol::Board kit = kits::usual();
+  kit.zero = zero;
+  kit.sense = sense;
+  return kit;
 }
+
+// Even parity bit by bit, from the datasheet's words.
+uint16_t framed(uint16_t low) {
+  int ones = 0;
+  for (int bit = 0; bit < 15; ++bit) ones += low >> bit & 1;
+  return static_cast<uint16_t>(low | (ones % 2) << 15);
+}
+
+constexpr uint16_t kHealthy = 0x0180;
 
 }  // namespace
 
-TEST(flips_are_followed_across_the_whole_range) {
-  // 40 mm at 2 Hz is 0.5 m/s; the error must not grow with the number of flips
-  FlipTracker flips = fresh();
-  const int32_t start = flips.update(reading(0.0));
-  for (int i = 1; i < 3000; ++i) {
-    const double counts = 0.040 * std::sin(2.0 * M_PI * 2.0 * i * 1e-3) / profile::kQuantum;
-    CHECK_NEAR(flips.update(reading(counts)) - start, std::floor(counts), 1.0);
+TEST(after_a_start_the_zero_is_its_nearest_repeat) {
+  for (int32_t zero : {-100000, -460, 0, 300, 700, 99999}) {
+    for (uint16_t raw : {51, 200, 460, 511, 512, 971}) {
+      sensor::start(with_zero(zero));
+      const int32_t count = sensor::count(raw, false);
+      CHECK((count - (raw - zero)) % 921 == 0);
+      CHECK(-460 <= count && count <= 460);
+      sensor::start(with_zero(zero, -1));
+      CHECK(sensor::count(raw, false) == -count);
+    }
   }
 }
 
-TEST(first_reading_counts_no_flip) {
-  FlipTracker flips = fresh();
-  CHECK(flips.update(971) == 971);
-  CHECK(flips.update(52) == 52 + 921);
-  CHECK(flips.update(971) == 971);
+TEST(a_changed_zero_moves_by_as_much_as_it_changed) {
+  sensor::start(with_zero(300));
+  sensor::count(300, false);
+  for (int raw = 350; raw < 972; raw += 50) sensor::count(raw, false);
+  for (int raw = 79; raw < 300; raw += 50) sensor::count(raw, false);
+  const int32_t far = sensor::count(300, false);
+  CHECK(far == 921);
+  sensor::change(with_zero(350));
+  CHECK(sensor::count(300, false) == far - 50);
+  sensor::change(with_zero(350));
+  CHECK(sensor::count(300, false) == far - 50);
+  sensor::change(with_zero(350, -1));
+  CHECK(sensor::count(300, false) == 50 - far);
+  sensor::change(with_zero(300 + 921));
+  CHECK(sensor::count(300, false) == 0);
+}
+
+TEST(another_sensor_starts_anew) {
+  sensor::start(with_zero(0));
+  sensor::count(100, false);
+  sensor::change(kits::with_sensor(kHall, 16384));
+  CHECK(sensor::count(16000, false) == 16000 - 16384);
+  sensor::change(kits::with_sensor(kEncoder, 48));
+  CHECK(sensor::count(1234, false) == 0);
+}
+
+TEST(an_encoder_is_zero_where_it_starts_and_passes_65536) {
+  sensor::start(kits::with_sensor(kEncoder, 48));
+  CHECK(sensor::count(65530, false) == 0);
+  CHECK(sensor::count(10, false) == 16);
+  CHECK(sensor::count(30000, false) == 30006);
+  CHECK(sensor::count(60000, false) == 60006);
+  CHECK(sensor::count(20000, false) == 60006 + 25536);
+  CHECK(sensor::count(60000, true) == 60006);  // one that slipped still counts
+  CHECK(sensor::take_doubt() && !sensor::take_doubt());
+}
+
+TEST(a_failed_reading_repeats_the_last) {
+  sensor::start(kits::with_sensor(kHall, 16384));
+  CHECK(sensor::count(77, true) == 0);  // nothing yet
+  CHECK(sensor::take_doubt());
+  CHECK(sensor::count(100, false) == 100);
+  CHECK(!sensor::take_doubt());
+  CHECK(sensor::count(5000, true) == 100);
+  CHECK(sensor::take_doubt());
+  CHECK(sensor::count(120, false) == 120);
+}
+
+TEST(the_rails_of_the_supply_are_no_angle) {
+  for (uint16_t raw : {0, 7, 1016, 1023}) {
+    sensor::start(with_zero(0));
+    sensor::count(100, false);
+    CHECK(sensor::count(raw, false) == 100);
+    CHECK(sensor::take_doubt());
+  }
+  for (uint16_t raw : {8, 1015}) {
+    sensor::start(with_zero(0));
+    sensor::count(raw, false);
+    CHECK(!sensor::take_doubt());
+  }
+}
+
+TEST(eight_doubtful_readings_are_a_fault_until_32_good_ones) {
+  sensor::start(with_zero(0));
+  sensor::count(100, false);
+  for (int i = 0; i < 7; ++i) sensor::count(1023, false);
+  CHECK(!sensor::faulty());
+  sensor::count(1023, false);
+  CHECK(sensor::faulty());
+  for (int i = 0; i < 31; ++i) sensor::count(100, false);
+  CHECK(sensor::faulty());
+  sensor::count(100, false);
+  CHECK(!sensor::faulty());
+}
+
+TEST(one_doubtful_reading_in_ten_is_no_fault) {
+  sensor::start(with_zero(0));
+  for (int i = 0; i < 1000; ++i) {
+    sensor::count(i % 10 ? 100 : 1023, false);
+    CHECK(!sensor::faulty());
+  }
+}
+
+TEST(frames_of_the_as5048a_are_checked) {
+  CHECK(framed(0x7fff) == As5048A::kReadAngle && framed(0x7ffd) == As5048A::kReadHealth);
+  CHECK(framed(0x4001) == As5048A::kClearError);
+  for (int angle = 0; angle < 16384; angle += 7) {
+    CHECK(As5048A::whole(framed(angle)));
+    CHECK(!As5048A::whole(framed(angle) ^ 0x8000));
+    CHECK(!As5048A::whole(framed(angle | 0x4000)));
+    CHECK(!As5048A::whole(framed(angle) ^ (1 << angle % 14)));
+  }
+}
+
+TEST(an_as5048a_is_believed_once_it_says_that_it_is_well) {
+  As5048A angle;
+  CHECK(angle.next() == As5048A::kReadHealth);
+  CHECK(!angle.take(framed(0), framed(1000)));  // what comes first answers nothing
+  CHECK(angle.next() == As5048A::kReadHealth);
+  CHECK(angle.take(framed(kHealthy), framed(1001)) && angle.reading() == 1001);
+  angle.next();
+  CHECK(!angle.take(framed(0), framed(1002)) && angle.reading() == 1001);       // not ready
+  angle.next();
+  CHECK(!angle.take(framed(0x0300), framed(1003)) && angle.reading() == 1001);  // angle not valid
+  angle.next();
+  CHECK(!angle.take(framed(kHealthy), framed(1004) ^ 4) && angle.reading() == 1001);
+  angle.next();
+  CHECK(angle.take(framed(kHealthy), framed(1005)) && angle.reading() == 1005);
+}
+
+TEST(an_error_of_the_as5048a_is_cleared) {
+  As5048A angle;
+  angle.next();
+  angle.take(framed(0), framed(1));
+  angle.next();
+  CHECK(!angle.take(framed(kHealthy), framed(0x4000 | 2)));
+  CHECK(angle.next() == As5048A::kClearError);
+  CHECK(!angle.take(framed(kHealthy | 0x4000), framed(0x4000 | 3)));
+  CHECK(angle.next() == As5048A::kClearError);
+  CHECK(angle.take(framed(0x0001), framed(4)) && angle.reading() == 4);  // the error register's answer
+  CHECK(angle.next() == As5048A::kReadHealth);
+}
+
+TEST(an_as5048a_that_is_not_there_is_never_believed) {
+  for (uint16_t line : {0x0000, 0xffff}) {
+    As5048A angle;
+    for (int i = 0; i < 50; ++i) {
+      angle.next();
+      CHECK(!angle.take(line, line));
+    }
+  }
+}
+
+TEST(an_encoder_counts_every_edge_both_ways) {
+  Quadrature encoder;
+  const uint8_t turn[] = {0x00, 0x04, 0x0c, 0x08};
+  encoder.start(0x00);
+  for (int i = 1; i <= 100; ++i) encoder.edge(turn[i % 4]);
+  CHECK(encoder.steps() == 100);
+  for (int i = 99; i >= -100; --i) encoder.edge(turn[(i + 400) % 4]);
+  CHECK(static_cast<int16_t>(encoder.steps()) == -100);
+  CHECK(!encoder.take_slip());
+  encoder.edge(turn[0]);  // nothing moved
+  CHECK(static_cast<int16_t>(encoder.steps()) == -100);
+}
+
+TEST(a_missed_edge_goes_on_as_before_and_is_told) {
+  Quadrature encoder;
+  encoder.start(0x00);
+  encoder.edge(0x04);
+  encoder.edge(0x08);  // over 0x0c
+  CHECK(encoder.steps() == 3);
+  CHECK(encoder.take_slip() && !encoder.take_slip());
+  encoder.edge(0x0c);
+  encoder.edge(0x00);
+  CHECK(encoder.steps() == 0);
+  CHECK(encoder.take_slip());
 }

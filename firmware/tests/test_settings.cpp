@@ -1,0 +1,317 @@
+// Settings: what is refused, what is kept, what damage and power cuts leave.
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <functional>
+#include <initializer_list>
+#include <limits>
+#include <vector>
+
+#include "check.h"
+#include "fake_board.h"
+#include "fake_eeprom.h"
+#include "kits.h"
+#include "motor.h"
+#include "sensor.h"
+#include "settings.h"
+
+namespace {
+
+using protocol::Board;
+
+bool same(const Board& a, const Board& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+
+bool is_default() { return std::strcmp(settings::now().label, "Hapkit") == 0; }
+
+const Board kDefaults = settings::now();  // before any test
+
+void power_on() {
+  settings::accept(kDefaults);
+  fake::reset();
+  settings::load();
+}
+
+void fresh_board() {
+  fake::erase_eeprom();
+  power_on();
+}
+
+// Save and wait for its end; return the bytes written.
+int save() {
+  const int before = fake::eeprom_writes;
+  settings::save();
+  for (int turn = 0; settings::saving() && turn < 1000; ++turn) settings::poll();
+  CHECK(!settings::saving());
+  return fake::eeprom_writes - before;
+}
+
+Board named(const char* label, float force) {
+  Board kit = kits::usual();
+  std::memset(kit.label, 0, sizeof(kit.label));
+  std::strncpy(kit.label, label, sizeof(kit.label));
+  kit.max_force = force;
+  return kit;
+}
+
+bool accepts(const std::function<void(Board&)>& change) {
+  fresh_board();
+  Board kit = kits::usual();
+  change(kit);
+  const Board before = settings::now();
+  const bool taken = settings::accept(kit);
+  CHECK(same(settings::now(), taken ? kit : before));
+  CHECK(settings::origin() == (taken ? protocol::kOriginUnsaved : protocol::kOriginDefault));
+  return taken;
+}
+
+// Every member that is a float, with the limits that its range has at both ends.
+struct Number {
+  float Board::*member;
+  float low, high;
+};
+
+}  // namespace
+
+TEST(a_new_board_has_the_usual_kit) {
+  fresh_board();
+  CHECK(settings::origin() == protocol::kOriginDefault);
+  const Board& kit = settings::now();
+  CHECK(kit.pins == protocol::kPinsD5D8 && kit.sensor == 0 && kit.motor_map == 0);
+  CHECK(kit.direction == 1 && kit.sense == 1 && kit.counts_per_flip == 921 && kit.zero == 0);
+  CHECK_NEAR(kit.quantum, M_PI * 0.005 / 0.074 * 0.090 / 921.0, 1e-11);
+  CHECK(kit.max_force == 3.0f && kit.motor_constant == 0.0183f && kit.dead_band == 0);
+  CHECK(kit.handle_radius == 0.090f && kit.pulley_radius == 0.005f && kit.sector_radius == 0.074f);
+  CHECK(fake::configurations == 1 && same(fake::configured, kit) && !fake::held);
+  CHECK(fake::eeprom_writes == 0);
+  CHECK(settings::accept(kit) && settings::origin() == protocol::kOriginDefault);  // nothing changed
+}
+
+TEST(what_is_accepted_is_in_force_at_once) {
+  fresh_board();
+  fake::pwm = 99;
+  Board kit = named("weak", 1.5f);
+  kit.zero = 77;
+  kit.sense = -1;
+  CHECK(settings::accept(kit));
+  CHECK(same(settings::now(), kit) && settings::origin() == protocol::kOriginUnsaved);
+  CHECK(fake::configurations == 2 && same(fake::configured, kit) && !fake::held);
+  CHECK(fake::pwm == 0);
+  CHECK(motor::limit(9.0f).force == 1.5f);
+  CHECK(sensor::count(100, false) == -23);
+}
+
+TEST(every_number_has_its_limits) {
+  const Number numbers[] = {
+      {&Board::quantum, 1e-7f, 2e-3f},        {&Board::max_force, 0.0f, 5.0f},
+      {&Board::motor_constant, 1e-4f, 0.2f},  {&Board::handle_radius, 0.02f, 0.3f},
+      {&Board::pulley_radius, 1e-3f, 0.02f},  {&Board::sector_radius, 0.02f, 0.3f},
+      {&Board::mass, 0.0f, 1.0f},             {&Board::viscous, 0.0f, 20.0f},
+      {&Board::coulomb, 0.0f, 5.0f}};
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (const Number& number : numbers) {
+    const auto with = [&](float value) {
+      return accepts([&](Board& kit) { std::memcpy(&(kit.*number.member), &value, sizeof(value)); });
+    };
+    CHECK(with(number.low) && with(number.high));
+    CHECK(with(number.low * 1.01f + 1e-9f) && with(number.high * 0.99f));
+    CHECK(!with(number.high * 1.01f) && !with(number.low == 0.0f ? -0.01f : number.low * 0.99f));
+    CHECK(!with(infinity) && !with(-infinity) && !with(std::nanf("")) && !with(-number.high));
+  }
+}
+
+TEST(choices_have_their_limits) {
+  CHECK(!accepts([](Board& kit) { kit.pins = 2; }));
+  CHECK(!accepts([](Board& kit) { kit.sensor = 3; }));
+  CHECK(accepts([](Board& kit) { kit.motor_map = 2; }));
+  CHECK(!accepts([](Board& kit) { kit.motor_map = 3; }));
+  CHECK(accepts([](Board& kit) { kit.direction = -1; }));
+  for (int sign : {0, 2, -2, 127, -128}) {
+    CHECK(!accepts([&](Board& kit) { kit.direction = static_cast<int8_t>(sign); }));
+    CHECK(!accepts([&](Board& kit) { kit.sense = static_cast<int8_t>(sign); }));
+  }
+  CHECK(accepts([](Board& kit) { kit.zero = -1000000; }) && !accepts([](Board& kit) { kit.zero = 1000001; }));
+  CHECK(accepts([](Board& kit) { kit.dead_band = 200; }) && !accepts([](Board& kit) { kit.dead_band = 201; }));
+}
+
+TEST(pins_that_a_sensor_needs_are_not_the_motors) {
+  for (uint8_t sensor : {0, 1, 2}) {
+    const uint16_t counts[] = {921, 16384, 48};
+    const auto with = [&](uint8_t pins) {
+      return accepts([&](Board& kit) {
+        kit.sensor = sensor;
+        kit.counts_per_flip = counts[sensor];
+        kit.pins = pins;
+      });
+    };
+    CHECK(with(protocol::kPinsD5D8));
+    CHECK(with(protocol::kPinsD3D12) == (sensor == protocol::kSensorMagnetoresistive));
+  }
+}
+
+TEST(counts_fit_the_sensor) {
+  const auto with = [](uint8_t sensor, uint16_t counts) {
+    return accepts([&](Board& kit) { kit.sensor = sensor, kit.counts_per_flip = counts; });
+  };
+  CHECK(with(0, 100) && with(0, 1007) && !with(0, 99) && !with(0, 1008) && !with(0, 0));
+  CHECK(with(1, 16384) && !with(1, 16383) && !with(1, 921));
+  CHECK(with(2, 4) && with(2, 48) && with(2, 65535) && !with(2, 3));
+}
+
+TEST(tables_never_fall_and_labels_are_text) {
+  CHECK(!accepts([](Board& kit) { kit.table[3] = kit.table[2] - 1; }));
+  CHECK(accepts([](Board& kit) { kit.table[3] = kit.table[2]; }));
+  CHECK(!accepts([](Board& kit) { kit.table[7] = 254; }));  // the motor constant is that of full duty
+  CHECK(accepts([](Board& kit) { std::memset(kit.label, 'x', sizeof(kit.label)); }));
+  CHECK(accepts([](Board& kit) { std::memset(kit.label, 0, sizeof(kit.label)); }));
+  CHECK(!accepts([](Board& kit) { kit.label[0] = '\n'; }));
+  CHECK(!accepts([](Board& kit) { kit.label[1] = '\x80'; }));
+  CHECK(!accepts([](Board& kit) { kit.label[1] = 0; }));  // and more behind it
+}
+
+TEST(what_is_saved_is_there_after_a_start) {
+  fresh_board();
+  const Board kit = named("mine", 2.0f);
+  settings::accept(kit);
+  settings::save();
+  CHECK(settings::saving() && settings::origin() == protocol::kOriginUnsaved);
+  CHECK(save() >= 70);
+  CHECK(settings::origin() == protocol::kOriginStored);
+  power_on();
+  CHECK(settings::origin() == protocol::kOriginStored && same(settings::now(), kit));
+  CHECK(same(fake::configured, kit) && motor::limit(9.0f).force == 2.0f);
+  CHECK(fake::eeprom[0] == 0xff);
+}
+
+TEST(what_is_there_already_is_not_written) {
+  fresh_board();
+  CHECK(save() > 0);  // the defaults, once
+  CHECK(save() == 0);
+  settings::accept(named("other", 2.0f));
+  CHECK(save() > 0);
+  CHECK(save() == 0);
+  power_on();
+  CHECK(save() == 0);
+  settings::accept(named("third", 1.0f));
+  settings::accept(named("other", 2.0f));
+  CHECK(settings::origin() == protocol::kOriginUnsaved);
+  CHECK(save() == 0 && settings::origin() == protocol::kOriginStored);
+}
+
+TEST(two_hundred_saves_are_found_in_their_order) {
+  fresh_board();
+  for (int i = 0; i < 600; ++i) {  // the number of a save wraps at 256
+    settings::accept(named("mine", static_cast<float>(i) * 0.005f));
+    save();
+    power_on();
+    CHECK(settings::now().max_force == static_cast<float>(i) * 0.005f);
+  }
+}
+
+TEST(every_wrong_bit_is_noticed) {
+  fresh_board();
+  for (int saves : {1, 2}) {
+    settings::accept(named("mine", 0.5f * static_cast<float>(saves)));
+    save();
+    const auto whole = fake::eeprom;
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      for (int bit = 0; bit < 8; ++bit) {
+        fake::eeprom = whole;
+        fake::eeprom[at] ^= 1 << bit;
+        power_on();
+        const bool stored = settings::origin() == protocol::kOriginStored;
+        CHECK(stored ? settings::now().max_force == 0.5f * static_cast<float>(saves) : is_default());
+        CHECK(stored || settings::origin() == protocol::kOriginDamaged);
+        CHECK(motor::limit(99.0f).force <= 3.0f);
+      }
+    }
+    int damaged = 0;
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      fake::eeprom = whole;
+      fake::eeprom[at] ^= 0x10;
+      power_on();
+      damaged += settings::origin() == protocol::kOriginDamaged;
+    }
+    CHECK(damaged == 2 + Board::kSize + 2);  // mark, number, settings, CRC
+    fake::eeprom = whole;
+    power_on();
+  }
+}
+
+TEST(a_whole_block_with_a_number_that_no_kit_has_is_damage) {
+  fresh_board();
+  settings::accept(named("mine", 1.0f));
+  save();
+  fake::eeprom[16 + 2 + offsetof(Board, sense)] = 3;
+  std::vector<uint8_t> block(fake::eeprom.begin() + 16, fake::eeprom.begin() + 16 + 2 + Board::kSize);
+  const uint16_t crc = fake::crc_of(block);
+  fake::eeprom[16 + block.size()] = crc >> 8;
+  fake::eeprom[17 + block.size()] = crc & 0xff;
+  power_on();
+  CHECK(is_default() && settings::origin() == protocol::kOriginDamaged);
+}
+
+// A power cut after so many written bytes, with the last one left half written; false if there were not so many.
+static bool cut_after(int bytes, uint8_t wreck) {
+  const int before = fake::eeprom_writes;
+  settings::save();
+  while (settings::saving()) {
+    settings::poll();
+    if (fake::eeprom_writes - before == bytes) {
+      fake::eeprom[fake::eeprom_last] = wreck;
+      return true;
+    }
+  }
+  return false;
+}
+
+TEST(a_power_cut_during_a_save_leaves_old_or_new) {
+  for (int saves_before : {0, 1, 2, 3}) {
+    for (uint8_t wreck : {0x00, 0xff, 0x55}) {
+      bool cut = true;
+      for (int bytes = 1; cut; ++bytes) {
+        fresh_board();
+        for (int i = 1; i <= saves_before; ++i) {
+          settings::accept(named("old", 0.1f * static_cast<float>(i)));
+          save();
+        }
+        const Board old = settings::now();
+        const Board wanted = named("new and long", 2.5f);
+        settings::accept(wanted);
+        cut = cut_after(bytes, wreck);
+        power_on();
+        CHECK(same(settings::now(), old) || same(settings::now(), wanted));
+        settings::accept(wanted);
+        save();
+        power_on();
+        CHECK(same(settings::now(), wanted) && settings::origin() == protocol::kOriginStored);
+      }
+    }
+  }
+}
+
+TEST(a_change_during_a_save_ends_it) {
+  fresh_board();
+  settings::accept(named("old", 1.0f));
+  save();
+  settings::accept(named("first", 2.0f));
+  settings::save();
+  for (int i = 0; i < 30; ++i) settings::poll();
+  settings::accept(named("second", 2.5f));
+  CHECK(!settings::saving() && settings::origin() == protocol::kOriginUnsaved);
+  const auto halfway = fake::eeprom;
+  power_on();
+  CHECK(same(settings::now(), named("old", 1.0f)));
+  fake::eeprom = halfway;
+}
+
+TEST(a_busy_memory_is_waited_for) {
+  fresh_board();
+  settings::accept(named("mine", 1.0f));
+  settings::save();
+  fake::eeprom_busy = true;
+  for (int i = 0; i < 10; ++i) settings::poll();
+  CHECK(fake::eeprom_writes == 0 && settings::saving());
+  fake::eeprom_busy = false;
+  settings::poll();
+  CHECK(fake::eeprom_writes == 1);
+}
