@@ -8,6 +8,14 @@
 
 #include "fast_tables.h"
 
+// What is called from many places is there once: a chip of 32 KB holds all laws only so.
+#ifdef __AVR__
+#define FAST_APART __attribute__((noinline))
+#else
+#define FAST_APART
+#endif
+#define FAST_ONCE inline FAST_APART
+
 namespace fast {
 
 inline uint32_t bits(float x) {
@@ -50,18 +58,50 @@ inline float signed_as(float x, float other) {
 // x * sign for a sign of 1 or -1.
 inline float flipped(float x, float sign) { return number(bits(x) ^ (bits(sign) & kSign)); }
 
+inline float flipped_by(float x, int8_t sign) { return sign < 0 ? number(bits(x) ^ kSign) : x; }
+
+// Whether x is a certain number other than zero: far fewer steps than ==.
+inline bool is(float x, float other) { return bits(x) == bits(other); }
+
+FAST_ONCE bool is_zero(float x) { return (bits(x) << 1) == 0; }
+
+// x < 0, x > 0, x <= 0, x >= 0; never so for what is not a number.
+FAST_ONCE bool below_zero(float x) {
+  const uint32_t b = bits(x);
+  return b > kSign && b <= 0xff800000UL;
+}
+FAST_ONCE bool above_zero(float x) {
+  const uint32_t b = bits(x);
+  return b != 0 && b <= 0x7f800000UL;
+}
+FAST_ONCE bool to_zero(float x) {
+  const uint32_t b = bits(x);
+  return b == 0 || (b >= kSign && b <= 0xff800000UL);
+}
+FAST_ONCE bool from_zero(float x) {
+  const uint32_t b = bits(x);
+  return b <= 0x7f800000UL || b == kSign;
+}
+
 inline uint8_t exponent(uint32_t b) {
   return static_cast<uint8_t>(static_cast<uint8_t>(b >> 24) << 1 | static_cast<uint8_t>(b >> 16) >> 7);
 }
 
-// x * 2^n.
+// x * 2^n for |n| <= 30.
+FAST_ONCE float scale(float x, int8_t n) {
+  const uint32_t b = bits(x);
+  const uint8_t e = exponent(b);
+  if (e < 32 || e > 223) {
+    if ((b << 1) == 0) return x;
+    return n < 0 ? x / (1UL << -n) : x * (1UL << n);
+  }
+  // n * 2^23 touches the upper half only
+  return number(b + (static_cast<uint32_t>(static_cast<uint16_t>(n) << 7) << 16));
+}
+
 template <int8_t n>
 inline float scaled(float x) {
-  constexpr float kFactor = n < 0 ? 1.0f / (1UL << -n) : static_cast<float>(1UL << n);
-  const uint32_t b = bits(x);
-  const int16_t e = exponent(b);
-  if (e == 0 || e == 255 || e + n < 1 || e + n > 254) return (b << 1) == 0 ? x : x * kFactor;
-  return number(b + (static_cast<uint32_t>(static_cast<int32_t>(n)) << 23));
+  return scale(x, n);
 }
 
 // As Python has them: the first where neither is less, or greater.
@@ -83,7 +123,7 @@ static const uint32_t kBehind[23] PROGMEM = {
 
 // The value at a place between two points of a table, d 13 bits behind the first; curve is the parabola's
 // height at the middle, for a value of 256 * 2^16, in 2^-8 of the table's unit per 254 * 256.
-inline uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
+FAST_ONCE uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
   const uint32_t a = read(table), b = read(table + 1);
   const uint8_t d8 = static_cast<uint8_t>(d >> 5);
   const uint8_t hill = static_cast<uint16_t>(static_cast<uint16_t>(d8) * static_cast<uint8_t>(255 - d8)) >> 6;
@@ -94,7 +134,7 @@ inline uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
 }  // namespace detail
 
 // The whole number below or at x.
-inline float floor(float x) {
+FAST_ONCE float floor(float x) {
   uint32_t b = bits(x);
   const uint8_t e = exponent(b);
   if (e < 127) return (b << 1) == 0 ? x : (b & kSign) ? -1.0f : 0.0f;
@@ -106,18 +146,18 @@ inline float floor(float x) {
 
 inline float ceil(float x) { return -floor(-x); }
 
-inline float trunc(float x) { return (bits(x) & kSign) ? -floor(-x) : floor(x); }
+FAST_ONCE float trunc(float x) { return (bits(x) & kSign) ? -floor(-x) : floor(x); }
 
 inline float remainder(float a, float b) { return fmodf(a, b); }
 
 // a % b and a // b as Python has them: towards minus infinity.
-inline float modulo(float a, float b) {
+FAST_ONCE float modulo(float a, float b) {
   const float rest = fmodf(a, b);
   if (rest == 0.0f) return signed_as(0.0f, b);
   return (rest < 0.0f) != (b < 0.0f) ? rest + b : rest;
 }
 
-inline float floor_division(float a, float b) {
+FAST_ONCE float floor_division(float a, float b) {
   const float rest = fmodf(a, b);
   float quotient = (a - rest) / b;
   if (rest != 0.0f && (rest < 0.0f) != (b < 0.0f)) quotient -= 1.0f;
@@ -126,7 +166,7 @@ inline float floor_division(float a, float b) {
 }
 
 // The part of a number behind the point, in 2^-32; of a negative one the rest to the next whole number.
-inline uint32_t phase_of(float turns) {
+FAST_ONCE uint32_t phase_of(float turns) {
   const uint32_t b = bits(turns);
   uint32_t phase = (b & 0x7fffffUL) | 0x800000UL;
   int16_t shift = static_cast<int16_t>(exponent(b)) - 118;
@@ -139,7 +179,7 @@ inline uint32_t phase_of(float turns) {
 }
 
 // sin of a phase in 2^-32 turns, within 3e-6.
-inline float sine_of(uint32_t phase) {
+FAST_ONCE float sine_of(uint32_t phase) {
   const bool down = phase & kSign;
   if (phase & 0x40000000UL) phase = ~phase;
   const uint8_t place = static_cast<uint8_t>(phase >> 24) & 63;
@@ -150,23 +190,23 @@ inline float sine_of(uint32_t phase) {
   return down ? -up : up;
 }
 
-inline float sin_of_turns(float turns) {
+FAST_ONCE float sin_of_turns(float turns) {
   if (exponent(bits(turns)) == 255) return NAN;
   return sine_of(phase_of(turns));
 }
 
-inline float cos_of_turns(float turns) {
+FAST_ONCE float cos_of_turns(float turns) {
   if (exponent(bits(turns)) == 255) return NAN;
   return sine_of(phase_of(turns) + 0x40000000UL);
 }
 
 constexpr float kTurns = 0.15915494309189535f;  // turns in a radian
 
-inline float sin(float x) { return sin_of_turns(x * kTurns); }
-inline float cos(float x) { return cos_of_turns(x * kTurns); }
+FAST_ONCE float sin(float x) { return sin_of_turns(x * kTurns); }
+FAST_ONCE float cos(float x) { return cos_of_turns(x * kTurns); }
 
 // e^x, within 2e-6 of itself for |x| <= 8, beyond that within 2e-7 |x| more.
-inline float exp(float x) {
+FAST_ONCE float exp(float x) {
   const float y = x * 1.4426950408889634f;
   if (!(y < 128.0f)) return y != y ? y : INFINITY;
   if (y < -126.0f) return 0.0f;
@@ -180,18 +220,18 @@ inline float exp(float x) {
 }
 
 // tanh within 3e-6.
-inline float tanh(float x) {
+FAST_ONCE float tanh(float x) {
   const float a = magnitude(x);
   if (!(a < 9.0f)) return a != a ? x : signed_as(1.0f, x);
   return signed_as(1.0f - 2.0f / (exp(scaled<1>(a)) + 1.0f), x);
 }
 
-inline float expm1(float x) {
+FAST_ONCE float expm1(float x) {
   if (magnitude(x) > 0.125f) return exp(x) - 1.0f;
   return x * (1.0f + x * 0.5f * (1.0f + x * 0.33333333f * (1.0f + x * 0.25f * (1.0f + x * 0.2f))));
 }
 
-inline float log1p(float x) {
+FAST_ONCE float log1p(float x) {
   const float up = 1.0f + x;
   return up == 1.0f ? x : isinf(up) ? up : logf(up) * (x / (up - 1.0f));
 }

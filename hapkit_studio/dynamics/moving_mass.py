@@ -16,8 +16,9 @@ _FARTHEST, _FASTEST = 1.0, 1e4
 @compiled
 def place(x, v, touch, side, speed, reach):
     """Return (touching, closing, beyond): 1 or 0, 1 or 0, and +1 or -1 behind a wall, else 0."""
-    touching = 1.0 if side * (touch - x) > 0.0 else 0.0
-    closing = 1.0 if side * (speed - v) > 0.0 else 0.0
+    # comparing is cheaper than side * (touch - x) > 0 where products are dear, as on the board
+    touching = 1.0 if (x < touch if side > 0.0 else x > touch) else 0.0
+    closing = 1.0 if (v < speed if side > 0.0 else v > speed) else 0.0
     if x > reach:
         return touching, closing, 1.0
     if x < -reach:
@@ -53,11 +54,11 @@ def acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall
 @compiled
 def reaction(x, v, touch, side, speed, contact, pad):
     """Return the force in N on the handle that pushes the object, 0 where they do not touch."""
-    touching, closing, _ = place(x, v, touch, side, speed, FAR)
-    damping, stiffness, force = linear(
-        touching, closing, 0.0, 0.0, 0.0, 0.0, touch, speed, contact, pad, FAR, 0.0
-    )
-    return damping * v + stiffness * x - force
+    if x >= touch if side > 0.0 else x <= touch:
+        return 0.0
+    if v < speed if side > 0.0 else v > speed:
+        return pad * v + contact * x - (contact * touch + pad * speed)
+    return contact * x - contact * touch
 
 
 @compiled

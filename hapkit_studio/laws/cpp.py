@@ -5,11 +5,12 @@ It starts from the same checked tree as the loop's machine code, so there is one
 
 import ast
 import zlib
-from dataclasses import dataclass
 from functools import cached_property
 
-from hapkit_studio.laws.cpp_expressions import Places, helper_name, parameter_names
-from hapkit_studio.laws.cpp_program import Program, Routine, collect
+from hapkit_studio.laws.cpp_expressions import Places, parameter_names
+from hapkit_studio.laws.cpp_functions import Numbers, helper_text, joined, statics
+from hapkit_studio.laws.cpp_program import Routine, collect
+from hapkit_studio.laws.cpp_small import Small, choice_places, small
 from hapkit_studio.laws.cpp_statements import Statements, watched
 from hapkit_studio.laws.cpp_words import comment, mangled, number, wrapped
 from hapkit_studio.laws.law import Law, StateValue
@@ -20,42 +21,41 @@ from hapkit_studio.parameters import Choice
 BOARD_TURNS = 1000
 
 
-@dataclass(frozen=True)
+_GIVEN = {"p": "const float*", "s": "float*", "x": "float", "v": "float", "dt": "float"}
+_GUARD = """\
+inline float force(const float* p, float* s, float x, float v, float dt) {{
+  laws::begin({});
+  return laws::checked(unwatched(p, s, x, v, dt));
+}}"""
+
+
 class CppLaw:
-    """A law in C++: its own namespace, and the studio's numbers that it uses, by name, callees first."""
+    """A law in C++, in a namespace of its own beside the numbers that it shares with others."""
 
-    law: Law
-    namespace: str
-
-    @cached_property
-    def program(self) -> Program:
-        return collect(self.law)
+    def __init__(self, law: Law, namespace: str):
+        self.law, self.namespace = law, namespace
+        self.program = collect(law)
+        self.alone = Numbers([(self.program, law.parameters)])
 
     @cached_property
-    def numbers(self) -> dict[str, str]:
-        """Return each shared helper's text by its name."""
-        shared = (r for r in self.program.helpers.values() if r.shared)
-        return {helper_name(r): self._function(r) for r in shared}
-
-    @cached_property
-    def body(self) -> str:
-        """Return what stands in the law's namespace, the fingerprint left out."""
-        parts = [self._indices()]
-        parts += [self._function(r) for r in self.program.helpers.values() if not r.shared]
-        return "\n\n".join([*filter(None, parts), self._start(), self._force()])
-
-    @property
     def fingerprint(self) -> int:
-        """Return the CRC-32 of everything that the law runs."""
-        return zlib.crc32("\n".join([*self.numbers.values(), self.body]).encode())
+        """Return the CRC-32 of everything that the law runs, as it is written where it is the only one."""
+        return zlib.crc32((self.alone.text() + self.body(self.alone)).encode())
 
-    def text(self) -> str:
+    def text(self, numbers: Numbers) -> str:
         """Return the law's namespace as a header has it."""
         counts = f"constexpr uint8_t kParameters = {len(self.law.parameters)}, kStates = {self._states};"
         mark = f"constexpr uint32_t kFingerprint = 0x{self.fingerprint:08x};"
         head = f"namespace laws {{\nnamespace {self.namespace} {{"
         tail = f"}}  // namespace {self.namespace}\n}}  // namespace laws\n"
-        return "\n\n".join([head, f"{counts}\n{mark}", self.body, tail])
+        return "\n\n".join([head, f"{counts}\n{mark}", self.body(numbers), tail])
+
+    def body(self, numbers: Numbers) -> str:
+        """Return what stands in the law's namespace, the fingerprint left out."""
+        own = (r for r in self.program.helpers.values() if not r.shared)
+        small_here = small(self.program, numbers.small, choice_places(self.law.parameters))
+        helpers = [helper_text(r, self.program.helpers, small_here, self.burns) for r in own]
+        return "\n\n".join([*filter(None, [self._indices()]), *helpers, self._start(), *self._force(small_here)])
 
     @property
     def _states(self) -> int:
@@ -87,24 +87,24 @@ class CppLaw:
 
     def _start(self) -> str:
         values = self.law.initial_state.tolist()
-        lines = [f"  s[{name}] = {number(v)};" for name, v in zip(self.places.states, values, strict=True)]
-        if not lines:
+        if not values:
             return "inline void start(float*) {}"
+        named = zip(self.places.states, values, strict=True)
+        lines = ["  laws::clear(s, kStates);", *(f"  s[{name}] = {number(v)};" for name, v in named if v)]
         return "\n".join(["// Set the first state.", "inline void start(float* s) {", *lines, "}"])
 
-    def _force(self) -> str:
+    def _force(self, small_here: Small) -> list[str]:
+        """Return the law's function; where it can have a fault, inside one that looks for it."""
         routine = self.program.law
-        routines = [routine, *self.program.helpers.values()]
-        guarded = self.burns or any(watched(r.tree) for r in routines)
-        body = Statements(routine, self.program.helpers, self.places, self.burns, guarded)
+        guarded = self.burns or any(watched(r.tree) for r in (routine, *self.program.helpers.values()))
+        body = Statements(routine, self.program.helpers, self.places, small_here, self.burns)
         lines = body.block(routine.tree.body)
-        if guarded:
-            lines.insert(0, f"  laws::begin({BOARD_TURNS});" if self.burns else "  laws::begin();")
         used = {n.id for n in ast.walk(routine.tree) if isinstance(n, ast.Name)}
-        kinds = {"p": "const float*", "s": "float*", "x": "float", "v": "float", "dt": "float"}
-        given = ", ".join(f"{kind} {name}" if name in used else kind for name, kind in kinds.items())
-        head = [*comment(routine.function.__doc__ or "Return the force in N, positive to the right.")]
-        return _joined([*head, f"inline float force({given}) {{", *_statics(body), *lines, "}"])
+        given = ", ".join(f"{kind} {name}" if name in used else kind for name, kind in _GIVEN.items())
+        head = comment(routine.function.__doc__ or "Return the force in N, positive to the right.")
+        name = "unwatched" if guarded else "force"
+        text = joined([*head, f"inline float {name}({given}) {{", *statics(body), *lines, "}"])
+        return [text, _GUARD.format(BOARD_TURNS if self.burns else "")] if guarded else [text]
 
     @cached_property
     def burns(self) -> bool:
@@ -129,40 +129,13 @@ class CppLaw:
                 turns += sum(self._turns(self.program.helpers[n]) for n in names if n in self.program.helpers)
         return turns
 
-    def _function(self, routine: Routine) -> str:
-        body = Statements(routine, self.program.helpers, Places(), not routine.shared and self.burns)
-        lines = body.block(routine.tree.body)
-        used = {n.id for n in ast.walk(routine.tree) if isinstance(n, ast.Name)}
-        names = [a.arg for a in routine.tree.args.args if a.arg != "_fault"]
-        given = ", ".join(f"float {mangled(n)}" if n in used else "float" for n in names)
-        kind = "float" if routine.values == 1 else f"laws::Several<{routine.values}>"
-        name = helper_name(routine).removeprefix("numbers::")
-        head = [*comment(routine.function.__doc__), f"inline {kind} {name}({given}) {{"]
-        return _joined([*head, *_statics(body), *lines, "}"])
-
 
 def _is_plain_call(node: ast.AST) -> bool:
     return isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
 
 
-def _statics(body: Statements) -> list[str]:
-    return [f"  static laws::Inverse inverse{i + 1}_ = LAWS_NO_INVERSE;" for i in range(len(body.inverses))]
-
-
-def _joined(lines: list[str]) -> str:
-    return "\n".join(words for line in lines for words in wrapped(line))
-
-
 def _size(value: StateValue) -> int:
     return len(value) if isinstance(value, tuple) else 1
-
-
-def shared_text(numbers: dict[str, str]) -> str:
-    """Return the namespace of the studio's numbers, "" where a law uses none."""
-    if not numbers:
-        return ""
-    body = "\n\n".join(numbers.values())
-    return f"namespace laws {{\nnamespace numbers {{\n\n{body}\n\n}}  // namespace numbers\n}}  // namespace laws\n"
 
 
 def translate_cpp(law: Law, namespace: str) -> str:
@@ -171,4 +144,4 @@ def translate_cpp(law: Law, namespace: str) -> str:
     It needs fast.h and laws/law.h before it. Raise LawError where the law leaves the law language.
     """
     made = CppLaw(law, namespace)
-    return "\n".join(part for part in (shared_text(made.numbers), made.text()) if part)
+    return "\n".join(part for part in (made.alone.text(), made.text(made.alone)) if part)

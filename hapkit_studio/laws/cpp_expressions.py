@@ -8,8 +8,11 @@ import ast
 from typing import NamedTuple
 
 from hapkit_studio.laws import cpp_kinds as kinds
+from hapkit_studio.laws.cpp_kept import arguments, is_name
 from hapkit_studio.laws.cpp_program import Routine
+from hapkit_studio.laws.cpp_small import Small
 from hapkit_studio.laws.cpp_words import constant_name, mangled, number
+from hapkit_studio.laws.helpers import PREFIX
 
 
 class Text(NamedTuple):
@@ -23,7 +26,11 @@ ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, AND, OR, CHOICE = range(9, 0, -1)
 _BINARY = {ast.Add: ("+", SUM), ast.Sub: ("-", SUM), ast.Mult: ("*", PRODUCT), ast.Div: ("/", PRODUCT)}
 _COMPARE = {ast.Eq: ("==", EQUAL), ast.NotEq: ("!=", EQUAL), ast.Lt: ("<", ORDER), ast.LtE: ("<=", ORDER)}
 _COMPARE |= {ast.Gt: (">", ORDER), ast.GtE: (">=", ORDER)}
-_PLAIN = {"_float": "", "_noted": "", "_force": "", "_divisor": "laws::divisor", "abs": "fast::magnitude"}
+_MIRRORED = {ast.Eq: ast.Eq, ast.NotEq: ast.NotEq, ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt}
+_MIRRORED |= {ast.GtE: ast.LtE}
+_WITH_ZERO = {ast.Eq: "fast::is_zero({})", ast.NotEq: "!fast::is_zero({})", ast.Lt: "fast::below_zero({})"}
+_WITH_ZERO |= {ast.Gt: "fast::above_zero({})", ast.LtE: "fast::to_zero({})", ast.GtE: "fast::from_zero({})"}
+_PLAIN = {"_divisor": "laws::divisor", "abs": "fast::magnitude"}
 _TWO = {"min": "fast::least", "max": "fast::most"}
 
 
@@ -37,11 +44,17 @@ class Places(NamedTuple):
 class Expressions:
     """Writes the expressions of one function."""
 
-    def __init__(self, routine: Routine, routines: dict[str, Routine], places: Places):
-        self.routine, self.routines, self.places = routine, routines, places
+    def __init__(self, routine: Routine, routines: dict[str, Routine], places: Places, small: Small):
+        self.routine, self.routines, self.places, self.small = routine, routines, places, small
+        self.kept, self.own = small.kept, small.kept.get(routine.name, set())
         self.truths, self.signs = kinds.truths(routine.tree), kinds.signs(routine.tree)
         self.unchanged = kinds.unchanged(routine.tree)
         self.inverses: list[str] = []
+
+    @staticmethod
+    def word(name: str) -> str:
+        """Return a local name."""
+        return mangled(name.removeprefix("_"))
 
     def value(self, node: ast.expr, level: int = 0) -> str:
         """Return an expression as a number, in parentheses where it binds less than wanted."""
@@ -59,8 +72,9 @@ class Expressions:
             return f"!{self.test(node.operand, ATOM)}"
         if kinds.is_truth(node, self.truths):
             return self.value(node, level)
-        words = f"{self.value(node, EQUAL)} != 0.0f"
-        return f"({words})" if level > EQUAL else words
+        if isinstance(node, ast.Name) and self.small.holds(node, self.routine):
+            return self.value(node, level)
+        return f"!fast::is_zero({self.value(node)})"
 
     def _value(self, node: ast.expr) -> Text:
         match node:
@@ -71,7 +85,7 @@ class Expressions:
                 assert isinstance(value, float)
                 return Text(number(value), UNARY if str(value)[0] == "-" else ATOM)
             case ast.Name():
-                return Text(mangled(node.id.removeprefix("_")), ATOM)
+                return Text(kept_name(node.id) if node.id in self.own else self.word(node.id), ATOM)
             case ast.Subscript():
                 return self._place(node)
             case ast.UnaryOp(op=ast.USub()):
@@ -92,6 +106,27 @@ class Expressions:
             case ast.Call():
                 return self._call(node)
         raise AssertionError(ast.dump(node))
+
+    def whole(self, node: ast.expr, level: int = 0) -> str:
+        """Return a small whole number as one."""
+        match node:
+            case ast.Constant():
+                assert isinstance(node.value, float)
+                text = Text(f"{node.value:.0f}".replace("-0", "0"), UNARY if node.value < 0.0 else ATOM)
+            case ast.UnaryOp():
+                text = Text(f"-{self.whole(node.operand, ATOM)}", UNARY)
+            case ast.IfExp():
+                test, body = self.test(node.test, CHOICE + 1), self.whole(node.body, CHOICE + 1)
+                text = Text(f"{test} ? {body} : {self.whole(node.orelse, CHOICE)}", CHOICE)
+            case ast.Subscript():
+                text = Text(f"laws::option({self.value(node)})", ATOM)
+            case _:
+                text = self._value(node)
+        return f"({text.words})" if text.level < level else text.words
+
+    def suited(self, node: ast.expr, small: bool) -> str:
+        """Return an expression as what takes it holds it."""
+        return self.whole(node) if small else self.value(node)
 
     def _logic(self, node: ast.BoolOp) -> Text:
         """Return `a and b` as Python has it: one of its sides."""
@@ -123,9 +158,26 @@ class Expressions:
         sides = [node.left, *node.comparators]
         parts = []
         for left, op, right in zip(sides, node.ops, sides[1:], strict=False):
-            word, level = _COMPARE[type(op)]
-            parts.append(Text(f"{self.value(left, SUM)} {word} {self.value(right, SUM)}", level))
+            parts.append(self._compared(left, op, right))
         return parts[0] if len(parts) == 1 else Text(" && ".join(p.words for p in parts), AND)
+
+    def _compared(self, left: ast.expr, op: ast.cmpop, right: ast.expr) -> Text:
+        """Return one comparison: of whole numbers, or by bits with what has few of them."""
+        word, level = _COMPARE[type(op)]
+        names = [n for n in (left, right) if isinstance(n, ast.Name)]
+        if names and self.small.holds(left, self.routine) and self.small.holds(right, self.routine):
+            return Text(f"{self.whole(left, SUM)} {word} {self.whole(right, SUM)}", level)
+        if isinstance(left, ast.Constant) and not isinstance(right, ast.Constant):
+            left, op, right = right, _MIRRORED[type(op)](), left
+        if isinstance(right, ast.Constant) and isinstance(right.value, float):
+            words = self.value(left)
+            if type(op) in (ast.Eq, ast.NotEq) and right.value != 0.0:
+                test = f"fast::is({words}, {number(right.value)})"
+                return Text(test if isinstance(op, ast.Eq) else f"!{test}", UNARY)
+            if right.value == 0.0:
+                return Text(_WITH_ZERO[type(op)].format(words), UNARY)
+        word, level = _COMPARE[type(op)]
+        return Text(f"{self.value(left, SUM)} {word} {self.value(right, SUM)}", level)
 
     def _arithmetic(self, node: ast.BinOp) -> Text:
         if isinstance(node.op, ast.Mult):
@@ -151,6 +203,8 @@ class Expressions:
             words = f"fast::scaled<{power}>({words})" if power else words
             return Text(f"-{words}", UNARY) if factor.value < 0.0 else Text(words, ATOM)
         if kinds.is_sign(factor, self.signs):
+            if self.small.holds(factor, self.routine):
+                return Text(f"fast::flipped_by({self.value(other)}, {self.whole(factor)})", ATOM)
             return Text(f"fast::flipped({self.value(other)}, {self.value(factor)})", ATOM)
         return None
 
@@ -197,16 +251,20 @@ class Expressions:
             for other in node.args[1:]:
                 words = f"{_TWO[name]}({words}, {self.value(other)})"
             return Text(words, ATOM)
-        if not _PLAIN[name]:
-            return self._value(node.args[0])
         return Text(f"{_PLAIN[name]}({self.value(node.args[0])})", ATOM)
 
     def helper_call(self, node: ast.Call) -> str:
         """Return the call of a helper."""
         assert isinstance(node.func, ast.Name)
         called = self.routines[node.func.id]
-        args = [self.value(a) for a in node.args if not (isinstance(a, ast.Name) and a.id == "_fault")]
-        return f"{helper_name(called)}({', '.join(args)})"
+        kept, given, settings = self.kept.get(called.name, set()), [], []
+        for name, actual in zip(arguments(called), node.args, strict=False):
+            if name not in kept:
+                given.append(self.suited(actual, name in self.small.names.get(called.name, ())))
+            elif not (is_name(actual, name) and name in self.own):
+                settings.append((f"numbers::{kept_name(name)}", self.value(actual)))
+        nested = any(n is not node and _is_helper_call(n) for n in ast.walk(node))
+        return _call(called.word, given, settings, nested)
 
     def _math(self, func: ast.Attribute, args: list[ast.expr]) -> Text:
         assert isinstance(func.value, ast.Name)
@@ -221,10 +279,28 @@ class Expressions:
         return Text(f"fast::{name}({', '.join(self.value(a) for a in args)})", ATOM)
 
 
-def helper_name(routine: Routine) -> str:
-    """Return how a helper is called: the studio's own are in a namespace of their own."""
-    name = mangled(routine.function.__name__.lstrip("_"))
-    return f"numbers::{name}" if routine.shared else name
+def _call(name: str, given: list[str], settings: list[tuple[str, str]], nested: bool) -> str:
+    """Return a call after its kept arguments are set; what is nested in them is reckoned before that."""
+    if not settings:
+        return f"{name}({', '.join(given)})"
+    if not nested:
+        words = ", ".join(f"{place} = {value}" for place, value in settings)
+        return f"({words}, {name}({', '.join(given)}))"
+    lines = [f"const float a{i} = {value}" for i, value in enumerate([v for _, v in settings] + given)]
+    lines += [f"{place} = a{i}" for i, (place, _) in enumerate(settings)]
+    rest = ", ".join(f"a{len(settings) + i}" for i in range(len(given)))
+    return f"[&] {{ {'; '.join(lines)}; return {name}({rest}); }}()"
+
+
+def kept_name(name: str) -> str:
+    """Return where an argument waits that is not handed on."""
+    return f"with_{mangled(name)}"
+
+
+def _is_helper_call(node: ast.AST) -> bool:
+    if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name)):
+        return False
+    return node.func.id.startswith(PREFIX)
 
 
 def parameter_names(keys: tuple[str, ...]) -> tuple[str, ...]:

@@ -1,16 +1,29 @@
 """Everything that a law runs, as checked trees: the law, and the helpers it calls, each once."""
 
 import ast
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import FunctionType
 
+from hapkit_studio.laws.cpp_words import mangled
 from hapkit_studio.laws.folding import folded
-from hapkit_studio.laws.helpers import Helpers, is_proven, values_returned
+from hapkit_studio.laws.helpers import PREFIX, Helpers, is_proven
 from hapkit_studio.laws.law import Law
 from hapkit_studio.laws.names import Names
 from hapkit_studio.laws.translate import LAW_START, rewritten
 
+# What a translation would be too slow for; the differential tests hold it to the original.
+BY_HAND = {"hapkit_studio.dynamics.events.exact": "exact.h"}
+_SHARED = PREFIX + "shared__"
 _START = len(ast.parse(LAW_START).body)
+
+
+class _Names(Helpers):
+    """Names the studio's own functions alike in every law."""
+
+    def name(self, function: FunctionType) -> str:
+        if is_proven(function) and function not in self.names:
+            self.names[function] = _SHARED + mangled(function.__name__.lstrip("_"))
+        return super().name(function)
 
 
 @dataclass(frozen=True)
@@ -22,6 +35,22 @@ class Routine:
     tree: ast.FunctionDef
     values: int
     calls: tuple[str, ...]
+
+    @property
+    def by_hand(self) -> str:
+        """Return the header that has it written for the board, "" for all that are translated."""
+        return BY_HAND.get(f"{self.function.__module__}.{self.function.__name__}", "")
+
+    @property
+    def is_law(self) -> bool:
+        """Return whether it is the law itself."""
+        return self.name == "law"
+
+    @property
+    def word(self) -> str:
+        """Return its name in C++."""
+        own = mangled(self.function.__name__)
+        return f"numbers::{self.name.removeprefix(_SHARED)}" if self.shared else own
 
     @property
     def shared(self) -> bool:
@@ -41,7 +70,7 @@ def collect(law: Law) -> Program:
     """Return a bound law's program; raise LawError as ``bind`` does."""
     function = law.function
     assert isinstance(function, FunctionType)
-    names, helpers = Names(law.parameters, law.state, function.__globals__), Helpers()
+    names, helpers = Names(law.parameters, law.state, function.__globals__), _Names()
     done: dict[str, Routine] = {}
     routine = _routine(function, names, helpers, True)
     for called in routine[1]:
@@ -64,7 +93,8 @@ def _routine(
     values = max((len(n.value.elts) for n in ast.walk(tree) if _gives_several(n)), default=1)  # type: ignore
     known = {helpers.name(f): f for f in called}
     tree = folded(tree, known)
-    return Routine(tree.name, function, tree, values, _called(tree)), called
+    routine = Routine(tree.name, function, tree, values, _called(tree))
+    return (replace(routine, calls=()), []) if routine.by_hand else (routine, called)
 
 
 def _gives_several(node: ast.AST) -> bool:
@@ -74,7 +104,7 @@ def _gives_several(node: ast.AST) -> bool:
 def _called(tree: ast.FunctionDef) -> tuple[str, ...]:
     """Return the helpers whose calls are left in a tree."""
     calls = (n.func.id for n in ast.walk(tree) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name))
-    return tuple(dict.fromkeys(name for name in calls if name.startswith("_of_")))
+    return tuple(dict.fromkeys(name for name in calls if name.startswith(PREFIX)))
 
 
 def _add(function: FunctionType, helpers: Helpers, done: dict[str, Routine]) -> None:

@@ -5,22 +5,23 @@ import ast
 from hapkit_studio.laws import cpp_scopes
 from hapkit_studio.laws.cpp_expressions import Expressions, Places
 from hapkit_studio.laws.cpp_program import Routine
+from hapkit_studio.laws.cpp_small import Small
 from hapkit_studio.laws.cpp_words import mangled
 
 
 class Statements(Expressions):
-    """Writes the body of one function; burns says whether its loops have to be watched, guard the last word."""
+    """Writes the body of one function; burns says whether its turns are counted."""
 
     def __init__(
         self,
         routine: Routine,
         routines: dict[str, Routine],
         places: Places,
+        small: Small,
         burns: bool = False,
-        guarded: bool = False,
     ):
-        super().__init__(routine, routines, places)
-        self.burns, self.guarded = burns, guarded
+        super().__init__(routine, routines, places, small)
+        self.burns = burns
         self.owned = cpp_scopes.owned(routine.tree)
         loads = [
             n.id for n in ast.walk(routine.tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)
@@ -49,10 +50,17 @@ class Statements(Expressions):
         return lines
 
     def _kind(self, name: str) -> str:
-        return "bool" if name in self.truths else "float"
+        return "bool" if name in self.truths else "int8_t" if name in self._small else "float"
 
     def _nothing(self, name: str) -> str:
-        return "false" if name in self.truths else "0.0f"
+        return "false" if name in self.truths else "0" if name in self._small else "0.0f"
+
+    @property
+    def _small(self) -> set[str]:
+        return self.small.names.get(self.routine.name, set())
+
+    def _is_small(self, target: ast.expr) -> bool:
+        return isinstance(target, ast.Name) and target.id in self._small and target.id not in self.truths
 
     def statement(self, node: ast.stmt, indent: str) -> list[str]:
         """Return the lines of one statement."""
@@ -72,36 +80,37 @@ class Statements(Expressions):
         return []
 
     def _returned(self, node: ast.expr | None) -> str:
-        if isinstance(node, ast.Tuple):
-            values = ", ".join(self.value(v) for v in node.elts)
-            return f"laws::Several<{len(node.elts)}>{{{{{values}}}}}"
         assert node is not None
-        words = self.value(node)
-        return f"laws::checked({words})" if self.guarded else words
+        results = self.small.results.get(self.routine.name, [False])
+        values = node.elts if isinstance(node, ast.Tuple) else [node]
+        words = [self.suited(v, small) for v, small in zip(values, results, strict=True)]
+        return result(words, results)
 
     def _assign(self, node: ast.Assign, indent: str) -> list[str]:
         target, value = node.targets[0], node.value
         if not isinstance(target, ast.Tuple):
-            return self._set(target, self.value(value), indent)
+            return self._set(target, self.suited(value, self._is_small(target)), indent)
         if isinstance(value, ast.Tuple):
             return self._set_each(target.elts, value.elts, indent)
         assert isinstance(value, ast.Call)
         self.calls += 1
         got = f"got{self.calls}_"
-        lines = [f"{indent}const laws::Several<{len(target.elts)}> {got} = {self.helper_call(value)};"]
+        assert isinstance(value.func, ast.Name)
+        kind = kind_of_result(self.small.results[value.func.id])
+        lines = [f"{indent}const {kind} {got} = {self.helper_call(value)};"]
         for i, one in enumerate(target.elts):
             if not isinstance(one, ast.Name) or one.id in self.loaded:
-                lines += self._set(one, f"{got}.at[{i}]", indent)
+                lines += self._set(one, f"{got}.{'abcdefgh'[i]}", indent)
         return lines
 
     def _set_each(self, targets: list[ast.expr], values: list[ast.expr], indent: str) -> list[str]:
         """Return several assignments at once; through names of their own where one reads what another sets."""
-        words = [self.value(v) for v in values]
+        words = [self.suited(v, self._is_small(t)) for t, v in zip(targets, values, strict=True)]
         if not _independent(targets, values):
             lines = []
             for i in range(len(words)):
                 self.calls += 1
-                lines.append(f"{indent}const float new{self.calls}_ = {words[i]};")
+                lines.append(f"{indent}const auto new{self.calls}_ = {words[i]};")
                 words[i] = f"new{self.calls}_"
         else:
             lines = []
@@ -150,6 +159,20 @@ class Statements(Expressions):
         sign = "<" if step > 0 else ">"
         head = f"for ({kind} {count} = {start}; {count} {sign} {stop}; {count} += {step}) {{"
         return [f"{indent}{head}", *self.block(node.body, indent + "  "), f"{indent}}}"]
+
+
+def kind_of_result(results: list[bool]) -> str:
+    """Return the type of what a function gives back, by which of it is small."""
+    kinds = ["int8_t" if small else "float" for small in results]
+    return kinds[0] if len(kinds) == 1 else f"laws::Results<{', '.join(kinds)}>"
+
+
+def result(words: list[str], results: list[bool]) -> str:
+    """Return the words of a result of that type."""
+    if len(words) == 1:
+        return words[0]
+    given = [f"int8_t({w})" if small and not w.isalnum() else w for w, small in zip(words, results, strict=True)]
+    return f"{kind_of_result(results)}{{{', '.join(given)}}}"
 
 
 def _targets(statement: ast.stmt) -> set[str]:

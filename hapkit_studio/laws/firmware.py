@@ -5,7 +5,8 @@ from pathlib import Path
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import fast_tables
-from hapkit_studio.laws.cpp import CppLaw, shared_text
+from hapkit_studio.laws.cpp import CppLaw
+from hapkit_studio.laws.cpp_functions import Numbers
 from hapkit_studio.laws.cpp_words import mangled
 from hapkit_studio.laws.law import Law
 from hapkit_studio.parameters import Choice
@@ -40,16 +41,15 @@ def headers(laws: Mapping[str, Law]) -> dict[str, str]:
     laws are by their keys, in the order of their numbers.
     """
     made = {key: _checked(key, law) for key, law in laws.items()}
-    numbers: dict[str, str] = {}
-    for law in made.values():
-        numbers |= law.numbers
+    numbers = Numbers((law.program, law.law.parameters) for law in made.values())
+    includes = [f'#include "{name}"' for name in [*numbers.headers, "law.h"]]
     files = {
         "fast_tables.h": fast_tables.text(),
-        "laws/numbers.h": f'{_MADE}\n#include "law.h"\n\n{shared_text(numbers)}',
+        "laws/numbers.h": "\n".join([_MADE, *includes, "", numbers.text()]),
         "laws/table.h": _table(made),
     }
     for key, law in made.items():
-        files[f"laws/{key}.h"] = f'{_MADE}\n#include "numbers.h"\n\n{law.text()}'
+        files[f"laws/{key}.h"] = f'{_MADE}\n#include "numbers.h"\n\n{law.text(numbers)}'
     return files
 
 

@@ -1,4 +1,4 @@
-"""Reckons out what a law's tree says in constants alone, in double precision, before it is translated."""
+"""Reckons out what a law's tree says in constants alone, in double precision, before it becomes C++."""
 
 import ast
 import math
@@ -15,7 +15,8 @@ _OPERATORS: dict[type, Callable] = {
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
 }
-_WATCHED = frozenset(("_float", "_noted", "_divisor", "_force"))
+# What these give is what they are given.
+_TRANSPARENT = frozenset(("_float", "_noted", "_force"))
 
 
 class _Folder(ast.NodeTransformer):
@@ -40,10 +41,9 @@ class _Folder(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         self.generic_visit(node)
-        if isinstance(node.func, ast.Name) and node.func.id in _WATCHED:
-            value = _number(node.args[0])
-            kept = value is None or (value == 0.0 and node.func.id == "_divisor")
-            return node if kept else ast.Constant(value)
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if name in _TRANSPARENT or (name == "_divisor" and _number(node.args[0])):
+            return node.args[0]
         given = [_number(a) for a in node.args if not _is_fault(a)]
         function = self._function(node.func)
         if function is None or not given or None in given:

@@ -7,7 +7,7 @@ namespace laws {
 namespace bump_valley {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0x6e1ccf60;
+constexpr uint32_t kFingerprint = 0x58f55351;
 
 enum Parameter : uint8_t {
   // N
@@ -42,23 +42,27 @@ inline float cosine_rise(float a) {
 inline void start(float*) {}
 
 // Return the force in N, positive to the right.
-inline float force(const float* p, float*, float x, float, float) {
+inline float unwatched(const float* p, float*, float x, float, float) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
-  laws::begin();
-  const float sign = x < 0.0f ? 1.0f : -1.0f;
-  const float a = (x - fast::flipped(-0.025f, sign)) * inverse1_.watched(p[kWidth]);
+  const int8_t sign = fast::below_zero(x) ? 1 : -1;
+  const float a = (x - fast::flipped_by(-0.025f, sign)) * inverse1_.watched(p[kWidth]);
   if (fast::magnitude(a) >= 0.5f) {
-    return laws::checked(0.0f);
+    return 0.0f;
   }
-  if (p[kLaw] == 0.0f) {
-    const float push = p[kProfile] == 0.0f ? gaussian_push(a) : fast::sin_of_turns(a);
-    return laws::checked(fast::flipped(p[kPeakForce], sign) * push);
+  if (fast::is_zero(p[kLaw])) {
+    const float push = fast::is_zero(p[kProfile]) ? gaussian_push(a) : fast::sin_of_turns(a);
+    return fast::flipped_by(p[kPeakForce], sign) * push;
   }
   float level = 3.8053384f * gaussian_rise(a);
-  if (p[kProfile] == 1.0f) {
+  if (fast::is(p[kProfile], 1.0f)) {
     level = 3.1415927f * cosine_rise(a);
   }
-  return laws::checked(fast::flipped(p[kPeakForce], -sign) * level);
+  return fast::flipped_by(p[kPeakForce], -sign) * level;
+}
+
+inline float force(const float* p, float* s, float x, float v, float dt) {
+  laws::begin();
+  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace bump_valley

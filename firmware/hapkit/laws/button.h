@@ -7,7 +7,7 @@ namespace laws {
 namespace button {
 
 constexpr uint8_t kParameters = 7, kStates = 5;
-constexpr uint32_t kFingerprint = 0x74ba7454;
+constexpr uint32_t kFingerprint = 0xce2536de;
 
 enum Parameter : uint8_t {
   // N
@@ -46,23 +46,19 @@ inline float curve(float s_, float peak, float snap, float snap_start, float tra
 
 // Set the first state.
 inline void start(float* s) {
-  s[State::anchor] = 0.0f;
-  s[State::held] = 0.0f;
-  s[State::pressed] = 0.0f;
-  s[State::downs] = 0.0f;
-  s[State::ups] = 0.0f;
+  laws::clear(s, kStates);
 }
 
 // Return the force in N, positive to the right.
-inline float force(const float* p, float* s, float x, float, float) {
-  laws::begin();
+inline float unwatched(const float* p, float* s, float x, float, float) {
   if (s[State::held] < 0.5f) {
     s[State::held] = 1.0f;
     s[State::anchor] = x;
   }
-  const laws::Several<2> got1_ = numbers::tether(x, s[State::anchor], 1500.0f, p[kHysteresis]);
-  const float pull = got1_.at[0];
-  s[State::anchor] = got1_.at[1];
+  const laws::Results<float, float> got1_ = numbers::tether(x, s[State::anchor], 1500.0f,
+      p[kHysteresis]);
+  const float pull = got1_.a;
+  s[State::anchor] = got1_.b;
   const float depth = x - p[kPosition];
   if (s[State::pressed] < 0.5f) {
     if (depth > fast::scaled<-1>(p[kSnapStart] + p[kTravel])) {
@@ -73,12 +69,17 @@ inline float force(const float* p, float* s, float x, float, float) {
     s[State::pressed] = 0.0f;
     s[State::ups] = s[State::ups] + 1.0f;
   }
-  if (depth <= 0.0f) {
-    return laws::checked(0.0f);
+  if (fast::to_zero(depth)) {
+    return 0.0f;
   }
   const float push = curve(depth, p[kPeakForce], p[kSnapForce], p[kSnapStart], p[kTravel],
       p[kStopStiffness]);
-  return laws::checked(pull * fast::least(2000.0f * depth, 1.0f) - push);
+  return pull * fast::least(2000.0f * depth, 1.0f) - push;
+}
+
+inline float force(const float* p, float* s, float x, float v, float dt) {
+  laws::begin();
+  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace button

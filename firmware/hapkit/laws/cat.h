@@ -7,7 +7,7 @@ namespace laws {
 namespace cat {
 
 constexpr uint8_t kParameters = 8, kStates = 12;
-constexpr uint32_t kFingerprint = 0x80a64b65;
+constexpr uint32_t kFingerprint = 0x2c819aa0;
 
 enum Parameter : uint8_t {
   // N
@@ -32,19 +32,20 @@ enum : uint8_t { anchor = 0, phase = 1, breath = 2, contentment = 3, swat = 4, s
 }
 
 // Return the hand's pace in m/s as the cat feels it, and the value half-way to it.
-inline laws::Several<2> noticed(float way, float nearly, float pace, float dt) {
+inline laws::Results<float, float> noticed(float way, float nearly, float pace, float dt) {
   nearly = nearly + (way - nearly * dt) / laws::divisor(0.01f + dt);
-  return laws::Several<2>{{nearly, pace + (nearly - pace) * dt / laws::divisor(0.01f + dt)}};
+  return laws::Results<float, float>{nearly, pace + (nearly - pace) * dt / laws::divisor(0.01f
+      + dt)};
 }
 
 // Return the contentment gained per metre to the right in a hand's way, by its pace in m/s.
-inline float feeling(float pace, float temperament, float sulk) {
+inline float feeling(float pace, int8_t temperament, float sulk) {
   float liking = 1.0f;
   float dislike = 1.0f;
-  if (temperament == 1.0f) {
+  if (temperament == 1) {
     liking = 0.8f;
     dislike = 1.25f;
-  } else if (temperament == 2.0f) {
+  } else if (temperament == 2) {
     liking = 0.7f;
     dislike = 1.5f;
   }
@@ -57,22 +58,22 @@ inline float feeling(float pace, float temperament, float sulk) {
   if (pace < -0.003f) {
     return 0.8f * dislike;
   }
-  if ((0.01f <= pace && pace <= 0.1f) && sulk == 0.0f) {
+  if ((pace >= 0.01f && pace <= 0.1f) && fast::is_zero(sulk)) {
     return 3.0f * liking;
   }
   return 0.0f;
 }
 
 // Return the seconds left of a swat and of the sulking after it, in which there is no other.
-inline laws::Several<2> paw(float swat, float sulk, float provoked, float dt) {
-  if (swat > 0.0f) {
+inline laws::Results<float, float> paw(float swat, float sulk, int8_t provoked, float dt) {
+  if (fast::above_zero(swat)) {
     swat = fast::most(0.0f, swat - dt);
-    return laws::Several<2>{{swat, swat == 0.0f ? 5.0f : 0.0f}};
+    return laws::Results<float, float>{swat, fast::is_zero(swat) ? 5.0f : 0.0f};
   }
-  if (provoked > 0.0f && sulk == 0.0f) {
-    return laws::Several<2>{{0.3f, 0.0f}};
+  if (provoked > 0 && fast::is_zero(sulk)) {
+    return laws::Results<float, float>{0.3f, 0.0f};
   }
-  return laws::Several<2>{{0.0f, fast::most(0.0f, sulk - dt)}};
+  return laws::Results<float, float>{0.0f, fast::most(0.0f, sulk - dt)};
 }
 
 // Return an angle in rad after dt s at a frequency in Hz, below one turn.
@@ -81,71 +82,64 @@ inline float turned(float angle, float frequency, float dt) {
 }
 
 // Return the purr in N and its phase in rad, summed so that the pitch may change with the breath.
-inline laws::Several<2> purr(float contentment, float strength, float frequency, float breath,
-    float phase, float dt) {
+inline laws::Results<float, float> purr(float contentment, float strength, float frequency,
+    float breath, float phase, float dt) {
   if (contentment <= 0.3f) {
-    return laws::Several<2>{{0.0f, 0.0f}};
+    return laws::Results<float, float>{0.0f, 0.0f};
   }
-  const float out = breath < 3.1415927f ? 1.0f : -1.0f;
-  phase = turned(phase, frequency + fast::flipped(1.2f, out), dt);
-  return laws::Several<2>{{contentment * strength * (1.0f + fast::flipped(0.2f, out))
-      * fast::sin(phase), phase}};
+  const int8_t out = breath < 3.1415927f ? 1 : -1;
+  phase = turned(phase, frequency + fast::flipped_by(1.2f, out), dt);
+  return laws::Results<float, float>{contentment * strength * (1.0f + fast::flipped_by(0.2f,
+      out)) * fast::sin(phase), phase};
 }
 
 // Set the first state.
 inline void start(float* s) {
-  s[State::anchor] = 0.0f;
-  s[State::phase] = 0.0f;
-  s[State::breath] = 0.0f;
-  s[State::contentment] = 0.0f;
-  s[State::swat] = 0.0f;
-  s[State::sulk] = 0.0f;
-  s[State::swats] = 0.0f;
-  s[State::push] = 0.0f;
-  s[State::last] = 0.0f;
-  s[State::nearly] = 0.0f;
-  s[State::pace] = 0.0f;
-  s[State::started] = 0.0f;
+  laws::clear(s, kStates);
 }
 
 // Return the force in N, positive to the right.
-inline float force(const float* p, float* s, float x, float v, float dt) {
-  laws::begin();
-  if (s[State::started] == 0.0f) {
+inline float unwatched(const float* p, float* s, float x, float v, float dt) {
+  if (fast::is_zero(s[State::started])) {
     s[State::started] = 1.0f;
     s[State::anchor] = x;
     s[State::last] = x;
   }
   const float way = x - s[State::last];
   s[State::last] = x;
-  const laws::Several<2> got1_ = noticed(way, s[State::nearly], s[State::pace], dt);
-  s[State::nearly] = got1_.at[0];
-  s[State::pace] = got1_.at[1];
-  const float gain = way * feeling(s[State::pace], p[kTemperament], s[State::sulk]);
+  const laws::Results<float, float> got1_ = noticed(way, s[State::nearly], s[State::pace], dt);
+  s[State::nearly] = got1_.a;
+  s[State::pace] = got1_.b;
+  const float gain = way * feeling(s[State::pace], laws::option(p[kTemperament]), s[State::sulk]);
   s[State::contentment] = fast::least(1.0f, fast::most(-1.0f, s[State::contentment] * (1.0f
       - fast::least(1.0f, 0.1f * dt)) + gain));
-  if (s[State::swat] == 0.0f) {
-    s[State::push] = s[State::pace] > 0.0f ? -1.0f : 1.0f;
+  if (fast::is_zero(s[State::swat])) {
+    s[State::push] = fast::above_zero(s[State::pace]) ? -1.0f : 1.0f;
   }
-  const float provoked = gain < 0.0f && s[State::contentment] < -0.5f ? 1.0f : 0.0f;
-  const laws::Several<2> got2_ = paw(s[State::swat], s[State::sulk], provoked, dt);
-  s[State::swat] = got2_.at[0];
-  s[State::sulk] = got2_.at[1];
-  if (s[State::swat] == 0.3f) {
+  const int8_t provoked = fast::below_zero(gain) && s[State::contentment] < -0.5f ? 1 : 0;
+  const laws::Results<float, float> got2_ = paw(s[State::swat], s[State::sulk], provoked, dt);
+  s[State::swat] = got2_.a;
+  s[State::sulk] = got2_.b;
+  if (fast::is(s[State::swat], 0.3f)) {
     s[State::swats] = s[State::swats] + 1.0f;
   }
   const float blow = 1.5f * s[State::push] * fast::sin(10.471975f * s[State::swat]);
   const float limit = x > s[State::anchor] ? p[kFurFriction] : p[kFurFriction] * p[kNapRatio];
-  const laws::Several<2> got3_ = numbers::tether(x, s[State::anchor], 200.0f, limit);
-  float fur = got3_.at[0];
-  s[State::anchor] = got3_.at[1];
+  const laws::Results<float, float> got3_ = numbers::tether(x, s[State::anchor], 200.0f, limit);
+  float fur = got3_.a;
+  s[State::anchor] = got3_.b;
   fur = fur + (p[kHair] * fast::sin(2094.395f * x) - p[kFurDamping] * v);
   s[State::breath] = turned(s[State::breath], p[kBreathingRate], dt);
-  const laws::Several<2> got4_ = purr(s[State::contentment], p[kPurrForce], p[kPurrFrequency],
-      s[State::breath], s[State::phase], dt);
-  const float hum = got4_.at[0];
-  s[State::phase] = got4_.at[1];
-  return laws::checked(fur + blow + hum);
+  const laws::Results<float, float> got4_ = purr(s[State::contentment], p[kPurrForce],
+      p[kPurrFrequency], s[State::breath], s[State::phase], dt);
+  const float hum = got4_.a;
+  s[State::phase] = got4_.b;
+  return fur + blow + hum;
+}
+
+inline float force(const float* p, float* s, float x, float v, float dt) {
+  laws::begin();
+  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace cat

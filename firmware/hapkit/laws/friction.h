@@ -7,7 +7,7 @@ namespace laws {
 namespace friction {
 
 constexpr uint8_t kParameters = 7, kStates = 4;
-constexpr uint32_t kFingerprint = 0xe23ae1b9;
+constexpr uint32_t kFingerprint = 0x248b7556;
 
 enum Parameter : uint8_t {
   // 0 coulomb, 1 smoothed, 2 karnopp, 3 stribeck, 4 projection, 5 tether, 6 lugre
@@ -31,16 +31,13 @@ enum : uint8_t { anchor = 0, stuck = 1, before = 2, started = 3 };
 
 // Set the first state.
 inline void start(float* s) {
-  s[State::anchor] = 0.0f;
+  laws::clear(s, kStates);
   s[State::stuck] = 1.0f;
-  s[State::before] = 0.0f;
-  s[State::started] = 0.0f;
 }
 
 // Return the force in N, positive to the right.
-inline float force(const float* p, float* s, float x, float v, float dt) {
+inline float unwatched(const float* p, float* s, float x, float v, float dt) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
-  laws::begin();
   if (s[State::started] < 0.5f) {
     s[State::started] = 1.0f;
     s[State::before] = x;
@@ -50,33 +47,34 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
   const float static_ = fast::most(p[kStaticForce], kinetic);
   const float stiffness = p[kTetherStiffness];
   float dry = 0.0f;
-  if (p[kModel] == 5.0f) {
-    const laws::Several<3> got1_ = numbers::sticking_tether(x, s[State::before], s[State::anchor],
-        s[State::stuck], stiffness, 0.0f, static_, kinetic, dt);
-    dry = got1_.at[0];
-    s[State::anchor] = got1_.at[1];
-    s[State::stuck] = got1_.at[2];
-  } else if (p[kModel] == 4.0f) {
-    const laws::Several<3> got2_ = numbers::sticking_tether(x, s[State::before], s[State::anchor],
-        s[State::stuck], stiffness, stiffness * dt, static_, kinetic, dt);
-    dry = got2_.at[0];
-    s[State::anchor] = got2_.at[1];
-    s[State::stuck] = got2_.at[2];
-  } else if (p[kModel] == 2.0f) {
-    const laws::Several<3> got3_ = numbers::banded(x, v, s[State::anchor], stiffness, static_,
-        kinetic, p[kStickVelocity]);
-    dry = got3_.at[0];
-    s[State::anchor] = got3_.at[1];
-    s[State::stuck] = got3_.at[2];
+  if (fast::is(p[kModel], 5.0f)) {
+    const laws::Results<float, float, int8_t> got1_ = numbers::sticking_tether(x, s[State::before],
+        s[State::anchor], s[State::stuck], stiffness, 0.0f, static_, kinetic, dt);
+    dry = got1_.a;
+    s[State::anchor] = got1_.b;
+    s[State::stuck] = got1_.c;
+  } else if (fast::is(p[kModel], 4.0f)) {
+    const laws::Results<float, float, int8_t> got2_ = numbers::sticking_tether(x, s[State::before],
+        s[State::anchor], s[State::stuck], stiffness, stiffness * dt, static_, kinetic, dt);
+    dry = got2_.a;
+    s[State::anchor] = got2_.b;
+    s[State::stuck] = got2_.c;
+  } else if (fast::is(p[kModel], 2.0f)) {
+    const laws::Results<float, float, int8_t> got3_ = numbers::banded(x, v, s[State::anchor],
+        stiffness, static_, kinetic, p[kStickVelocity]);
+    dry = got3_.a;
+    s[State::anchor] = got3_.b;
+    s[State::stuck] = got3_.c;
   } else {
     float level = 0.0f;
-    if (p[kModel] == 3.0f) {
+    if (fast::is(p[kModel], 3.0f)) {
       level = numbers::stribeck(v, static_, kinetic, p[kStribeckVelocity]);
-      const laws::Several<2> got4_ = numbers::tether(x, s[State::anchor], stiffness, level);
-      dry = got4_.at[0];
-      s[State::anchor] = got4_.at[1];
+      const laws::Results<float, float> got4_ = numbers::tether(x, s[State::anchor], stiffness,
+          level);
+      dry = got4_.a;
+      s[State::anchor] = got4_.b;
       s[State::stuck] = fast::magnitude(dry) < level ? 1.0f : 0.0f;
-    } else if (p[kModel] == 6.0f) {
+    } else if (fast::is(p[kModel], 6.0f)) {
       level = numbers::stribeck(v, static_, kinetic, p[kStribeckVelocity]);
       const float bend = numbers::bristle(s[State::before] - s[State::anchor], x
           - s[State::before], level, stiffness);
@@ -85,9 +83,9 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
       s[State::stuck] = fast::magnitude(dry) < kinetic ? 1.0f : 0.0f;
     } else {
       dry = 0.0f;
-      if (p[kModel] == 1.0f) {
+      if (fast::is(p[kModel], 1.0f)) {
         dry = -kinetic * fast::tanh(v * inverse1_.watched(p[kStickVelocity]));
-      } else if (v != 0.0f) {
+      } else if (!fast::is_zero(v)) {
         dry = -fast::signed_as(kinetic, v);
       }
       s[State::anchor] = x;
@@ -95,7 +93,12 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
     }
   }
   s[State::before] = x;
-  return laws::checked(dry - p[kViscous] * v);
+  return dry - p[kViscous] * v;
+}
+
+inline float force(const float* p, float* s, float x, float v, float dt) {
+  laws::begin();
+  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace friction

@@ -7,7 +7,7 @@ namespace laws {
 namespace hard_surface {
 
 constexpr uint8_t kParameters = 8, kStates = 3;
-constexpr uint32_t kFingerprint = 0x7e06a999;
+constexpr uint32_t kFingerprint = 0x55ff4fde;
 
 enum Parameter : uint8_t {
   // N/m
@@ -32,17 +32,18 @@ enum : uint8_t { since = 0, speed = 1, armed = 2 };
 }
 
 // Return (amplitude N per m/s, decay 1/s, frequency Hz) of a material, the given ones if custom.
-inline laws::Several<3> sound(float material, float amplitude, float decay, float hertz) {
-  if (material == 1.0f) {
-    return laws::Several<3>{{5.1f, 60.0f, 18.0f}};
+inline laws::Results<float, float, float> sound(int8_t material, float amplitude, float decay,
+    float hertz) {
+  if (material == 1) {
+    return laws::Results<float, float, float>{5.1f, 60.0f, 18.0f};
   }
-  if (material == 2.0f) {
-    return laws::Several<3>{{6.6f, 80.0f, 100.0f}};
+  if (material == 2) {
+    return laws::Results<float, float, float>{6.6f, 80.0f, 100.0f};
   }
-  if (material == 3.0f) {
-    return laws::Several<3>{{13.2f, 90.0f, 300.0f}};
+  if (material == 3) {
+    return laws::Results<float, float, float>{13.2f, 90.0f, 300.0f};
   }
-  return laws::Several<3>{{amplitude, decay, hertz}};
+  return laws::Results<float, float, float>{amplitude, decay, hertz};
 }
 
 // Return the ringing per speed of entry in N per m/s, `since` s after it.
@@ -52,8 +53,8 @@ inline float ringing(float since, float amplitude, float decay, float hertz) {
 
 // Set the first state.
 inline void start(float* s) {
+  laws::clear(s, kStates);
   s[State::since] = -1.0f;
-  s[State::speed] = 0.0f;
   s[State::armed] = 1.0f;
 }
 
@@ -65,23 +66,24 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
     s[State::since] = -1.0f;
     return 0.0f;
   }
-  if (s[State::since] >= 0.0f) {
+  if (fast::from_zero(s[State::since])) {
     s[State::since] = s[State::since] + dt;
   }
-  if (depth > 0.0f && s[State::armed] > 0.5f) {
+  if (fast::above_zero(depth) && s[State::armed] > 0.5f) {
     s[State::armed] = 0.0f;
     s[State::since] = 0.0f;
     s[State::speed] = fast::most(v, 0.0f);
   }
-  const float push = depth > 0.0f ? p[kStiffness] * depth + p[kDamping] * fast::most(v, 0.0f)
-      : 0.0f;
-  if (s[State::since] < 0.0f) {
+  const float push = fast::above_zero(depth) ? p[kStiffness] * depth + p[kDamping] * fast::most(v,
+      0.0f) : 0.0f;
+  if (fast::below_zero(s[State::since])) {
     return -push;
   }
-  const laws::Several<3> got1_ = sound(p[kMaterial], p[kAmplitude], p[kDecay], p[kFrequency]);
-  const float amplitude = got1_.at[0];
-  const float decay = got1_.at[1];
-  const float hertz = got1_.at[2];
+  const laws::Results<float, float, float> got1_ = sound(laws::option(p[kMaterial]), p[kAmplitude],
+      p[kDecay], p[kFrequency]);
+  const float amplitude = got1_.a;
+  const float decay = got1_.b;
+  const float hertz = got1_.c;
   if (decay * s[State::since] > 30.0f) {
     s[State::since] = -1.0f;
     return -push;

@@ -10,16 +10,76 @@
 namespace laws {
 
 // What a function gives back that returns several numbers.
-template <uint8_t n>
-struct Several {
-  float at[n];
+template <class... Kinds>
+struct Results;
+template <class A, class B>
+struct Results<A, B> {
+  A a;
+  B b;
+};
+template <class A, class B, class C>
+struct Results<A, B, C> {
+  A a;
+  B b;
+  C c;
+};
+template <class A, class B, class C, class D>
+struct Results<A, B, C, D> {
+  A a;
+  B b;
+  C c;
+  D d;
+};
+template <class A, class B, class C, class D, class E>
+struct Results<A, B, C, D, E> {
+  A a;
+  B b;
+  C c;
+  D d;
+  E e;
+};
+template <class A, class B, class C, class D, class E, class F>
+struct Results<A, B, C, D, E, F> {
+  A a;
+  B b;
+  C c;
+  D d;
+  E e;
+  F f;
+};
+template <class A, class B, class C, class D, class E, class F, class G>
+struct Results<A, B, C, D, E, F, G> {
+  A a;
+  B b;
+  C c;
+  D d;
+  E e;
+  F f;
+  G g;
+};
+template <class A, class B, class C, class D, class E, class F, class G, class H>
+struct Results<A, B, C, D, E, F, G, H> {
+  A a;
+  B b;
+  C c;
+  D d;
+  E e;
+  F f;
+  G g;
+  H h;
 };
 
 // Whether the law divided by zero, indexed outside its state or turned too often since begin().
 static bool fault = false;
 static uint16_t turns_left = 0;
 
-inline void begin(uint16_t turns = 0) {
+FAST_ONCE void clear(float* s, uint8_t size) {
+  while (size) s[--size] = 0.0f;
+}
+
+inline void begin() { fault = false; }
+
+inline void begin(uint16_t turns) {
   fault = false;
   turns_left = turns;
 }
@@ -34,15 +94,20 @@ inline bool spent() {
 // A law with a fault has no force: the board refuses what is not a number.
 inline float checked(float force) { return fault ? NAN : force; }
 
-inline float divisor(float b) {
-  if (b == 0.0f) fault = true;
+FAST_ONCE float divisor(float b) {
+  if (fast::is_zero(b)) fault = true;
   return b;
 }
 
-inline uint8_t index(float i, uint8_t size) {
+FAST_ONCE uint8_t index(float i, uint8_t size) {
   if (i >= 0.0f && i < size) return static_cast<uint8_t>(i);
   fault = true;
   return 0;
+}
+
+// The number of a choice; what is none of its options is none of them here too.
+FAST_ONCE int8_t option(float choice) {
+  return choice >= 0.0f && choice < 100.0f ? static_cast<int8_t>(choice) : -1;
 }
 
 // The inverse of what seldom changes: comparing is far cheaper than dividing.
@@ -50,7 +115,7 @@ struct Inverse {
   uint32_t key;
   float value;
 
-  float of(float b) {
+  FAST_APART float of(float b) {
     const uint32_t bits = fast::bits(b);
     if (bits != key) {
       key = bits;
@@ -59,8 +124,8 @@ struct Inverse {
     return value;
   }
 
-  float watched(float b) {
-    if (b == 0.0f) fault = true;
+  FAST_APART float watched(float b) {
+    if (fast::is_zero(b)) fault = true;
     return of(b);
   }
 };

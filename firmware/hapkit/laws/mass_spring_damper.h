@@ -7,7 +7,7 @@ namespace laws {
 namespace mass_spring_damper {
 
 constexpr uint8_t kParameters = 7, kStates = 6;
-constexpr uint32_t kFingerprint = 0x7bb308ec;
+constexpr uint32_t kFingerprint = 0x6e0025ab;
 
 enum Parameter : uint8_t {
   // kg
@@ -33,34 +33,37 @@ enum : uint8_t { object = 0, object_velocity = 1, object_acceleration = 2, start
 
 // Set the first state.
 inline void start(float* s) {
-  s[State::object] = 0.0f;
-  s[State::object_velocity] = 0.0f;
-  s[State::object_acceleration] = 0.0f;
-  s[State::started] = 0.0f;
-  s[State::handle] = 0.0f;
-  s[State::handle_velocity] = 0.0f;
+  laws::clear(s, kStates);
 }
 
 // Move the object over the sample that has passed, the handle held; then push the handle back.
 inline float force(const float* p, float* s, float x, float v, float dt) {
   const float pull = p[kStiffness] * p[kRestPosition];
-  if (s[State::started] != 0.0f && dt > 0.0f) {
-    const laws::Several<3> got1_ = numbers::step(p[kIntegrator], s[State::object],
-        s[State::object_velocity], s[State::object_acceleration], dt, 0.0f, p[kMass], p[kDamping],
-        p[kStiffness], pull, s[State::handle], 1.0f, s[State::handle_velocity],
-        p[kContactStiffness], p[kContactDamping], INFINITY, 0.0f);
-    s[State::object] = got1_.at[0];
-    s[State::object_velocity] = got1_.at[1];
-    s[State::object_acceleration] = got1_.at[2];
+  if (!fast::is_zero(s[State::started]) && fast::above_zero(dt)) {
+    const laws::Results<float, float, float> got1_ = (numbers::with_method = p[kIntegrator],
+        numbers::with_x = s[State::object], numbers::with_v = s[State::object_velocity],
+        numbers::with_before = s[State::object_acceleration], numbers::with_h = dt,
+        numbers::with_friction = 0.0f, numbers::with_m = p[kMass], numbers::with_b = p[kDamping],
+        numbers::with_k = p[kStiffness], numbers::with_f = pull,
+        numbers::with_touch = s[State::handle], numbers::with_side = 1.0f,
+        numbers::with_speed = s[State::handle_velocity],
+        numbers::with_contact = p[kContactStiffness], numbers::with_pad = p[kContactDamping],
+        numbers::with_reach = INFINITY, numbers::with_wall = 0.0f, numbers::step());
+    s[State::object] = got1_.a;
+    s[State::object_velocity] = got1_.b;
+    s[State::object_acceleration] = got1_.c;
   }
-  if (s[State::started] == 0.0f || numbers::flown_apart(s[State::object],
-      s[State::object_velocity]) > 0.0f) {
+  if (fast::is_zero(s[State::started]) || fast::above_zero(numbers::flown_apart(s[State::object],
+      s[State::object_velocity]))) {
     s[State::started] = 1.0f;
     s[State::object] = p[kRestPosition];
     s[State::object_velocity] = 0.0f;
-    s[State::object_acceleration] = numbers::acceleration(s[State::object], 0.0f, p[kMass],
-        p[kDamping], p[kStiffness], pull, x, 1.0f, v, p[kContactStiffness], p[kContactDamping],
-        INFINITY, 0.0f);
+    s[State::object_acceleration] = (numbers::with_m = p[kMass], numbers::with_b = p[kDamping],
+        numbers::with_k = p[kStiffness], numbers::with_f = pull, numbers::with_touch = x,
+        numbers::with_side = 1.0f, numbers::with_speed = v,
+        numbers::with_contact = p[kContactStiffness], numbers::with_pad = p[kContactDamping],
+        numbers::with_reach = INFINITY, numbers::with_wall = 0.0f,
+        numbers::acceleration(s[State::object], 0.0f));
   }
   s[State::handle] = x;
   s[State::handle_velocity] = v;

@@ -7,7 +7,7 @@ namespace laws {
 namespace puck {
 
 constexpr uint8_t kParameters = 6, kStates = 7;
-constexpr uint32_t kFingerprint = 0x2f176f14;
+constexpr uint32_t kFingerprint = 0x249e1c6b;
 
 enum Parameter : uint8_t {
   // kg
@@ -39,35 +39,33 @@ inline float begin(float x) {
 
 // Set the first state.
 inline void start(float* s) {
-  s[State::object] = 0.0f;
-  s[State::object_velocity] = 0.0f;
-  s[State::object_acceleration] = 0.0f;
-  s[State::side] = 0.0f;
-  s[State::started] = 0.0f;
-  s[State::handle] = 0.0f;
-  s[State::handle_velocity] = 0.0f;
+  laws::clear(s, kStates);
 }
 
 // Move the puck over the sample that has passed, the handle held; then push the handle back.
 inline float force(const float* p, float* s, float x, float v, float dt) {
-  if (s[State::started] != 0.0f && dt > 0.0f) {
-    const laws::Several<3> got1_ = numbers::step(p[kIntegrator], s[State::object],
-        s[State::object_velocity], s[State::object_acceleration], dt, p[kFriction], p[kMass], 0.0f,
-        0.0f, 0.0f, s[State::handle] + 0.005f * s[State::side], s[State::side],
-        s[State::handle_velocity], p[kContactStiffness], p[kContactDamping], 0.035f,
-        p[kWallStiffness]);
-    s[State::object] = got1_.at[0];
-    s[State::object_velocity] = got1_.at[1];
-    s[State::object_acceleration] = got1_.at[2];
+  if (!fast::is_zero(s[State::started]) && fast::above_zero(dt)) {
+    const laws::Results<float, float, float> got1_ = (numbers::with_method = p[kIntegrator],
+        numbers::with_x = s[State::object], numbers::with_v = s[State::object_velocity],
+        numbers::with_before = s[State::object_acceleration], numbers::with_h = dt,
+        numbers::with_friction = p[kFriction], numbers::with_m = p[kMass], numbers::with_b = 0.0f,
+        numbers::with_k = 0.0f, numbers::with_f = 0.0f, numbers::with_touch = s[State::handle]
+        + 0.005f * s[State::side], numbers::with_side = s[State::side],
+        numbers::with_speed = s[State::handle_velocity],
+        numbers::with_contact = p[kContactStiffness], numbers::with_pad = p[kContactDamping],
+        numbers::with_reach = 0.035f, numbers::with_wall = p[kWallStiffness], numbers::step());
+    s[State::object] = got1_.a;
+    s[State::object_velocity] = got1_.b;
+    s[State::object_acceleration] = got1_.c;
   }
-  if (s[State::started] == 0.0f || numbers::flown_apart(s[State::object],
-      s[State::object_velocity]) > 0.0f) {
+  if (fast::is_zero(s[State::started]) || fast::above_zero(numbers::flown_apart(s[State::object],
+      s[State::object_velocity]))) {
     s[State::started] = 1.0f;
     s[State::object] = begin(x);
     s[State::object_velocity] = 0.0f;
     s[State::object_acceleration] = 0.0f;
   }
-  if (s[State::side] == 0.0f || fast::magnitude(x - s[State::object]) >= 0.005f) {
+  if (fast::is_zero(s[State::side]) || fast::magnitude(x - s[State::object]) >= 0.005f) {
     s[State::side] = x < s[State::object] ? 1.0f : -1.0f;
   }
   s[State::handle] = x;

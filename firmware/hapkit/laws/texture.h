@@ -7,7 +7,7 @@ namespace laws {
 namespace texture {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0xa74bc025;
+constexpr uint32_t kFingerprint = 0xe6cdc5bc;
 
 enum Parameter : uint8_t {
   // 0 bands, 1 grating, 2 sandpaper
@@ -37,21 +37,25 @@ inline float grain(float n, float seed) {
 inline void start(float*) {}
 
 // Return the force in N, positive to the right.
-inline float force(const float* p, float*, float x, float v, float) {
+inline float unwatched(const float* p, float*, float x, float v, float) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
-  laws::begin();
   float u = x * inverse1_.watched(p[kWavelength]);
-  if (p[kKind] == 1.0f) {
-    return laws::checked(p[kAmplitude] * fast::sin_of_turns(u));
+  if (fast::is(p[kKind], 1.0f)) {
+    return p[kAmplitude] * fast::sin_of_turns(u);
   }
-  if (p[kKind] == 0.0f) {
-    return laws::checked(u - fast::floor(u) < 0.5f ? -p[kDamping] * v : 0.0f);
+  if (fast::is_zero(p[kKind])) {
+    return u - fast::floor(u) < 0.5f ? -p[kDamping] * v : 0.0f;
   }
   const float n = fast::floor(fast::scaled<1>(u));
   u = fast::scaled<1>(u) - n;
   const float seed = fast::floor(p[kSeed]);
   const float bend = fast::scaled<2>(u) * (1.0f - u);
-  return laws::checked(p[kAmplitude] * (grain(n, seed) - grain(n + 1.0f, seed)) * bend * bend);
+  return p[kAmplitude] * (grain(n, seed) - grain(n + 1.0f, seed)) * bend * bend;
+}
+
+inline float force(const float* p, float* s, float x, float v, float dt) {
+  laws::begin();
+  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace texture

@@ -7,7 +7,7 @@ namespace laws {
 namespace wall {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0x512da29a;
+constexpr uint32_t kFingerprint = 0xcbe2faac;
 
 enum Parameter : uint8_t {
   // N/m
@@ -26,16 +26,17 @@ inline void start(float*) {}
 
 // Return the force in N, positive to the right.
 inline float force(const float* p, float*, float x, float v, float) {
-  const float side = p[kSide] == 0.0f ? 1.0f : -1.0f;
-  const float depth = fast::flipped(x - p[kPosition], side);
-  if (depth <= 0.0f) {
+  const int8_t side = fast::is_zero(p[kSide]) ? 1 : -1;
+  const float depth = fast::flipped_by(x - p[kPosition], side);
+  if (fast::to_zero(depth)) {
     return 0.0f;
   }
-  float rate = fast::flipped(v, side);
-  if (p[kDampingMode] == 2.0f || (p[kDampingMode] == 0.0f && rate < 0.0f)) {
+  float rate = fast::flipped_by(v, side);
+  if (fast::is(p[kDampingMode], 2.0f) || (fast::is_zero(p[kDampingMode])
+      && fast::below_zero(rate))) {
     rate = 0.0f;
   }
-  return fast::flipped(p[kStiffness] * depth + p[kDamping] * rate, -side);
+  return fast::flipped_by(p[kStiffness] * depth + p[kDamping] * rate, -side);
 }
 
 }  // namespace wall
