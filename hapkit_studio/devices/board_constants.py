@@ -12,6 +12,8 @@ class BoardConstants:
     """kg at the handle, the kit's usual value."""
     viscous = 0.5
     """N·s/m at the handle, usual value."""
+    coulomb_force = 0.10
+    """N at the handle, usual value."""
     _hello: Hello | None = None
 
     @property

@@ -138,7 +138,7 @@ class HapkitBoard(BoardConstants):
 
     def settings(self) -> Settings:
         """Return everything the board knows about its kit; raise DeviceError."""
-        return self.request(SettingsRequest(), Settings)
+        return self._learn(self.request(SettingsRequest(), Settings))
 
     def configure(self, board: Board) -> Settings:
         """Put settings in force, not yet saved; raise ParameterError where the board refuses them."""
@@ -147,7 +147,12 @@ class HapkitBoard(BoardConstants):
         if answer.refused:
             raise settings_refused(self.port)
         self._hello = self.request(HelloRequest(), Hello)
-        return answer
+        return self._learn(answer)
+
+    def _learn(self, settings: Settings) -> Settings:
+        """Take over what the board knows of its paddle, which Hello does not say."""
+        self.mass, self.viscous, self.coulomb_force = settings.mass, settings.viscous, settings.coulomb
+        return settings
 
     def save(self) -> Settings:
         """Keep the settings in force on the board; raise DeviceError."""

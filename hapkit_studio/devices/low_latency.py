@@ -30,6 +30,7 @@ class Latency:
 
     timer: float | None = None
     known: bool = True
+    port: str = ""
 
     @property
     def long(self) -> bool:
@@ -44,15 +45,15 @@ class Latency:
         said = f"USB latency timer {1e3 * self.timer:.0f} ms"
         if not self.long:
             return f"{said}."
-        return f"{said}{'' if self.known else ', as far as known'}. {remedy()}"
+        return f"{said}{'' if self.known else ', as far as known'}. {remedy(self.port)}"
 
 
-def remedy() -> str:
+def remedy(port: str) -> str:
     """Return what shortens the timer on this system, and what does without."""
     here = {
-        "win32": "Device Manager, the port's settings, Advanced: set the latency timer to 1 ms",
-        "darwin": "Install FTDI's driver and set its latency timer to 1 ms",
-    }.get(sys.platform, "Let the udev rule of the README set latency_timer to 1")
+        "win32": "Set it to 1 ms in the Device Manager (port, Port Settings, Advanced)",
+        "darwin": "Set it to 1 ms with FTDI's own driver",
+    }.get(sys.platform, f"Run `echo 1 | sudo tee {_SYS / Path(port).name / 'latency_timer'}`")
     return f"{here}, fill frames to whole USB packets, or render on the board."
 
 
@@ -65,7 +66,7 @@ def shorten(line: Any, port: str, identity: Identity) -> Latency:
     if identity.vendor != FTDI:
         return Latency()
     timer = _read(port, identity)
-    return Latency(USUAL, known=False) if timer is None else Latency(timer)
+    return Latency(USUAL, False, port) if timer is None else Latency(timer, True, port)
 
 
 def _read(port: str, identity: Identity) -> float | None:

@@ -4,6 +4,7 @@ from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QPushButton, QWidget
 
+from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
@@ -16,6 +17,7 @@ _WORDS = {
     "gone": "{} is gone",
     "failed": "No device",
 }
+_FRAMES = (("As short as they are", 0), ("Filled to whole USB packets", PACKET))
 
 
 class StateDot(QWidget):
@@ -105,4 +107,17 @@ def fill_menu(menu: QMenu, studio: Studio) -> None:
         action.setCheckable(True)
         action.setChecked(entry.key == (here if "/" in own or own.startswith("COM") else own))
         action.triggered.connect(lambda _on=False, entry=entry: studio.open(entry))
+        menu.addAction(action)
+
+
+def fill_frames_menu(menu: QMenu, studio: Studio) -> None:
+    """Fill a menu with how a board fills its frames; the embedded device sends none."""
+    menu.clear()
+    device = studio.engine.device if studio.engine is not None else None
+    for words, size in _FRAMES:
+        action = QAction(words, menu)
+        action.setCheckable(True)
+        action.setChecked(studio.padding == size)
+        action.setEnabled(hasattr(device, "padding"))
+        action.triggered.connect(lambda _on=False, size=size: studio.set_padding(size))
         menu.addAction(action)

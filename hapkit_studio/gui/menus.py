@@ -6,7 +6,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QMenuBar
 
 from hapkit_studio.gui.actions import ActionSet
-from hapkit_studio.gui.device_list import fill_menu
+from hapkit_studio.gui.device_list import fill_frames_menu, fill_menu
 from hapkit_studio.gui.own import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
 
@@ -45,8 +45,11 @@ def _menu(bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
 def _add_devices(menu: QMenu, studio: Studio) -> None:
     choose = QMenu("Choose", menu)
     choose.aboutToShow.connect(lambda: fill_menu(choose, studio))
+    frames = QMenu("USB frames", menu)
+    frames.aboutToShow.connect(lambda: fill_frames_menu(frames, studio))
     first = menu.actions()[0]
     menu.insertMenu(first, choose)
+    menu.insertMenu(first, frames)
     menu.insertSeparator(first)
 
 

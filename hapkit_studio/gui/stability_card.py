@@ -10,6 +10,7 @@ from hapkit_studio.analysis.scales import nice_width
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.latency_hint import reason
 from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.margin import Answer, MarginWorker, Question
 from hapkit_studio.gui.stability_map import StabilityMap
@@ -108,10 +109,17 @@ class StabilityCard(QWidget):
         """Show a verdict."""
         self.map.setVisible(True)
         self.map.show_answer(answer)
-        self.words.setText(conditions(answer))
+        self.words.setText(f"{conditions(answer)} {self._late_because(answer)}".rstrip())
         self._show(verdict(answer.margin), *sign_of(answer))
         self.judged.emit(short(answer.margin), answer.stable)
         self.crossed.emit(None if answer.stable else answer)
+
+    def _late_because(self, answer: Answer) -> str:
+        """Return why the measured delay is long, less what was added on purpose."""
+        engine = self._studio.engine
+        if engine is None:
+            return ""
+        return reason(engine.device, answer.question.setting.delay - self._studio.loop.delay)
 
     def wait(self) -> None:
         """Wait for the worker, for tests; the answer comes with the next events."""

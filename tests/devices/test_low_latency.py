@@ -42,7 +42,7 @@ def test_a_short_timer_is_nothing_to_speak_of(timer):
     timer("1\n")
     latency = shorten(line, "/dev/ttyUSB0", KIT)
     assert line.asked == [True]
-    assert latency == Latency(0.001)
+    assert latency == Latency(0.001, True, "/dev/ttyUSB0")
     assert not latency.long
     assert latency.words == "USB latency timer 1 ms."
 
@@ -53,15 +53,16 @@ def test_a_short_timer_is_nothing_to_speak_of(timer):
 def test_a_refusal_is_said_with_what_can_be_done(timer, refuses):
     timer("16\n")
     latency = shorten(Line(refuses), "/dev/ttyUSB0", KIT)
-    assert latency == Latency(0.016)
+    assert latency == Latency(0.016, True, "/dev/ttyUSB0")
     assert latency.long
-    assert latency.words.startswith("USB latency timer 16 ms. ")
+    assert latency.words.startswith("USB latency timer 16 ms. Run `echo 1 | sudo tee ")
+    assert "/ttyUSB0/latency_timer`" in latency.words
     assert "render on the board" in latency.words
 
 
 def test_what_cannot_be_read_is_taken_for_the_usual(timer):
     latency = shorten(Line(), "/dev/ttyUSB0", KIT)
-    assert latency == Latency(0.016, known=False)
+    assert latency == Latency(0.016, False, "/dev/ttyUSB0")
     assert "as far as known" in latency.words
 
 
@@ -71,7 +72,7 @@ def test_other_chips_have_no_timer(timer, identity):
     assert (latency.timer, latency.long, latency.words) == (None, False, "")
 
 
-@pytest.mark.parametrize(("system", "words"), [("win32", "Device Manager"), ("darwin", "FTDI's driver")])
+@pytest.mark.parametrize(("system", "words"), [("win32", "Device Manager"), ("darwin", "FTDI's own driver")])
 def test_the_remedy_is_the_systems_own(monkeypatch, system, words):
     monkeypatch.setattr(low_latency.sys, "platform", system)
     assert words in Latency(0.016).words

@@ -55,6 +55,15 @@ def test_settings_come_as_the_board_has_them(opened):
     assert settings.origin == Origin.DEFAULT
 
 
+def test_the_paddle_is_what_the_board_says_once_it_was_asked(opened):
+    board, _ = opened(FakeKit(replace(KIT, mass=0.031, viscous=0.25, coulomb=0.2)))
+    assert (board.mass, board.viscous, board.coulomb_force) == (0.044, 0.5, 0.10)
+    board.settings()
+    assert (board.mass, board.viscous, board.coulomb_force) == pytest.approx((0.031, 0.25, 0.2))
+    board.configure(replace(KIT, mass=0.05))
+    assert board.mass == pytest.approx(0.05)
+
+
 def test_configure_is_in_force_at_once_and_not_saved(opened):
     kit = FakeKit()
     board, peer = opened(kit)

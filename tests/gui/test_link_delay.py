@@ -1,0 +1,81 @@
+"""A long delay has its reason and its remedy in words; frames can be filled while the board runs."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
+from hapkit_studio.devices.low_latency import Latency
+from hapkit_studio.gui.latency_hint import LONG, reason
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import Stream
+from tests.devices.fake_board import FakeBoard
+from tests.devices.fake_kit import FakeKit, sample
+from tests.gui.window_support import PATIENCE_MS
+
+
+def device(timer=None, padding=0, simulated=False):
+    return SimpleNamespace(simulated=simulated, latency=Latency(timer), padding=padding)
+
+
+@pytest.mark.parametrize(
+    ("what", "delay", "words"),
+    [
+        (device(0.016), 1.01 * LONG, "USB latency timer 16 ms"),
+        (device(0.016), 0.99 * LONG, ""),
+        (device(0.001), 1.01 * LONG, "fill its frames"),
+        (device(), 1.01 * LONG, "render on the board"),
+        (device(simulated=True), 0.1, ""),
+    ],
+)
+def test_only_a_long_delay_has_a_reason(what, delay, words):
+    said = reason(what, delay)
+    assert words in said
+    assert bool(said) == bool(words)
+
+
+def test_filled_frames_are_not_recommended_to_who_has_them():
+    assert "fill" not in reason(device(padding=PACKET), 0.1)
+
+
+@pytest.fixture
+def board_window(make_window, qtbot):
+    """Return a window on a scripted board, and the board."""
+    peer = FakeBoard(FakeKit())
+    window = make_window()
+    window.studio.open(DeviceEntry("/dev/ttyUSB0", "Hapkit", lambda: HapkitBoard(peer.path)))
+    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
+    yield window, peer
+    window.studio.close()
+    peer.unplug()
+
+
+def test_frames_are_filled_at_once_and_after_every_connection(board_window, qtbot):
+    window, peer = board_window
+
+    def told():
+        return [m.padded for m in list(peer.received) if isinstance(m, Stream) and m.on]
+
+    qtbot.waitUntil(lambda: told() == [0], timeout=PATIENCE_MS)
+    window.studio.set_padding(PACKET)
+    qtbot.waitUntil(lambda: told() == [0, PACKET], timeout=PATIENCE_MS)
+    window.studio.reconnect()
+    qtbot.waitUntil(lambda: told() == [0, PACKET, PACKET], timeout=PATIENCE_MS)
+
+
+def test_the_stability_card_says_why_it_is_late_but_not_what_was_added(board_window, qtbot):
+    window, peer = board_window
+    window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")
+    seq = [0]
+
+    def late():
+        for _ in range(5):
+            peer.say(encode(sample(seq[0], answered=(seq[0] - 4) & 0xFFFF, delay_us=3500)))
+            seq[0] += 1
+        window.live.tick()
+        window.live.look()
+        return "ms from sensor to motor" in window.stability.words.text()
+
+    qtbot.waitUntil(lambda: late() and "3.5" in window.stability.words.text(), timeout=PATIENCE_MS)
+    assert "USB latency timer 16 ms" in window.stability.words.text()
