@@ -3,10 +3,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
 #include "board.h"
+#include "eeprom.h"
 #include "loader.h"
+#include "reading.h"
 #include "reset.h"
 
-#include <avr_adc.h>
 #include <math.h>
 #include <sim_core.h>
 #include <sim_irq.h>
@@ -14,7 +15,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REG_ADCSRA = 0x7a, REG_ADMUX = 0x7c, ADEN = 1 << 7, SENSOR_CHANNEL = 2 };
 enum { SETTLING = 160, SILENCE = FREQUENCY / 50, EXIT_UNKNOWN_MODE = 3, EXIT_CRASHED = 4 };
 
 double board_seconds(const struct board *b)
@@ -29,7 +29,7 @@ void board_sync(struct board *b)
 	b->plant_cycle = now;
 }
 
-static void log_row(struct board *b)
+void board_log(struct board *b)
 {
 	board_sync(b);
 	const double row[TRUTH_COLUMNS] = {
@@ -40,36 +40,11 @@ static void log_row(struct board *b)
 	truth_write(&b->truth, row);
 }
 
-// The converter holds its input one and a half of its clocks after the start.
-static avr_cycle_count_t sample_and_hold(avr_t *avr, avr_cycle_count_t when, void *param)
-{
-	struct board *b = param;
-	(void)avr;
-	(void)when;
-	board_sync(b);
-	b->converted = misread(&b->misreading, sensor_count(&b->sensor, b->plant.x), (int)b->sensor.lowest,
-	                       (int)b->sensor.counts_per_turn);
-	avr_raise_irq(b->sensor_pin, (uint32_t)sensor_millivolts(b->converted, MILLIVOLTS));
-	if (b->log_cycles == 0)
-		log_row(b);
-	return 0;
-}
-
-static void conversion_started(avr_irq_t *irq, uint32_t value, void *param)
-{
-	struct board *b = param;
-	(void)irq;
-	(void)value;
-	if ((b->avr->data[REG_ADMUX] & 0x0f) != SENSOR_CHANNEL)
-		return;
-	unsigned prescaler = b->avr->data[REG_ADCSRA] & 7;
-	avr_cycle_timer_register(b->avr, (3u << (prescaler ? prescaler : 1)) / 2, sample_and_hold, b);
-}
-
 static _Noreturn void give_up(struct board *b, int code)
 {
 	link_unplug(&b->link);
 	truth_close(&b->truth);
+	eeprom_save(b->avr, b->eeprom);
 	exit(code);
 }
 
@@ -79,10 +54,7 @@ static avr_cycle_count_t output_settled(avr_t *avr, avr_cycle_count_t when, void
 	(void)when;
 	if (b->motor.known)
 		return 0;
-	fprintf(stderr,
-	        "virtual_board: D5 is driven by timer 0 in a mode that is not modelled: TCCR0A = 0x%02x, "
-	        "TCCR0B = 0x%02x (8-bit phase-correct, prescaler 1, is) at %.6f s\n",
-	        avr->data[REG_TCCR0A], avr->data[REG_TCCR0B], board_seconds(b));
+	motor_complain(&b->motor, avr->data, board_seconds(b));
 	give_up(b, EXIT_UNKNOWN_MODE);
 }
 
@@ -203,7 +175,7 @@ void board_run(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
 		if (b->avr->cycle >= b->link.due)
 			link_tick(&b->link);
 		if (b->log_cycles && b->avr->cycle >= b->next_row) {
-			log_row(b);
+			board_log(b);
 			b->next_row += b->log_cycles;
 		}
 	}
@@ -222,7 +194,7 @@ static void connect(struct board *b)
 {
 	avr_t *avr = b->avr;
 	avr->run_cycle_limit = CHUNK;
-	for (unsigned i = 0; i < sizeof motor_registers; i++)
+	for (unsigned i = 0; i < MOTOR_REGISTERS; i++)
 		avr_irq_register_notify(avr_iomem_getirq(avr, motor_registers[i], NULL, AVR_IOMEM_IRQ_ALL),
 		                        registers_touched, b);
 	for (uint8_t v = 1; v < VECTORS; v++) {
@@ -230,9 +202,7 @@ static void connect(struct board *b)
 		if (irq)
 			avr_irq_register_notify(irq + AVR_INT_IRQ_RUNNING, handler_entered, b);
 	}
-	b->sensor_pin = avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + SENSOR_CHANNEL);
-	avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER),
-	                        conversion_started, b);
+	reading_attach(b);
 	b->uart.sent = link_sent;
 	b->uart.next = link_next;
 	b->uart.outside = &b->link;
@@ -247,11 +217,15 @@ static void set_up(struct board *b, const struct options *o)
 		.x = o->position, .v = o->velocity, .target = o->position,
 	};
 	b->motor = (struct motor){
-		.full_force = o->torque * lever, .high_direction = o->direction < 0 ? -1 : 1, .known = true};
-	b->sensor = (struct sensor){
-		.counts_per_turn = o->counts, .lowest = o->lowest, .magnet = o->magnet,
-		.metres_per_count = (o->sensor_sign < 0 ? -M_PI : M_PI) / (o->counts * lever),
+		.full_force = o->torque * lever, .high_direction = o->direction < 0 ? -1 : 1, .known = true,
+		.power = o->motor_power, .dead_band = o->dead_band, .old_pins = o->pins < 4.0,
 	};
+	b->sensor = sensor_make(o->sensor, o->counts, (o->sensor_sign < 0 ? -2.0 : 2.0) * M_PI / lever, o->magnet,
+	                        o->lowest);
+	b->hall.flip = o->spi_flip;
+	b->hall.absent = o->sensor != AS5048A || o->sensor_absent != 0.0;
+	b->hall.random = (uint64_t)o->seed;
+	b->eeprom = o->eeprom;
 	b->link.fd = -1;
 	b->link.awaited = (int)o->awaited;
 	b->link.alias = o->link;
@@ -269,6 +243,7 @@ void board_start(struct board *b, const struct options *o)
 	if (o->bootloader)
 		load_bootloader(b->avr, o->bootloader);
 	reset_by_power(b, o->bootloader != NULL);
+	eeprom_load(b->avr, o->eeprom);
 	connect(b);
 	b->link.clock = &b->avr->cycle;
 	link_set_latency(&b->link, (avr_cycle_count_t)llround(o->latency * FREQUENCY));

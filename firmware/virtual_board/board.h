@@ -5,11 +5,13 @@
 // The whole board: chip, paddle, sensor, motor, cable, log.
 #pragma once
 
+#include "as5048a.h"
 #include "link.h"
 #include "motor.h"
 #include "options.h"
 #include "physics.h"
 #include "sensor.h"
+#include "spi.h"
 #include "truth.h"
 #include "uart.h"
 
@@ -30,11 +32,16 @@ struct board {
 	struct motor motor;
 	struct truth truth;
 
+	struct spi spi;
+	struct as5048a hall;
+	int steps;                       // of the encoder, as its pins say
+	const char *eeprom;              // file, NULL: none
+
 	avr_irq_t *sensor_pin;
 	avr_cycle_count_t plant_cycle;   // up to which the paddle has moved
 	avr_cycle_count_t log_cycles;    // period of the log, 0: at every conversion
 	avr_cycle_count_t next_row;
-	int converted;                   // last value the converter saw
+	int converted;                   // last value that was read of the sensor
 
 	avr_cycle_count_t off_since;     // interrupts off since, 0: on
 	bool started;                    // interrupts have been on once
@@ -61,5 +68,8 @@ void board_reset(struct board *b);
 
 // Let the paddle move up to the chip's present cycle.
 void board_sync(struct board *b);
+
+// Write a row of the truth log.
+void board_log(struct board *b);
 
 double board_seconds(const struct board *b);

@@ -5,6 +5,7 @@
 // Usage: virtual_board FIRMWARE.elf [options]; --help lists them. Prints `port /dev/pts/N` once it is
 // plugged in and one JSON object with its counters at the end.
 
+#include "eeprom.h"
 #include "run.h"
 
 #include <sched.h>
@@ -68,6 +69,9 @@ static void print_summary(const struct run *r)
 	       (unsigned long long)b->longest_off, b->longest_off_pc, b->silent_offs,
 	       (unsigned long long)b->truth.rows, (unsigned long long)b->asleep);
 	printf("\"lowest_stack\": %u, ", b->lowest_stack);
+	printf("\"spi_frames\": %llu, \"spi_hasty\": %u, \"spi_turned\": %llu, ",
+	       (unsigned long long)b->hall.frames, b->spi.hasty + b->spi.overwritten,
+	       (unsigned long long)b->hall.turned);
 	printf("\"hurt_to\": %llu, \"hurt_from\": %llu, \"lost\": %llu, \"misread\": %llu}\n",
 	       (unsigned long long)b->link.to.hurt, (unsigned long long)b->link.from.hurt,
 	       (unsigned long long)b->link.lost, (unsigned long long)b->misreading.wrong);
@@ -89,6 +93,7 @@ int main(int argc, char **argv)
 	run_all(&run);
 	link_unplug(&board.link);
 	truth_close(&board.truth);
+	eeprom_save(board.avr, board.eeprom);
 	script_close(&run.script);
 	print_summary(&run);
 	avr_terminate(board.avr);

@@ -35,11 +35,16 @@ static const struct number NUMBERS[] = {
 	{"pulley-radius", AT(pulley_radius), 0.005, 1e-4, 1, "motor pulley [m]"},
 	{"sector-radius", AT(sector_radius), 0.074, 1e-3, 1, "sector drum [m]"},
 	{"torque", AT(torque), 0.0183, 0, 1, "motor torque at full duty [N m]"},
-	{"direction", AT(direction), 1, -1, 1, "sign of the force while D8 is high"},
-	{"counts", AT(counts), 921, 10, 1023, "sensor counts per half turn of the motor"},
+	{"direction", AT(direction), 1, -1, 1, "sign of the force while the direction pin is high"},
+	{"pins", AT(pins), 5, 3, 5, "5: the motor is on D5 and D8; 3: on D3 and D12"},
+	{"motor-power", AT(motor_power), 2, 0.2, 5, "power of the duty with which the torque grows"},
+	{"dead-band", AT(dead_band), 0, 0, 254, "duty of 255 below which the motor does not turn"},
+	{"counts", AT(counts), 0, 0, 65536, "sensor counts from one repeat to the next; 0: 921, 16384, 48"},
 	{"lowest", AT(lowest), 51, 0, 1023, "converter value at the beginning of a half turn"},
 	{"magnet", AT(magnet), 300, -1e6, 1e6, "sensor counts at position 0"},
 	{"sensor-sign", AT(sensor_sign), 1, -1, 1, "-1: the magnet is turned round"},
+	{"sensor-absent", AT(sensor_absent), 0, 0, 1, "1: nothing answers on the SPI bus"},
+	{"spi-flip", AT(spi_flip), 0, 0, 1, "probability that a bit of an AS5048A's answer is turned"},
 	{"seed", AT(seed), 0, 0, 1e15, "of everything that goes wrong by chance"},
 	{"to-drop", AT(to.drop), 0, 0, 1, "probability that a byte to the board is lost"},
 	{"to-flip", AT(to.flip), 0, 0, 1, "probability that one of its bits is turned"},
@@ -69,6 +74,8 @@ static void usage(FILE *to)
 	            "  --script FILE       commands by board time, lines `time command`\n"
 	            "  --link PATH         keep a symbolic link on the serial port\n"
 	            "  --log FILE          truth log\n"
+	            "  --sensor KIND       mr (default), as5048a, quadrature\n"
+	            "  --eeprom FILE       keeps the EEPROM from run to run\n"
 	            "  --bootloader FILE   .hex run after a reset; opening the port resets, speeds must agree\n");
 	for (int i = 0; i < NUMBER_COUNT; i++)
 		fprintf(to, "  --%-17s %s (%g)\n", NUMBERS[i].name, NUMBERS[i].help, NUMBERS[i].fallback);
@@ -122,12 +129,22 @@ static bool take_path(struct options *o, const char *name, const char *text)
 	                     : strcmp(name, "log") == 0    ? &o->log
 	                     : strcmp(name, "script") == 0 ? &o->script
 	                     : strcmp(name, "bootloader") == 0 ? &o->bootloader
+	                     : strcmp(name, "eeprom") == 0 ? &o->eeprom
 	                                                   : NULL;
 	if (!place)
 		return false;
 	if (!text)
 		wrong("a path has to follow", name);
 	*place = text;
+	return true;
+}
+
+static bool take_sensor(struct options *o, const char *name, const char *text)
+{
+	if (strcmp(name, "sensor") != 0)
+		return false;
+	if (!text || !sensor_named(text, &o->sensor))
+		wrong("--sensor is mr, as5048a or quadrature, not", text ? text : "nothing");
 	return true;
 }
 
@@ -148,7 +165,8 @@ struct options options_read(int argc, char **argv)
 			o.firmware = word;
 		} else if (!take_word(&o, word + 2)) {
 			const char *text = i + 1 < argc ? argv[i + 1] : NULL;
-			if (!take_path(&o, word + 2, text) && !take_number(&o, word + 2, text))
+			if (!take_sensor(&o, word + 2, text) && !take_path(&o, word + 2, text) &&
+			    !take_number(&o, word + 2, text))
 				wrong("no such option:", word);
 			i++;
 		}

@@ -6,13 +6,14 @@
 #pragma once
 
 #include "faults.h"
+#include "sensor.h"
 
 #include <stdbool.h>
 
 enum mode { PACED, LOCKSTEP, TURNS, FAST };
 
 struct options {
-	const char *firmware, *bootloader, *link, *log, *script;
+	const char *firmware, *bootloader, *link, *log, *script, *eeprom;
 	enum mode mode;
 	bool control;             // commands on standard input
 	double seconds;           // board time to run; infinite by default
@@ -24,7 +25,10 @@ struct options {
 	double mass, viscous, coulomb, stop;                   // paddle
 	double position, velocity;                             // at the start
 	double handle_radius, pulley_radius, sector_radius;    // m
-	double torque, direction;                              // N m at full duty; sign while D8 is high
+	double torque, direction;                              // N m at full duty; sign while the pin is high
+	double pins, motor_power, dead_band;
+	enum sensor_kind sensor;
+	double sensor_absent, spi_flip;
 	double counts, lowest, magnet, sensor_sign;
 
 	struct damage to, from;                                // what goes wrong

@@ -5,6 +5,7 @@
 #include "reset.h"
 
 #include "line.h"
+#include "reading.h"
 
 enum { REG_MCUSR = 0x54, POWER_ON = 1 << 0, EXTERNAL = 1 << 1 };
 
@@ -14,6 +15,7 @@ static void settle_after_reset(struct board *b)
 	uart_reset(&b->uart);
 	b->started = false;
 	b->off_since = 0;
+	reading_reset(b);
 	motor_read(&b->motor, b->avr->data);
 	b->plant.motor = motor_force(&b->motor);
 }

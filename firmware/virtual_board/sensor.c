@@ -5,10 +5,40 @@
 #include "sensor.h"
 
 #include <math.h>
+#include <string.h>
+
+static const struct {
+	const char *name;
+	double counts, turns;  // usual counts from one repeat to the next, and turns of the motor between them
+} KINDS[] = {{"mr", 921, 0.5}, {"as5048a", 16384, 1.0}, {"quadrature", 48, 1.0}};
+
+struct sensor sensor_make(enum sensor_kind kind, double counts, double metres, double magnet, double lowest)
+{
+	if (counts == 0.0)
+		counts = KINDS[kind].counts;
+	return (struct sensor){
+		.kind = kind, .counts_per_turn = counts, .magnet = magnet,
+		.metres_per_count = metres * KINDS[kind].turns / counts,
+		.lowest = kind == MAGNETORESISTIVE ? lowest : 0.0,
+	};
+}
+
+bool sensor_named(const char *name, enum sensor_kind *kind)
+{
+	for (unsigned i = 0; i < sizeof KINDS / sizeof *KINDS; i++) {
+		if (strcmp(name, KINDS[i].name) == 0) {
+			*kind = (enum sensor_kind)i;
+			return true;
+		}
+	}
+	return false;
+}
 
 int sensor_count(const struct sensor *s, double position)
 {
 	double counts = position / s->metres_per_count + s->magnet;
+	if (s->kind == QUADRATURE)
+		return (int)floor(counts);
 	double turned = counts - s->counts_per_turn * floor(counts / s->counts_per_turn);
 	return (int)floor(s->lowest + fmin(turned, s->counts_per_turn - 1e-9));
 }

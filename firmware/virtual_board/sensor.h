@@ -2,17 +2,29 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The magnetoresistive sensor on the motor shaft, as the converter sees it.
+// The angle sensor on the motor shaft.
 #pragma once
 
+#include <stdbool.h>
+
+enum sensor_kind { MAGNETORESISTIVE, AS5048A, QUADRATURE };
+
 struct sensor {
-	double counts_per_turn;  // converter counts per half turn of the motor, after which it repeats
+	enum sensor_kind kind;
+	double counts_per_turn;  // counts from one repeat to the next; a quadrature encoder's are per turn
 	double metres_per_count; // handle travel per count; negative: the magnet is turned round
 	double magnet;           // counts at position 0: the angle at which the magnet happens to sit
 	double lowest;           // converter value at the beginning of each half turn
 };
 
-// Converter value at a handle position [m]: a saw tooth of whole counts.
+// Make a sensor. counts: from one repeat to the next, 0: what is usual for the kind; metres: handle travel per
+// turn of the motor, negative: the magnet is turned round.
+struct sensor sensor_make(enum sensor_kind kind, double counts, double metres, double magnet, double lowest);
+
+// Find a kind by its name; false if there is none.
+bool sensor_named(const char *name, enum sensor_kind *kind);
+
+// What is read at a handle position [m]: a saw tooth of whole counts, for a quadrature encoder a plain count.
 int sensor_count(const struct sensor *s, double position);
 
 // Smallest voltage [mV] that a 10-bit converter with this reference [mV] turns into the value.

@@ -1,0 +1,92 @@
+// Virtual board: the Hapkit firmware in simavr with the paddle around it.
+// Copyright (C) 2026 the Hapkit Studio developers
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+#include "reading.h"
+
+#include "encoder.h"
+
+#include <avr_adc.h>
+#include <sim_core.h>
+#include <sim_irq.h>
+
+enum { REG_ADCSRA = 0x7a, REG_ADMUX = 0x7c, SENSOR_CHANNEL = 2, CLOCK_VECTOR = 11 };
+
+static void note_reading(struct board *b, int value)
+{
+	b->converted = value;
+	if (b->log_cycles == 0)
+		board_log(b);
+}
+
+// The converter holds its input one and a half of its clocks after the start.
+static avr_cycle_count_t sample_and_hold(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+	struct board *b = param;
+	(void)avr;
+	(void)when;
+	board_sync(b);
+	int value = misread(&b->misreading, sensor_count(&b->sensor, b->plant.x), (int)b->sensor.lowest,
+	                    (int)b->sensor.counts_per_turn);
+	avr_raise_irq(b->sensor_pin, (uint32_t)sensor_millivolts(value, MILLIVOLTS));
+	note_reading(b, value);
+	return 0;
+}
+
+static void conversion_started(avr_irq_t *irq, uint32_t value, void *param)
+{
+	struct board *b = param;
+	(void)irq;
+	(void)value;
+	if ((b->avr->data[REG_ADMUX] & 0x0f) != SENSOR_CHANNEL || b->sensor.kind != MAGNETORESISTIVE)
+		return;
+	unsigned prescaler = b->avr->data[REG_ADCSRA] & 7;
+	avr_cycle_timer_register(b->avr, (3u << (prescaler ? prescaler : 1)) / 2, sample_and_hold, b);
+}
+
+static int hall_angle(void *outside)
+{
+	struct board *b = outside;
+	board_sync(b);
+	if (b->misreading.stuck == 0.0)
+		b->misreading.last = sensor_count(&b->sensor, b->plant.x);
+	note_reading(b, b->misreading.last);
+	return b->misreading.last;
+}
+
+// The encoder counts by itself; the program takes its count in the clock's handler.
+static void clock_handler(avr_irq_t *irq, uint32_t running, void *param)
+{
+	struct board *b = param;
+	(void)irq;
+	if (running && b->sensor.kind == QUADRATURE)
+		note_reading(b, b->steps);
+}
+
+static void attach_converter(struct board *b)
+{
+	avr_t *avr = b->avr;
+	b->sensor_pin = avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + SENSOR_CHANNEL);
+	avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER),
+	                        conversion_started, b);
+}
+
+void reading_attach(struct board *b)
+{
+	attach_converter(b);
+	b->hall.angle = hall_angle;
+	b->hall.outside = b;
+	b->spi.select = as5048a_select;
+	b->spi.exchange = as5048a_exchange;
+	b->spi.device = &b->hall;
+	spi_attach(&b->spi, b->avr);
+	avr_irq_register_notify(avr_get_interrupt_irq(b->avr, CLOCK_VECTOR) + AVR_INT_IRQ_RUNNING, clock_handler, b);
+	reading_reset(b);
+}
+
+void reading_reset(struct board *b)
+{
+	spi_reset(&b->spi);
+	if (b->sensor.kind == QUADRATURE)
+		encoder_reset(b);
+}
