@@ -36,26 +36,23 @@ def force(p, s, x, v, dt):
     kinetic = max(p.kinetic_force, LEAST)
     static = max(p.static_force, kinetic)
     stiffness = p.tether_stiffness
-    if p.model == "tether":
+    if p.model == "tether" or p.model == "projection":
+        damping = stiffness * dt if p.model == "projection" else 0.0
         dry, s.anchor, s.stuck = sticking_tether(
-            x, s.before, s.anchor, s.stuck, stiffness, 0.0, static, kinetic, dt
-        )
-    elif p.model == "projection":
-        dry, s.anchor, s.stuck = sticking_tether(
-            x, s.before, s.anchor, s.stuck, stiffness, stiffness * dt, static, kinetic, dt
+            x, s.before, s.anchor, s.stuck, stiffness, damping, static, kinetic, dt
         )
     elif p.model == "karnopp":
         dry, s.anchor, s.stuck = banded(x, v, s.anchor, stiffness, static, kinetic, p.stick_velocity)
-    elif p.model == "stribeck":
+    elif p.model == "stribeck" or p.model == "lugre":
         level = stribeck(v, static, kinetic, p.stribeck_velocity)
-        dry, s.anchor = tether(x, s.anchor, stiffness, level)
+        if p.model == "stribeck":
+            dry, s.anchor = tether(x, s.anchor, stiffness, level)
+        else:
+            bend = bristle(s.before - s.anchor, x - s.before, level, stiffness)
+            dry = -stiffness * bend
+            s.anchor = x - bend
+            level = kinetic
         s.stuck = 1.0 if abs(dry) < level else 0.0
-    elif p.model == "lugre":
-        level = stribeck(v, static, kinetic, p.stribeck_velocity)
-        bend = bristle(s.before - s.anchor, x - s.before, level, stiffness)
-        dry = -stiffness * bend
-        s.anchor = x - bend
-        s.stuck = 1.0 if abs(dry) < kinetic else 0.0
     else:
         dry = 0.0
         if p.model == "smoothed":

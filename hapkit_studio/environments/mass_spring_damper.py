@@ -3,7 +3,7 @@
 import numpy as np
 
 from hapkit_studio.dynamics.integrators import step
-from hapkit_studio.dynamics.moving_mass import FAR, acceleration, flown_apart, reaction
+from hapkit_studio.dynamics.moving_mass import FAR, flown_apart, reaction
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
@@ -22,7 +22,6 @@ STATE = {
 @law(state=STATE)
 def force(p, s, x, v, dt):
     """Move the object over the sample that has passed, the handle held; then push the handle back."""
-    pull = p.stiffness * p.rest_position
     if s.started != 0.0 and dt > 0.0:
         s.object, s.object_velocity, s.object_acceleration = step(
             p.integrator,
@@ -34,7 +33,7 @@ def force(p, s, x, v, dt):
             p.mass,
             p.damping,
             p.stiffness,
-            pull,
+            p.stiffness * p.rest_position,
             s.handle,
             1.0,
             s.handle_velocity,
@@ -43,28 +42,17 @@ def force(p, s, x, v, dt):
             FAR,
             0.0,
         )
-    if s.started == 0.0 or flown_apart(s.object, s.object_velocity) > 0.0:
+    anew = s.started == 0.0 or flown_apart(s.object, s.object_velocity) > 0.0
+    if anew:
         s.started = 1.0
         s.object = p.rest_position
         s.object_velocity = 0.0
-        s.object_acceleration = acceleration(
-            s.object,
-            0.0,
-            p.mass,
-            p.damping,
-            p.stiffness,
-            pull,
-            x,
-            1.0,
-            v,
-            p.contact_stiffness,
-            p.contact_damping,
-            FAR,
-            0.0,
-        )
     s.handle = x
     s.handle_velocity = v
-    return reaction(s.object, s.object_velocity, x, 1.0, v, p.contact_stiffness, p.contact_damping)
+    push = reaction(s.object, s.object_velocity, x, 1.0, v, p.contact_stiffness, p.contact_damping)
+    if anew:
+        s.object_acceleration = -push / p.mass
+    return push
 
 
 @law(state=STATE)

@@ -54,7 +54,7 @@ class CppLaw:
         """Return what stands in the law's namespace, the fingerprint left out."""
         own = (r for r in self.program.helpers.values() if not r.shared)
         small_here = small(self.program, numbers.small, choice_places(self.law.parameters))
-        helpers = [helper_text(r, self.program.helpers, small_here, self.burns) for r in own]
+        helpers = [helper_text(r, self.program.helpers, small_here, self.burns, "static") for r in own]
         return "\n\n".join([*filter(None, [self._indices()]), *helpers, self._start(), *self._force(small_here)])
 
     @property

@@ -26,6 +26,7 @@ ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, AND, OR, CHOICE = range(9, 0, -1)
 _BINARY = {ast.Add: ("+", SUM), ast.Sub: ("-", SUM), ast.Mult: ("*", PRODUCT), ast.Div: ("/", PRODUCT)}
 _COMPARE = {ast.Eq: ("==", EQUAL), ast.NotEq: ("!=", EQUAL), ast.Lt: ("<", ORDER), ast.LtE: ("<=", ORDER)}
 _COMPARE |= {ast.Gt: (">", ORDER), ast.GtE: (">=", ORDER)}
+_FUSED = {ast.Add: "fast::plus_product", ast.Sub: "fast::less_product"}
 _MIRRORED = {ast.Eq: ast.Eq, ast.NotEq: ast.NotEq, ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt}
 _MIRRORED |= {ast.GtE: ast.LtE}
 _WITH_ZERO = {ast.Eq: "fast::is_zero({})", ast.NotEq: "!fast::is_zero({})", ast.Lt: "fast::below_zero({})"}
@@ -189,9 +190,37 @@ class Expressions:
             return self._quotient(node)
         if type(node.op) not in _BINARY:
             return self._rare(node)
+        fused = self._with_product(node)
+        if fused:
+            return fused
         word, level = _BINARY[type(node.op)]
         right = self.value(node.right, level + 1)
         return Text(f"{self.value(node.left, level)} {word} {right}", level)
+
+    def _with_product(self, node: ast.BinOp) -> Text | None:
+        """Return a sum with a product as one call, None for another; two calls take half as much again."""
+        if not isinstance(node.op, ast.Add | ast.Sub):
+            return None
+        if self._is_product(node.right):
+            name, rest, product = _FUSED[type(node.op)], node.left, node.right
+        elif self._is_product(node.left):
+            name = "fast::plus_product" if isinstance(node.op, ast.Add) else "fast::product_less"
+            rest, product = node.right, node.left
+        else:
+            return None
+        assert isinstance(product, ast.BinOp)
+        words = ", ".join(self.value(n) for n in (rest, product.left, product.right))
+        return Text(f"{name}({words})", ATOM)
+
+    def _is_product(self, node: ast.expr) -> bool:
+        """Return whether an expression is a product that has no cheaper way."""
+        if not (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult)):
+            return False
+        return not any(
+            kinds.is_sign(n, self.signs)
+            or (isinstance(n, ast.Constant) and kinds.power_of_two(n.value) is not None)  # type: ignore
+            for n in (node.left, node.right)
+        )
 
     def _product(self, factor: ast.expr, other: ast.expr) -> Text | None:
         """Return a product with a power of two, or with a sign, None for another factor."""

@@ -1,6 +1,7 @@
 """Writes whole functions in C++: helpers, and the numbers that all laws share."""
 
 import ast
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from hapkit_studio.laws.cpp_expressions import Places, kept_name
@@ -12,8 +13,8 @@ from hapkit_studio.laws.cpp_words import comment, mangled, wrapped
 from hapkit_studio.parameters import AnyParameter
 
 
-def helper_text(routine: Routine, routines: dict[str, Routine], small: Small, burns: bool) -> str:
-    """Return a helper's definition; burns says whether its turns are counted."""
+def helper_text(routine: Routine, routines: dict[str, Routine], small: Small, burns: bool, how: str) -> str:
+    """Return a helper's definition after the words `how`; burns says whether its turns are counted."""
     body = Statements(routine, routines, Places(), small, burns)
     lines = body.block(routine.tree.body)
     used = {n.id for n in ast.walk(routine.tree) if isinstance(n, ast.Name)}
@@ -22,7 +23,6 @@ def helper_text(routine: Routine, routines: dict[str, Routine], small: Small, bu
     given = ", ".join(f"{kind} {mangled(n)}" if n in used else kind for n, kind in kinds.items())
     kind = kind_of_result(small.results[routine.name])
     name = routine.word.removeprefix("numbers::")
-    how = "FAST_ONCE" if routine.shared else "inline"
     head = [*comment(routine.function.__doc__), f"{how} {kind} {name}({given}) {{"]
     return joined([*head, *statics(body), *lines, "}"])
 
@@ -42,18 +42,26 @@ class Numbers:
 
     def __init__(self, laws: Iterable[tuple[Program, Sequence[AnyParameter]]]):
         self.routines: dict[str, Routine] = {}
+        self.callers: Counter[str] = Counter()
         programs, choices = [], []
         for program, parameters in laws:
             programs.append(program)
             choices.append(choice_places(parameters))
             self.routines |= {name: r for name, r in program.helpers.items() if r.shared}
+        for routine in [r for program in programs for r in program.outside] + [*self.routines.values()]:
+            self.callers.update(() if routine.by_hand else routine.called())
         self.kept = kept(self.routines)
         self.small = small_numbers(programs, choices, self.kept)
 
     def texts(self) -> Mapping[str, str]:
         """Return each function's definition by its name, callees first."""
-        made = {n: r for n, r in self.routines.items() if not r.by_hand}
-        return {n: helper_text(r, self.routines, self.small, False) for n, r in made.items()}
+        found = {}
+        for name, routine in self.routines.items():
+            if not routine.by_hand:
+                # what is called from one place may stand there, what is called from several stands once
+                how = "static" if self.callers[name] == 1 else "FAST_ONCE"
+                found[name] = helper_text(routine, self.routines, self.small, False, how)
+        return found
 
     @property
     def headers(self) -> list[str]:

@@ -1,7 +1,7 @@
 """Everything that a law runs, as checked trees: the law, and the helpers it calls, each once."""
 
 import ast
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import FunctionType
 
 from hapkit_studio.laws.cpp_words import mangled
@@ -34,7 +34,6 @@ class Routine:
     function: FunctionType
     tree: ast.FunctionDef
     values: int
-    calls: tuple[str, ...]
 
     @property
     def by_hand(self) -> str:
@@ -52,6 +51,16 @@ class Routine:
         own = mangled(self.function.__name__)
         return f"numbers::{self.name.removeprefix(_SHARED)}" if self.shared else own
 
+    def called(self) -> list[str]:
+        """Return the helper of each call that is left in the tree."""
+        found = (n.func for n in ast.walk(self.tree) if isinstance(n, ast.Call))
+        return [f.id for f in found if isinstance(f, ast.Name) and f.id.startswith(PREFIX)]
+
+    @property
+    def calls(self) -> tuple[str, ...]:
+        """Return the helpers that its translation calls, each once."""
+        return () if self.by_hand else tuple(dict.fromkeys(self.called()))
+
     @property
     def shared(self) -> bool:
         """Return whether it is the studio's own, which all laws share."""
@@ -64,6 +73,11 @@ class Program:
 
     law: Routine
     helpers: dict[str, Routine]
+
+    @property
+    def outside(self) -> list[Routine]:
+        """Return the law and the helpers of its own file."""
+        return [self.law, *(r for r in self.helpers.values() if not r.shared)]
 
 
 def collect(law: Law) -> Program:
@@ -93,18 +107,12 @@ def _routine(
     values = max((len(n.value.elts) for n in ast.walk(tree) if _gives_several(n)), default=1)  # type: ignore
     known = {helpers.name(f): f for f in called}
     tree = folded(tree, known)
-    routine = Routine(tree.name, function, tree, values, _called(tree))
-    return (replace(routine, calls=()), []) if routine.by_hand else (routine, called)
+    routine = Routine(tree.name, function, tree, values)
+    return routine, [] if routine.by_hand else called
 
 
 def _gives_several(node: ast.AST) -> bool:
     return isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple)
-
-
-def _called(tree: ast.FunctionDef) -> tuple[str, ...]:
-    """Return the helpers whose calls are left in a tree."""
-    calls = (n.func.id for n in ast.walk(tree) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name))
-    return tuple(dict.fromkeys(name for name in calls if name.startswith(PREFIX)))
 
 
 def _add(function: FunctionType, helpers: Helpers, done: dict[str, Routine]) -> None:

@@ -7,7 +7,7 @@ namespace laws {
 namespace button {
 
 constexpr uint8_t kParameters = 7, kStates = 5;
-constexpr uint32_t kFingerprint = 0xce2536de;
+constexpr uint32_t kFingerprint = 0xd8bd6acb;
 
 enum Parameter : uint8_t {
   // N
@@ -30,10 +30,10 @@ enum : uint8_t { anchor = 0, held = 1, pressed = 2, downs = 3, ups = 4 };
 }
 
 // Return the button's force in N >= 0 against a travel `s` in m >= 0, the play left out.
-inline float curve(float s_, float peak, float snap, float snap_start, float travel, float stop) {
+static float curve(float s_, float peak, float snap, float snap_start, float travel, float stop) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   if (s_ >= travel) {
-    return snap + stop * (s_ - travel);
+    return fast::plus_product(snap, stop, s_ - travel);
   }
   float u = 0.0f;
   if (s_ < snap_start) {
@@ -41,7 +41,7 @@ inline float curve(float s_, float peak, float snap, float snap_start, float tra
     return peak * u * (2.0f - u);
   }
   u = (s_ - snap_start) / laws::divisor(travel - snap_start);
-  return peak + (snap - peak) * u * u * (3.0f - fast::scaled<1>(u));
+  return fast::plus_product(peak, (snap - peak) * u * u, 3.0f - fast::scaled<1>(u));
 }
 
 // Set the first state.
@@ -74,7 +74,7 @@ inline float unwatched(const float* p, float* s, float x, float, float) {
   }
   const float push = curve(depth, p[kPeakForce], p[kSnapForce], p[kSnapStart], p[kTravel],
       p[kStopStiffness]);
-  return pull * fast::least(2000.0f * depth, 1.0f) - push;
+  return fast::product_less(push, pull, fast::least(2000.0f * depth, 1.0f));
 }
 
 inline float force(const float* p, float* s, float x, float v, float dt) {

@@ -7,7 +7,7 @@ namespace laws {
 namespace cat {
 
 constexpr uint8_t kParameters = 8, kStates = 12;
-constexpr uint32_t kFingerprint = 0x2c819aa0;
+constexpr uint32_t kFingerprint = 0xfaf06cc1;
 
 enum Parameter : uint8_t {
   // N
@@ -32,14 +32,14 @@ enum : uint8_t { anchor = 0, phase = 1, breath = 2, contentment = 3, swat = 4, s
 }
 
 // Return the hand's pace in m/s as the cat feels it, and the value half-way to it.
-inline laws::Results<float, float> noticed(float way, float nearly, float pace, float dt) {
-  nearly = nearly + (way - nearly * dt) / laws::divisor(0.01f + dt);
+static laws::Results<float, float> noticed(float way, float nearly, float pace, float dt) {
+  nearly = nearly + fast::less_product(way, nearly, dt) / laws::divisor(0.01f + dt);
   return laws::Results<float, float>{nearly, pace + (nearly - pace) * dt / laws::divisor(0.01f
       + dt)};
 }
 
 // Return the contentment gained per metre to the right in a hand's way, by its pace in m/s.
-inline float feeling(float pace, int8_t temperament, float sulk) {
+static float feeling(float pace, int8_t temperament, float sulk) {
   float liking = 1.0f;
   float dislike = 1.0f;
   if (temperament == 1) {
@@ -65,7 +65,7 @@ inline float feeling(float pace, int8_t temperament, float sulk) {
 }
 
 // Return the seconds left of a swat and of the sulking after it, in which there is no other.
-inline laws::Results<float, float> paw(float swat, float sulk, int8_t provoked, float dt) {
+static laws::Results<float, float> paw(float swat, float sulk, int8_t provoked, float dt) {
   if (fast::above_zero(swat)) {
     swat = fast::most(0.0f, swat - dt);
     return laws::Results<float, float>{swat, fast::is_zero(swat) ? 5.0f : 0.0f};
@@ -77,12 +77,12 @@ inline laws::Results<float, float> paw(float swat, float sulk, int8_t provoked, 
 }
 
 // Return an angle in rad after dt s at a frequency in Hz, below one turn.
-inline float turned(float angle, float frequency, float dt) {
-  return fast::remainder(angle + 6.2831855f * frequency * dt, 6.2831855f);
+static float turned(float angle, float frequency, float dt) {
+  return fast::remainder(fast::plus_product(angle, 6.2831855f * frequency, dt), 6.2831855f);
 }
 
 // Return the purr in N and its phase in rad, summed so that the pitch may change with the breath.
-inline laws::Results<float, float> purr(float contentment, float strength, float frequency,
+static laws::Results<float, float> purr(float contentment, float strength, float frequency,
     float breath, float phase, float dt) {
   if (contentment <= 0.3f) {
     return laws::Results<float, float>{0.0f, 0.0f};
@@ -111,8 +111,8 @@ inline float unwatched(const float* p, float* s, float x, float v, float dt) {
   s[State::nearly] = got1_.a;
   s[State::pace] = got1_.b;
   const float gain = way * feeling(s[State::pace], laws::option(p[kTemperament]), s[State::sulk]);
-  s[State::contentment] = fast::least(1.0f, fast::most(-1.0f, s[State::contentment] * (1.0f
-      - fast::least(1.0f, 0.1f * dt)) + gain));
+  s[State::contentment] = fast::least(1.0f, fast::most(-1.0f, fast::plus_product(gain,
+      s[State::contentment], 1.0f - fast::least(1.0f, 0.1f * dt))));
   if (fast::is_zero(s[State::swat])) {
     s[State::push] = fast::above_zero(s[State::pace]) ? -1.0f : 1.0f;
   }
@@ -128,7 +128,7 @@ inline float unwatched(const float* p, float* s, float x, float v, float dt) {
   const laws::Results<float, float> got3_ = numbers::tether(x, s[State::anchor], 200.0f, limit);
   float fur = got3_.a;
   s[State::anchor] = got3_.b;
-  fur = fur + (p[kHair] * fast::sin(2094.395f * x) - p[kFurDamping] * v);
+  fur = fur + fast::less_product(p[kHair] * fast::sin(2094.395f * x), p[kFurDamping], v);
   s[State::breath] = turned(s[State::breath], p[kBreathingRate], dt);
   const laws::Results<float, float> got4_ = purr(s[State::contentment], p[kPurrForce],
       p[kPurrFrequency], s[State::breath], s[State::phase], dt);

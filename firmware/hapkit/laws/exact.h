@@ -13,6 +13,8 @@ namespace numbers {
 static float with_m, with_b, with_k, with_f, with_touch, with_side, with_speed, with_contact, with_pad,
     with_reach, with_wall, with_friction, with_h;
 
+namespace {
+
 class Motion {
  public:
   Motion(float x, float v) : x_(x), v_(v) {
@@ -21,7 +23,7 @@ class Motion {
   }
 
   // Move on to the end of the period; a mass that meets too much waits.
-  FAST_APART Results<float, float> run() {
+  Results<float, float> run() {
     left_ = with_h;
     for (uint8_t n = 0; n < kPieces && left_ > 0.0f; n++) {
       if (!piece()) return Results<float, float>{x_, 0.0f};
@@ -36,7 +38,7 @@ class Motion {
   static float toward_touch(float x) { return fast::flipped(with_touch - x, with_side); }
 
   // Whether handle and object approach each other; at equal speed by what pulls.
-  FAST_APART bool approaching(float pull) const {
+  bool approaching(float pull) const {
     float rate = fast::flipped(with_speed - v_, with_side);
     if (rate == 0.0f) {
       const float held = fast::signed_as(with_friction, v_ == 0.0f ? pull : v_);
@@ -47,7 +49,7 @@ class Motion {
   }
 
   // Set the series of the piece that begins here; false if nothing moves.
-  FAST_APART bool begin() {
+  bool begin() {
     static Inverse mass = LAWS_NO_INVERSE;
     float b = with_b, k = with_k, f = with_f;
     if (touching_) {
@@ -81,7 +83,7 @@ class Motion {
   }
 
   // Fill the terms d_n span^n / n!, d_n the n-th derivative of the position.
-  FAST_APART void series(float acceleration, float once, float twice) {
+  void series(float acceleration, float once, float twice) {
     term_[0] = x_;
     term_[1] = v_ * span_;
     term_[2] = fast::scaled<-1>(acceleration * span_ * span_);
@@ -96,18 +98,18 @@ class Motion {
     }
   }
 
-  // Return position (0) or velocity * span (1) at a share of the span.
+  // Return position (0), velocity * span (1) or acceleration * span^2 (2) at a share of the span.
   FAST_APART float at(uint8_t derivative, float share) const {
     float sum = 0.0f;
-    for (uint8_t n = order_; n >= derivative; n--) {
-      sum = sum * share + (derivative ? n * term_[n] : term_[n]);
-      if (n == 0) break;
+    for (int8_t n = order_; n >= static_cast<int8_t>(derivative); n--) {
+      const uint8_t factor = derivative == 2 ? n * (n - 1) : n;
+      sum = sum * share + (derivative ? factor * term_[n] : term_[n]);
     }
     return sum;
   }
 
   // Shorten the piece to where the derivative crosses a level; it does so once.
-  FAST_APART void until(uint8_t derivative, float level) {
+  void until(uint8_t derivative, float level) {
     const float start = at(derivative, 0.0f) - level;
     float low = 0.0f, high = share_;
     float t = share_, value = at(derivative, t) - level;
@@ -117,7 +119,7 @@ class Motion {
       if (value == 0.0f) break;
       if ((value < 0.0f) == (start < 0.0f)) low = t;
       else high = t;
-      const float slope = derivative ? curve(t) : at(1, t);
+      const float slope = at(derivative + 1, t);
       float guess = slope != 0.0f ? t - value / slope : high;
       if (!(low < guess && guess < high)) guess = fast::scaled<-1>(low + high);
       const float change = fast::magnitude(guess - t);
@@ -127,15 +129,8 @@ class Motion {
     share_ = t;
   }
 
-  // Return the acceleration * span^2 at a share of the span.
-  FAST_APART float curve(float share) const {
-    float sum = 0.0f;
-    for (uint8_t n = order_; n >= 2; n--) sum = sum * share + n * (n - 1) * term_[n];
-    return sum;
-  }
-
   // Do one piece; false if nothing moves.
-  FAST_APART bool piece() {
+  bool piece() {
     if (!begin()) return false;
     share_ = 1.0f;
     Event event = kNone;
@@ -177,7 +172,7 @@ class Motion {
   }
 
   // Whether the piece may touch and leave something within the span.
-  FAST_APART bool near_something(float q) const {
+  bool near_something(float q) const {
     const float way = fast::magnitude(q - x_) + fast::magnitude(term_[1]) + fast::magnitude(term_[2]);
     return fast::magnitude(x_ - with_touch) <= way || with_reach - fast::magnitude(x_) <= way;
   }
@@ -188,6 +183,8 @@ class Motion {
   bool touching_, closing_ = false;
   int8_t beyond_;
 };
+
+}  // namespace
 
 FAST_ONCE Results<float, float> exact(float x, float v) { return Motion(x, v).run(); }
 

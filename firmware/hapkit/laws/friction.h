@@ -7,7 +7,7 @@ namespace laws {
 namespace friction {
 
 constexpr uint8_t kParameters = 7, kStates = 4;
-constexpr uint32_t kFingerprint = 0x248b7556;
+constexpr uint32_t kFingerprint = 0xee57fc02;
 
 enum Parameter : uint8_t {
   // 0 coulomb, 1 smoothed, 2 karnopp, 3 stribeck, 4 projection, 5 tether, 6 lugre
@@ -47,53 +47,46 @@ inline float unwatched(const float* p, float* s, float x, float v, float dt) {
   const float static_ = fast::most(p[kStaticForce], kinetic);
   const float stiffness = p[kTetherStiffness];
   float dry = 0.0f;
-  if (fast::is(p[kModel], 5.0f)) {
+  if (fast::is(p[kModel], 5.0f) || fast::is(p[kModel], 4.0f)) {
+    const float damping = fast::is(p[kModel], 4.0f) ? stiffness * dt : 0.0f;
     const laws::Results<float, float, int8_t> got1_ = numbers::sticking_tether(x, s[State::before],
-        s[State::anchor], s[State::stuck], stiffness, 0.0f, static_, kinetic, dt);
+        s[State::anchor], s[State::stuck], stiffness, damping, static_, kinetic, dt);
     dry = got1_.a;
     s[State::anchor] = got1_.b;
     s[State::stuck] = got1_.c;
-  } else if (fast::is(p[kModel], 4.0f)) {
-    const laws::Results<float, float, int8_t> got2_ = numbers::sticking_tether(x, s[State::before],
-        s[State::anchor], s[State::stuck], stiffness, stiffness * dt, static_, kinetic, dt);
+  } else if (fast::is(p[kModel], 2.0f)) {
+    const laws::Results<float, float, int8_t> got2_ = numbers::banded(x, v, s[State::anchor],
+        stiffness, static_, kinetic, p[kStickVelocity]);
     dry = got2_.a;
     s[State::anchor] = got2_.b;
     s[State::stuck] = got2_.c;
-  } else if (fast::is(p[kModel], 2.0f)) {
-    const laws::Results<float, float, int8_t> got3_ = numbers::banded(x, v, s[State::anchor],
-        stiffness, static_, kinetic, p[kStickVelocity]);
-    dry = got3_.a;
-    s[State::anchor] = got3_.b;
-    s[State::stuck] = got3_.c;
-  } else {
-    float level = 0.0f;
+  } else if (fast::is(p[kModel], 3.0f) || fast::is(p[kModel], 6.0f)) {
+    float level = numbers::stribeck(v, static_, kinetic, p[kStribeckVelocity]);
     if (fast::is(p[kModel], 3.0f)) {
-      level = numbers::stribeck(v, static_, kinetic, p[kStribeckVelocity]);
-      const laws::Results<float, float> got4_ = numbers::tether(x, s[State::anchor], stiffness,
+      const laws::Results<float, float> got3_ = numbers::tether(x, s[State::anchor], stiffness,
           level);
-      dry = got4_.a;
-      s[State::anchor] = got4_.b;
-      s[State::stuck] = fast::magnitude(dry) < level ? 1.0f : 0.0f;
-    } else if (fast::is(p[kModel], 6.0f)) {
-      level = numbers::stribeck(v, static_, kinetic, p[kStribeckVelocity]);
+      dry = got3_.a;
+      s[State::anchor] = got3_.b;
+    } else {
       const float bend = numbers::bristle(s[State::before] - s[State::anchor], x
           - s[State::before], level, stiffness);
       dry = -stiffness * bend;
       s[State::anchor] = x - bend;
-      s[State::stuck] = fast::magnitude(dry) < kinetic ? 1.0f : 0.0f;
-    } else {
-      dry = 0.0f;
-      if (fast::is(p[kModel], 1.0f)) {
-        dry = -kinetic * fast::tanh(v * inverse1_.watched(p[kStickVelocity]));
-      } else if (!fast::is_zero(v)) {
-        dry = -fast::signed_as(kinetic, v);
-      }
-      s[State::anchor] = x;
-      s[State::stuck] = 0.0f;
+      level = kinetic;
     }
+    s[State::stuck] = fast::magnitude(dry) < level ? 1.0f : 0.0f;
+  } else {
+    dry = 0.0f;
+    if (fast::is(p[kModel], 1.0f)) {
+      dry = -kinetic * fast::tanh(v * inverse1_.watched(p[kStickVelocity]));
+    } else if (!fast::is_zero(v)) {
+      dry = -fast::signed_as(kinetic, v);
+    }
+    s[State::anchor] = x;
+    s[State::stuck] = 0.0f;
   }
   s[State::before] = x;
-  return dry - p[kViscous] * v;
+  return fast::less_product(dry, p[kViscous], v);
 }
 
 inline float force(const float* p, float* s, float x, float v, float dt) {

@@ -7,7 +7,7 @@ namespace laws {
 namespace hard_surface {
 
 constexpr uint8_t kParameters = 8, kStates = 3;
-constexpr uint32_t kFingerprint = 0x55ff4fde;
+constexpr uint32_t kFingerprint = 0x9fd262bf;
 
 enum Parameter : uint8_t {
   // N/m
@@ -32,7 +32,7 @@ enum : uint8_t { since = 0, speed = 1, armed = 2 };
 }
 
 // Return (amplitude N per m/s, decay 1/s, frequency Hz) of a material, the given ones if custom.
-inline laws::Results<float, float, float> sound(int8_t material, float amplitude, float decay,
+static laws::Results<float, float, float> sound(int8_t material, float amplitude, float decay,
     float hertz) {
   if (material == 1) {
     return laws::Results<float, float, float>{5.1f, 60.0f, 18.0f};
@@ -47,7 +47,7 @@ inline laws::Results<float, float, float> sound(int8_t material, float amplitude
 }
 
 // Return the ringing per speed of entry in N per m/s, `since` s after it.
-inline float ringing(float since, float amplitude, float decay, float hertz) {
+static float ringing(float since, float amplitude, float decay, float hertz) {
   return amplitude * fast::exp(-decay * since) * fast::sin_of_turns(hertz * since);
 }
 
@@ -74,8 +74,8 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
     s[State::since] = 0.0f;
     s[State::speed] = fast::most(v, 0.0f);
   }
-  const float push = fast::above_zero(depth) ? p[kStiffness] * depth + p[kDamping] * fast::most(v,
-      0.0f) : 0.0f;
+  const float push = fast::above_zero(depth) ? fast::plus_product(p[kStiffness] * depth,
+      p[kDamping], fast::most(v, 0.0f)) : 0.0f;
   if (fast::below_zero(s[State::since])) {
     return -push;
   }

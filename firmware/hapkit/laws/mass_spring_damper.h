@@ -7,7 +7,7 @@ namespace laws {
 namespace mass_spring_damper {
 
 constexpr uint8_t kParameters = 7, kStates = 6;
-constexpr uint32_t kFingerprint = 0x6e0025ab;
+constexpr uint32_t kFingerprint = 0xeb0c4d1b;
 
 enum Parameter : uint8_t {
   // kg
@@ -37,14 +37,14 @@ inline void start(float* s) {
 }
 
 // Move the object over the sample that has passed, the handle held; then push the handle back.
-inline float force(const float* p, float* s, float x, float v, float dt) {
-  const float pull = p[kStiffness] * p[kRestPosition];
+inline float unwatched(const float* p, float* s, float x, float v, float dt) {
+  static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   if (!fast::is_zero(s[State::started]) && fast::above_zero(dt)) {
     const laws::Results<float, float, float> got1_ = (numbers::with_method = p[kIntegrator],
         numbers::with_x = s[State::object], numbers::with_v = s[State::object_velocity],
         numbers::with_before = s[State::object_acceleration], numbers::with_h = dt,
         numbers::with_friction = 0.0f, numbers::with_m = p[kMass], numbers::with_b = p[kDamping],
-        numbers::with_k = p[kStiffness], numbers::with_f = pull,
+        numbers::with_k = p[kStiffness], numbers::with_f = p[kStiffness] * p[kRestPosition],
         numbers::with_touch = s[State::handle], numbers::with_side = 1.0f,
         numbers::with_speed = s[State::handle_velocity],
         numbers::with_contact = p[kContactStiffness], numbers::with_pad = p[kContactDamping],
@@ -53,22 +53,26 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
     s[State::object_velocity] = got1_.b;
     s[State::object_acceleration] = got1_.c;
   }
-  if (fast::is_zero(s[State::started]) || fast::above_zero(numbers::flown_apart(s[State::object],
-      s[State::object_velocity]))) {
+  const bool anew = fast::is_zero(s[State::started])
+      || fast::above_zero(numbers::flown_apart(s[State::object], s[State::object_velocity]));
+  if (anew) {
     s[State::started] = 1.0f;
     s[State::object] = p[kRestPosition];
     s[State::object_velocity] = 0.0f;
-    s[State::object_acceleration] = (numbers::with_m = p[kMass], numbers::with_b = p[kDamping],
-        numbers::with_k = p[kStiffness], numbers::with_f = pull, numbers::with_touch = x,
-        numbers::with_side = 1.0f, numbers::with_speed = v,
-        numbers::with_contact = p[kContactStiffness], numbers::with_pad = p[kContactDamping],
-        numbers::with_reach = INFINITY, numbers::with_wall = 0.0f,
-        numbers::acceleration(s[State::object], 0.0f));
   }
   s[State::handle] = x;
   s[State::handle_velocity] = v;
-  return numbers::reaction(s[State::object], s[State::object_velocity], x, 1.0f, v,
+  const float push = numbers::reaction(s[State::object], s[State::object_velocity], x, 1.0f, v,
       p[kContactStiffness], p[kContactDamping]);
+  if (anew) {
+    s[State::object_acceleration] = -push * inverse1_.watched(p[kMass]);
+  }
+  return push;
+}
+
+inline float force(const float* p, float* s, float x, float v, float dt) {
+  laws::begin();
+  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace mass_spring_damper

@@ -10,18 +10,18 @@ namespace numbers {
 static float with_base, with_before, with_method, with_now, with_v, with_x;
 
 // Return (force, anchor, stuck): a spring and damper to an anchor that holds up to `static`.
-FAST_ONCE laws::Results<float, float, int8_t> sticking_tether(float x, float before, float anchor,
+static laws::Results<float, float, int8_t> sticking_tether(float x, float before, float anchor,
     float stuck, float stiffness, float damping, float static_, float kinetic, float dt) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   const float shock = damping * inverse1_.of(dt);
-  const float pull = stiffness * (anchor - x) + shock * (before - x);
+  const float pull = fast::plus_product(stiffness * (anchor - x), shock, before - x);
   const bool turned = fast::below_zero(pull * (anchor - before));
   const bool held = stuck > 0.5f || turned || fast::magnitude(pull) < 0.999999f * kinetic;
   if (held && fast::magnitude(pull) <= fast::most(static_, kinetic)) {
     return laws::Results<float, float, int8_t>{pull, anchor, 1};
   }
   const float force_ = fast::signed_as(kinetic, pull);
-  const float stretch = (force_ + shock * (anchor - before)) / (stiffness + shock);
+  const float stretch = fast::plus_product(force_, shock, anchor - before) / (stiffness + shock);
   return laws::Results<float, float, int8_t>{force_, x + stretch, 0};
 }
 
@@ -38,8 +38,8 @@ FAST_ONCE laws::Results<float, float> tether(float x, float anchor, float stiffn
 }
 
 // Return (force, anchor, stuck) by Karnopp's rule: held within a band of speed, sliding beyond it.
-FAST_ONCE laws::Results<float, float, int8_t> banded(float x, float v, float anchor,
-    float stiffness, float static_, float kinetic, float band) {
+static laws::Results<float, float, int8_t> banded(float x, float v, float anchor, float stiffness,
+    float static_, float kinetic, float band) {
   if (fast::magnitude(v) < band) {
     const laws::Results<float, float> got1_ = numbers::tether(x, anchor, stiffness, static_);
     const float hold = got1_.a;
@@ -51,21 +51,22 @@ FAST_ONCE laws::Results<float, float, int8_t> banded(float x, float v, float anc
 }
 
 // Return the level of friction in N >= 0 at a speed: from static at rest down to kinetic.
-FAST_ONCE float stribeck(float velocity, float static_, float kinetic, float stribeck_velocity) {
+static float stribeck(float velocity, float static_, float kinetic, float stribeck_velocity) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   const float ratio = velocity * inverse1_.of(stribeck_velocity);
-  return kinetic + (static_ - kinetic) * fast::exp(-ratio * ratio);
+  return fast::plus_product(kinetic, static_ - kinetic, fast::exp(-ratio * ratio));
 }
 
 // Return the bend in m of a bristle after its root moved: towards level / stiffness, never beyond.
-FAST_ONCE float bristle(float bend, float moved, float level, float stiffness) {
+static float bristle(float bend, float moved, float level, float stiffness) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   static laws::Inverse inverse2_ = LAWS_NO_INVERSE;
   if (fast::to_zero(level)) {
     return 0.0f;
   }
   const float end = fast::signed_as(level * inverse1_.of(stiffness), moved);
-  return end + (bend - end) * fast::exp(-stiffness * fast::magnitude(moved) * inverse2_.of(level));
+  return fast::plus_product(end, bend - end, fast::exp(-stiffness * fast::magnitude(moved)
+      * inverse2_.of(level)));
 }
 
 // Return (touching, closing, beyond): 1 or 0, 1 or 0, and +1 or -1 behind a wall, else 0.
@@ -87,15 +88,15 @@ FAST_ONCE laws::Results<float, float, float> linear(int8_t touching, int8_t clos
     float b, float k, float f) {
   if (touching > 0) {
     k = k + with_contact;
-    f = f + with_contact * with_touch;
+    f = fast::plus_product(f, with_contact, with_touch);
     if (closing > 0) {
       b = b + with_pad;
-      f = f + with_pad * with_speed;
+      f = fast::plus_product(f, with_pad, with_speed);
     }
   }
   if (beyond != 0) {
     k = k + with_wall;
-    f = f + with_wall * beyond * with_reach;
+    f = fast::plus_product(f, with_wall * beyond, with_reach);
   }
   return laws::Results<float, float, float>{b, k, f};
 }
@@ -113,47 +114,50 @@ FAST_ONCE float acceleration(float x, float v) {
   const float damping = got2_.a;
   const float stiffness = got2_.b;
   const float force_ = got2_.c;
-  return (force_ - damping * v - stiffness * x) * inverse1_.of(with_m);
+  return fast::less_product(fast::less_product(force_, damping, v), stiffness, x)
+      * inverse1_.of(with_m);
 }
 
 // Return (x, v): velocity Verlet, the new velocity from the damping at the new velocity.
-FAST_ONCE laws::Results<float, float> verlet(float x) {
+static laws::Results<float, float> verlet(float x) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
-  x = x + (with_h * with_v + fast::scaled<-1>(with_h) * with_h * with_now);
+  x = x + fast::plus_product(with_h * with_v, fast::scaled<-1>(with_h) * with_h, with_now);
   const float half = fast::scaled<-1>(with_h);
-  const float base = with_v + half * with_now;
+  const float base = fast::plus_product(with_v, half, with_now);
   const laws::Results<int8_t, int8_t, int8_t> got1_ = numbers::place(x, with_v, with_touch,
       with_side, with_speed, with_reach);
   const int8_t touching = got1_.a;
   const int8_t beyond = got1_.c;
   const float level = numbers::acceleration(x, with_speed);
-  const int8_t closing = fast::above_zero(with_side * (with_speed - base - half * level)) ? 1 : 0;
+  const int8_t closing = fast::above_zero(with_side * fast::less_product(with_speed - base, half,
+      level)) ? 1 : 0;
   const laws::Results<float, float, float> got2_ = numbers::linear(touching, closing, beyond,
       with_b, with_k, with_f);
   const float damping = got2_.a;
   const float stiffness = got2_.b;
   const float force_ = got2_.c;
-  return laws::Results<float, float>{x, (base + half * (force_ - stiffness * x)
+  return laws::Results<float, float>{x, (base + half * fast::less_product(force_, stiffness, x)
       * inverse1_.of(with_m)) / (1.0f + half * damping * inverse1_.of(with_m))};
 }
 
 // Return (x, v) by the classical Runge-Kutta method, the force taken at each of its four places.
-FAST_ONCE laws::Results<float, float> rk4() {
+static laws::Results<float, float> rk4() {
   const float half = fast::scaled<-1>(with_h);
-  const float v2 = with_v + half * with_now;
-  const float a2 = numbers::acceleration(with_x + half * with_v, v2);
-  const float v3 = with_v + half * a2;
-  const float a3 = numbers::acceleration(with_x + half * v2, v3);
-  const float v4 = with_v + with_h * a3;
-  const float a4 = numbers::acceleration(with_x + with_h * v3, v4);
-  return laws::Results<float, float>{with_x + 0.16666667f * with_h * (with_v
-      + fast::scaled<1>(v2) + fast::scaled<1>(v3) + v4), with_v + 0.16666667f * with_h
-      * (with_now + fast::scaled<1>(a2) + fast::scaled<1>(a3) + a4)};
+  const float v2 = fast::plus_product(with_v, half, with_now);
+  const float a2 = numbers::acceleration(fast::plus_product(with_x, half, with_v), v2);
+  const float v3 = fast::plus_product(with_v, half, a2);
+  const float a3 = numbers::acceleration(fast::plus_product(with_x, half, v2), v3);
+  const float v4 = fast::plus_product(with_v, with_h, a3);
+  const float a4 = numbers::acceleration(fast::plus_product(with_x, with_h, v3), v4);
+  return laws::Results<float, float>{fast::plus_product(with_x, 0.16666667f * with_h, with_v
+      + fast::scaled<1>(v2) + fast::scaled<1>(v3) + v4), fast::plus_product(with_v, 0.16666667f
+      * with_h, with_now + fast::scaled<1>(a2) + fast::scaled<1>(a3) + a4)};
 }
 
 // Return u - base - h x''(x + h u, u), which rises with u and is 0 at the velocity sought.
 FAST_ONCE float excess(float u, float x, float h) {
-  return u - with_base - h * numbers::acceleration(x + h * u, u);
+  return fast::less_product(u - with_base, h, numbers::acceleration(fast::plus_product(x, h, u),
+      u));
 }
 
 // Return the velocity u = base + h x''(x + h u, u), solved exactly.
@@ -184,8 +188,9 @@ FAST_ONCE float implicit(float x, float h) {
   const float damping = got1_.a;
   const float stiffness = got1_.b;
   const float force_ = got1_.c;
-  const float u = (with_base + h * (force_ - stiffness * x) * inverse2_.of(with_m)) / (1.0f + h
-      * (damping + h * stiffness) * inverse2_.of(with_m));
+  const float u = (with_base + h * fast::less_product(force_, stiffness, x)
+      * inverse2_.of(with_m)) / (1.0f + h * fast::plus_product(damping, h, stiffness)
+      * inverse2_.of(with_m));
   if (fast::above_zero(with_contact) && fast::below_zero(with_side * (meeting - u) * (touching
       - 0.5f))) {
     return meeting;
@@ -194,20 +199,21 @@ FAST_ONCE float implicit(float x, float h) {
 }
 
 // Return (x, v) after h seconds by any method but exact, and how far a change of v moves x, in s.
-FAST_ONCE laws::Results<float, float, float> advanced() {
+static laws::Results<float, float, float> advanced() {
   const float half = fast::scaled<-1>(with_h);
   if (fast::is_zero(with_method)) {
-    return laws::Results<float, float, float>{with_x + with_h * with_v, with_v + with_h * with_now,
-        0.0f};
+    return laws::Results<float, float, float>{fast::plus_product(with_x, with_h, with_v),
+        fast::plus_product(with_v, with_h, with_now), 0.0f};
   }
   float u = 0.0f;
   if (fast::is(with_method, 1.0f)) {
-    u = with_v + half * (with_before + with_now);
-    return laws::Results<float, float, float>{with_x + half * (with_v + u), u, half};
+    u = fast::plus_product(with_v, half, with_before + with_now);
+    return laws::Results<float, float, float>{fast::plus_product(with_x, half, with_v + u), u,
+        half};
   }
   if (fast::is(with_method, 2.0f)) {
-    u = with_v + with_h * with_now;
-    return laws::Results<float, float, float>{with_x + with_h * u, u, with_h};
+    u = fast::plus_product(with_v, with_h, with_now);
+    return laws::Results<float, float, float>{fast::plus_product(with_x, with_h, u), u, with_h};
   }
   float q = 0.0f;
   if (fast::is(with_method, 3.0f)) {
@@ -224,17 +230,17 @@ FAST_ONCE laws::Results<float, float, float> advanced() {
   }
   if (fast::is(with_method, 5.0f)) {
     u = (numbers::with_base = with_v, numbers::implicit(with_x, with_h));
-    return laws::Results<float, float, float>{with_x + with_h * u, u, with_h};
+    return laws::Results<float, float, float>{fast::plus_product(with_x, with_h, u), u, with_h};
   }
-  const float base = with_v + half * with_now;
-  const float middle = with_x + half * with_v;
+  const float base = fast::plus_product(with_v, half, with_now);
+  const float middle = fast::plus_product(with_x, half, with_v);
   u = (numbers::with_base = base, numbers::implicit(middle, half));
-  return laws::Results<float, float, float>{with_x + half * (with_v + u), u, half};
+  return laws::Results<float, float, float>{fast::plus_product(with_x, half, with_v + u), u, half};
 }
 
 // Return the velocity after friction that can take away up to `limit` m/s: shrunk by it, or exactly
 // 0.
-FAST_ONCE float projected(float velocity, float limit) {
+static float projected(float velocity, float limit) {
   if (fast::magnitude(velocity) <= limit) {
     return 0.0f;
   }
@@ -257,7 +263,7 @@ FAST_ONCE laws::Results<float, float, float> step() {
     const float free = got2_.b;
     const float follows = got2_.c;
     u = numbers::projected(free, with_friction * with_h * inverse1_.of(with_m));
-    q = q + follows * (u - free);
+    q = fast::plus_product(q, follows, u - free);
   }
   if (fast::magnitude(q) < 0.0f) {
     q = 0.0f;
@@ -280,9 +286,10 @@ FAST_ONCE float reaction(float x, float v, float touch, float side, float speed,
     return 0.0f;
   }
   if (fast::above_zero(side) ? v < speed : v > speed) {
-    return pad * v + contact * x - (contact * touch + pad * speed);
+    return fast::plus_product(pad * v, contact, x) - fast::plus_product(contact * touch, pad,
+        speed);
   }
-  return contact * x - contact * touch;
+  return fast::less_product(contact * x, contact, touch);
 }
 
 }  // namespace numbers

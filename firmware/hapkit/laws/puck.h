@@ -7,7 +7,7 @@ namespace laws {
 namespace puck {
 
 constexpr uint8_t kParameters = 6, kStates = 7;
-constexpr uint32_t kFingerprint = 0x249e1c6b;
+constexpr uint32_t kFingerprint = 0x32ed2d59;
 
 enum Parameter : uint8_t {
   // kg
@@ -30,7 +30,7 @@ enum : uint8_t { object = 0, object_velocity = 1, object_acceleration = 2, side 
 }
 
 // Return where the puck begins: at START, beside a handle that is there.
-inline float begin(float x) {
+static float begin(float x) {
   if (fast::magnitude(x - 0.01f) >= 0.005f) {
     return 0.01f;
   }
@@ -49,9 +49,9 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
         numbers::with_x = s[State::object], numbers::with_v = s[State::object_velocity],
         numbers::with_before = s[State::object_acceleration], numbers::with_h = dt,
         numbers::with_friction = p[kFriction], numbers::with_m = p[kMass], numbers::with_b = 0.0f,
-        numbers::with_k = 0.0f, numbers::with_f = 0.0f, numbers::with_touch = s[State::handle]
-        + 0.005f * s[State::side], numbers::with_side = s[State::side],
-        numbers::with_speed = s[State::handle_velocity],
+        numbers::with_k = 0.0f, numbers::with_f = 0.0f,
+        numbers::with_touch = fast::plus_product(s[State::handle], 0.005f, s[State::side]),
+        numbers::with_side = s[State::side], numbers::with_speed = s[State::handle_velocity],
         numbers::with_contact = p[kContactStiffness], numbers::with_pad = p[kContactDamping],
         numbers::with_reach = 0.035f, numbers::with_wall = p[kWallStiffness], numbers::step());
     s[State::object] = got1_.a;
@@ -70,7 +70,7 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
   }
   s[State::handle] = x;
   s[State::handle_velocity] = v;
-  const float touch = x + 0.005f * s[State::side];
+  const float touch = fast::plus_product(x, 0.005f, s[State::side]);
   return numbers::reaction(s[State::object], s[State::object_velocity], touch, s[State::side], v,
       p[kContactStiffness], p[kContactDamping]);
 }
