@@ -9,11 +9,21 @@ _FRAMES = "fill its frames (Device, USB frames)"
 
 
 def reason(device: Any, delay: float) -> str:
-    """Return the likeliest reason and its remedy; nothing where the delay in s is short."""
+    """Return the likeliest reason and what helps; nothing where the delay in s is short."""
     if device.simulated or delay <= LONG:
         return ""
+    what = _BOARD if getattr(device, "padding", 0) else f"{_FRAMES}, or {_BOARD}"
+    timer = held_back(device)
+    holds = f"The USB chip holds frames back, up to {timer} ms" if timer else "The line holds frames back"
+    return f"{holds}: {what}."
+
+
+def held_back(device: Any) -> str:
+    """Return the USB chip's latency timer in ms, nothing where it is short or not known."""
     latency = getattr(device, "latency", None)
-    if latency is not None and latency.long:
-        return latency.words
-    what = f"{_FRAMES}, or {_BOARD}" if not getattr(device, "padding", 0) else _BOARD
-    return f"The line holds frames back: {what}."
+    return f"{1e3 * latency.timer:.0f}" if latency is not None and latency.long else ""
+
+
+def remedy(device: Any) -> str:
+    """Return what shortens the timer itself, for a tooltip."""
+    return device.latency.words if held_back(device) else ""

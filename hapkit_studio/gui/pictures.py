@@ -23,6 +23,7 @@ _BAR_MS = 250
 _WORDS = {
     "preparing": "Preparing the loop, once only",
     "connecting": "Connecting…",
+    "idle": "Not connected",
     "gone": "No device",
     "failed": "No device",
 }
@@ -112,9 +113,10 @@ class Pictures(QObject):
         state = self._studio.link.state
         self._show_preparing()
         self._centre.scene.set_hand_enabled(self._studio.hand_is_ours)
-        self._centre.time.set_stale(state == "gone")
+        self._centre.time.set_stale(state in ("gone", "failed", "idle"))
         if state != "running":
-            self._status.show_nothing(_WORDS.get(state, ""))
+            waiting = self._studio.link.text if state == "connecting" else ""
+            self._status.show_nothing(waiting or _WORDS.get(state, ""))
 
     def _show_preparing(self) -> None:
         """Show how far the loop's first compile usually is by now."""

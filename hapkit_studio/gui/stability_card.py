@@ -10,7 +10,7 @@ from hapkit_studio.analysis.scales import nice_width
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.latency_hint import reason
+from hapkit_studio.gui.latency_hint import reason, remedy
 from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.margin import Answer, MarginWorker, Question
 from hapkit_studio.gui.stability_map import StabilityMap
@@ -119,6 +119,7 @@ class StabilityCard(QWidget):
         engine = self._studio.engine
         if engine is None:
             return ""
+        self.words.setToolTip(remedy(engine.device))
         return reason(engine.device, answer.question.setting.delay - self._studio.loop.delay)
 
     def wait(self) -> None:

@@ -22,9 +22,9 @@ def device(timer=None, padding=0, simulated=False):
 @pytest.mark.parametrize(
     ("what", "delay", "words"),
     [
-        (device(0.016), 1.01 * LONG, "USB latency timer 16 ms"),
+        (device(0.016), 1.01 * LONG, "The USB chip holds frames back, up to 16 ms: fill its frames"),
         (device(0.016), 0.99 * LONG, ""),
-        (device(0.001), 1.01 * LONG, "fill its frames"),
+        (device(0.001), 1.01 * LONG, "The line holds frames back: fill its frames"),
         (device(), 1.01 * LONG, "render on the board"),
         (device(simulated=True), 0.1, ""),
     ],
@@ -78,4 +78,5 @@ def test_the_stability_card_says_why_it_is_late_but_not_what_was_added(board_win
         return "ms from sensor to motor" in window.stability.words.text()
 
     qtbot.waitUntil(lambda: late() and "3.5" in window.stability.words.text(), timeout=PATIENCE_MS)
-    assert "USB latency timer 16 ms" in window.stability.words.text()
+    assert "holds frames back, up to 16 ms" in window.stability.words.text()
+    assert "latency_timer`" in window.stability.words.toolTip()

@@ -10,6 +10,7 @@ from hapkit_studio.gui.history import Window
 from hapkit_studio.gui.plots import strokes
 from hapkit_studio.gui.plots.canvas import Canvas
 from hapkit_studio.gui.plots.declared import TimePlot
+from hapkit_studio.gui.plots.held import Held, paint
 from hapkit_studio.gui.plots.ticks import fitted, widened
 from hapkit_studio.gui.theme import number, theme
 
@@ -36,6 +37,7 @@ class Shown:
     max_force: float = np.inf
     paused: bool = False
     stale: bool = False
+    held: Held | None = None
     pointer: float | None = None
     pointed: dict[str, float] | None = None
 
@@ -96,23 +98,29 @@ class TraceCanvas(Canvas):
         self._gaps(painter, box)
 
     def _gaps(self, painter: QPainter, box: QRectF) -> None:
-        """Hatch the stretches without data, and say in the first plot how long each was."""
-        places, _ = self.to_pixels(np.array(self.shown.gaps).reshape(-1, 2), np.zeros(1))
-        for (left, right), (start, stop) in zip(places.tolist(), self.shown.gaps, strict=True):
-            left, right = max(left, box.left()), min(right, box.right())
-            if right <= left:
-                continue
-            painter.fillRect(
-                QRectF(left, box.top(), right - left, box.height()),
-                QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern),
-            )
-            words = f"No data for {number(stop - start, 1)} s"
-            if self.first and right - left > self.fontMetrics().horizontalAdvance(words) + 12:
+        """Hatch the stretches without data."""
+        hatch = QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern)
+        for left, right, _ in self._gaps_in(box):
+            painter.fillRect(QRectF(left, box.top(), right - left, box.height()), hatch)
+
+    def _gap_words(self, painter: QPainter, box: QRectF) -> None:
+        """Say how long each stretch without data was, where there is room."""
+        for left, right, seconds in self._gaps_in(box):
+            words = f"No data for {number(seconds, 1)} s"
+            if right - left > self.fontMetrics().horizontalAdvance(words) + 12:
                 self.note(painter, left + 6, box.top() + 16, words, "warn")
+
+    def _gaps_in(self, box: QRectF) -> list[tuple[float, float, float]]:
+        """Return left, right in pixels and length in s of the gaps that are seen."""
+        places, _ = self.to_pixels(np.array(self.shown.gaps).reshape(-1, 2), np.zeros(1))
+        cut = np.clip(places, box.left(), box.right()).tolist()
+        found = [(a, b, stop - start) for (a, b), (start, stop) in zip(cut, self.shown.gaps, strict=True)]
+        return [gap for gap in found if gap[0] < gap[1]]
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint level lines, then traces."""
         self._lines(painter, box)
+        self._held(painter, box)
         if len(self.shown.window.x):
             self._traces(painter)
 
@@ -120,6 +128,8 @@ class TraceCanvas(Canvas):
         """Paint the dot for now, the pointer's read-out and the word for paused."""
         self._now(painter)
         self._pointer(painter, box)
+        if self.first:
+            self._gap_words(painter, box)
         if self.shown.paused and self.first:
             self.note(painter, box.right() - 6, box.top() + 16, "Paused", "accent", right=True)
 
@@ -131,6 +141,15 @@ class TraceCanvas(Canvas):
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
         for level, token, dash in levels:
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
+
+    def _held(self, painter: QPainter, box: QRectF) -> None:
+        held, channel = self.shown.held, self.plot_of.traces[-1].channel
+        if held is None or channel not in held.values:
+            return
+        left, right = (self.shown.zero + edge for edge in self.view.viewRange()[0])
+        x, y = held.part(channel, left, right, round(box.width()))
+        if len(x) > 1:
+            paint(painter, *self.to_pixels(x - self.shown.zero, y * self.plot_of.scale))
 
     def _traces(self, painter: QPainter) -> None:
         x = self.shown.window.x - self.shown.zero
