@@ -8,7 +8,7 @@ JOBS ?= 2
 CHECK_CACHE := build/numba-cache
 CHECK := QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CURDIR)/$(CHECK_CACHE)
 
-.PHONY: help run test lint bench pictures firmware board realtime clean
+.PHONY: help run test lint bench pictures firmware board fuzz realtime clean
 .DEFAULT_GOAL := help
 
 help:
@@ -16,6 +16,7 @@ help:
 	@echo "make test      set up and check everything"
 	@echo "make bench     measure, beside a reference each; draw the charts of the README anew"
 	@echo "make pictures  take the pictures of README and docs anew"
+	@echo "make fuzz      ten million inputs for firmware and decoders, some minutes"
 	@echo "make firmware  build the board's program and the virtual board"
 	@echo "make realtime  say what priority the loop obtains, and how to get more"
 	@echo "make clean     remove everything built"
@@ -54,6 +55,10 @@ firmware:
 board:
 	@if command -v avr-g++ >/dev/null || [ -n "$$CI" ]; then $(MAKE) --no-print-directory -C firmware all; \
 	else echo "No avr-g++: the firmware and what needs it are left out."; fi
+
+fuzz: $(VENV)/.test
+	@.ci/system-packages.sh fuzz
+	$(BIN)/python -m tests.protocol.fuzz
 
 realtime: $(VENV)/.run
 	@$(BIN)/python -c "from hapkit_studio.haptics.priority import report; print(report())"

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Install the Debian packages that a purpose needs and that are missing; without the right to, print the line.
-# Usage: system-packages.sh venv|run|firmware|test|bench [PYTHON]
+# Usage: system-packages.sh venv|run|firmware|test|fuzz|bench [PYTHON]
 set -eu
 
 # what Qt's xcb, offscreen and OpenGL plug-ins link to, and one font
@@ -8,13 +8,17 @@ RUN="libegl1 libgl1 libglib2.0-0 libfontconfig1 libdbus-1-3 libx11-xcb1 libxkbco
     libxcb-cursor0 libxcb-icccm4 libxcb-image0 libxcb-keysyms1 libxcb-randr0 libxcb-render-util0 libxcb-shape0
     libxcb-shm0 libxcb-sync1 libxcb-xfixes0 libxcb-xkb1 fonts-dejavu-core"
 FIRMWARE="gcc-avr avr-libc arduino-core-avr"
-TEST="$RUN $FIRMWARE avrdude gcc g++ libc6-dev libsimavr-dev libelf-dev xvfb xauth"
+# libFuzzer and its sanitizers; releases with another version do without, by a fuzzer built with g++
+FUZZ=
+grep -qs '^VERSION_CODENAME=bookworm' /etc/os-release && FUZZ="clang-14 libclang-rt-14-dev"
+TEST="$RUN $FIRMWARE $FUZZ avrdude gcc g++ libc6-dev libsimavr-dev libelf-dev xvfb xauth"
 
 case "$1" in
 venv) wanted=python3-venv; "${2:-python3}" -c "import ensurepip" 2>/dev/null && wanted= ;;
 run) wanted=$RUN ;;
 firmware) wanted="$FIRMWARE gcc libc6-dev libsimavr-dev libelf-dev" ;;
 test) wanted=$TEST ;;
+fuzz) wanted="gcc g++ libc6-dev $FUZZ" ;;
 bench) wanted="$TEST rt-tests" ;;
 *) echo "unknown purpose: $1" >&2; exit 2 ;;
 esac

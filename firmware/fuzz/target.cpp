@@ -1,0 +1,155 @@
+// What is fuzzed: parser, controller and all that they call, as on the board but for the chip.
+//
+// The first byte of an input says how the rest is read: bit 7 set, as bodies, each after its length, that get
+// a right frame here; otherwise as the bytes on the line. Bits 0 to 4, and four: after so many bytes comes a sample.
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "check.h"
+#include "controller.h"
+#include "fake_board.h"
+#include "fake_eeprom.h"
+#include "limits.h"
+#include "profile.h"
+#include "reference.h"
+#include "sensor.h"
+#include "settings.h"
+
+namespace {
+
+using reference::Bytes;
+
+constexpr std::size_t kLargest = 1 + protocol::kLargestToBoard;
+constexpr int kSilence = profile::kWatchdogMs * 1000 / profile::kPeriodUs;
+
+// Torque at the motor that a duty gives, as the settings say; the table has its corners at eighths.
+float torque_of(const protocol::Board& kit, int pwm) {
+  if (pwm <= kit.dead_band) return 0.0f;
+  const float share = float(pwm - kit.dead_band) / float(profile::kPwmTop - kit.dead_band);
+  if (kit.motor_map == protocol::kMotorMapSquare) return kit.motor_constant * share * share;
+  if (kit.motor_map == protocol::kMotorMapLinear) return kit.motor_constant * share;
+  const float place = share * 8.0f;
+  const int cell = place >= 8.0f ? 7 : int(place);
+  const float below = cell ? kit.table[cell - 1] : 0.0f, above = kit.table[cell];
+  return kit.motor_constant * (below + (above - below) * (place - cell)) / 255.0f;
+}
+
+// Whatever came, the duty is one that the limit allows, within the step to the next one.
+void check_motor() {
+  static int checked = 0;
+  if (fake::pwm == checked) return;
+  checked = fake::pwm;
+  const protocol::Board& kit = settings::now();
+  const int pwm = std::abs(fake::pwm);
+  CHECK(pwm <= profile::kPwmTop);
+  if (pwm <= kit.dead_band + 1) return;
+  const float lever = kit.sector_radius / (kit.handle_radius * kit.pulley_radius);
+  CHECK(torque_of(kit, pwm - 1) * lever <= kit.max_force * 1.001f + 1e-6f);
+  CHECK(kit.max_force <= limits::kMaxForce.high);
+}
+
+// What the board says is frames of messages that the computer knows.
+void check_sent() {
+  for (const fake::Body& body : fake::take_bodies()) {
+    CHECK(!body.empty());
+    CHECK(body[0] & 0x80);
+    CHECK(body.size() <= 1 + protocol::kLargestFromBoard);
+  }
+}
+
+class Board {
+ public:
+  Board() {
+    static const protocol::Board usual = settings::now();
+    while (settings::saving()) settings::poll();
+    fake::reset();
+    settings::accept(usual);
+    fake::erase_eeprom();
+    settings::load();
+    sensor::start(settings::now());
+  }
+
+  void receive(uint8_t byte) {
+    controller_.receive(byte);
+    check_motor();
+  }
+
+  void sample(uint16_t raw) {
+    fake::now_us = ++seq_ * profile::kPeriodUs;
+    fake::room = static_cast<uint8_t>(raw);
+    const bool odd = raw & 0x4000;
+    controller_.sample({seq_, fake::now_us, static_cast<uint16_t>(raw & 1023), odd, !odd && raw & 0x2000});
+    check_motor();
+    check_sent();
+  }
+
+  // Silence: the motor is off in time.
+  void fall_silent() {
+    for (int k = 0; k < kSilence; ++k) sample(static_cast<uint16_t>(500));
+    CHECK(fake::pwm == 0);
+  }
+
+ private:
+  Controller controller_;
+  uint16_t seq_ = 0;
+};
+
+Bytes framed(const uint8_t* data, std::size_t size) {
+  Bytes line;
+  while (size > 1) {
+    std::size_t length = data[0] % (kLargest + 3);
+    if (length > size - 1) length = size - 1;
+    const Bytes frame = reference::frame_of(Bytes(data + 1, data + 1 + length));
+    line.insert(line.end(), frame.begin(), frame.end());
+    data += 1 + length;
+    size -= 1 + length;
+  }
+  return line;
+}
+
+// The parser takes exactly the frames that the plain decoder takes, and counts the others.
+void compare(const Bytes& line) {
+  frame::Parser parser;
+  Bytes coded, body;
+  uint8_t bad = 0;
+  for (uint8_t byte : line) {
+    const uint8_t size = parser.push(byte);
+    if (byte != 0) {
+      coded.push_back(byte);
+      CHECK(size == 0);
+      continue;
+    }
+    const bool valid = reference::body_of(coded, kLargest, &body);
+    bad += !coded.empty() && !valid;
+    CHECK(size == (valid ? body.size() : 0));
+    CHECK(!valid || std::memcmp(parser.body(), body.data(), size) == 0);
+    CHECK(parser.bad_frames() == bad);
+    coded.clear();
+  }
+}
+
+}  // namespace
+
+void check::fail(const char* file, int line, const char* what) {
+  std::fprintf(stderr, "%s:%d: %s\n", file, line, what);
+  std::abort();
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
+  if (size < 2) return 0;
+  const Bytes line = data[0] & 0x80 ? framed(data + 1, size - 1) : Bytes(data + 1, data + size);
+  const std::size_t step = 4 + (data[0] & 31);
+  compare(line);
+  Board board;
+  uint16_t raw = static_cast<uint16_t>(size);
+  for (std::size_t at = 0; at < line.size(); ++at) {
+    board.receive(line[at]);
+    raw = static_cast<uint16_t>(raw * 31421u + line[at]);  // any readings will do, the same each time
+    if (at % step == 0) board.sample(raw);
+  }
+  board.fall_silent();
+  return 0;
+}

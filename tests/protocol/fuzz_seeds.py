@@ -1,0 +1,34 @@
+"""Write first inputs for the firmware's fuzzer: every message of the computer's, as body and as line."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from hapkit_studio.protocol.framing import frame
+from hapkit_studio.protocol.messages import MESSAGES
+
+FRAMED = 0x80
+
+
+def inputs() -> dict[str, bytes]:
+    """Return file names and contents; see the head of target.cpp for the form."""
+    rng, found = np.random.default_rng(5), {}
+    stream_on = b"\x03\x05\x01\x00"
+    for kind in (m for m in MESSAGES if not m.from_board()):
+        body = bytes([kind.ID]) + rng.bytes(kind.size())
+        found[f"framed-{kind.__name__}"] = bytes([FRAMED]) + stream_on + bytes([len(body)]) + body
+        found[f"line-{kind.__name__}"] = b"\x0c" + frame(b"\x05\x01\x00") + frame(body)
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    folder = parser.parse_args().folder
+    for name, data in inputs().items():
+        (folder / name).write_bytes(data)
+
+
+if __name__ == "__main__":
+    main()

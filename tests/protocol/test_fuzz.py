@@ -1,0 +1,56 @@
+"""A small part of `make fuzz`, always the same: no crash, three decoders agree, the CRC keeps its word."""
+
+import shutil
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hapkit_studio.protocol.framing import DELIMITER, encode, frame
+from tests.protocol import fuzz, fuzz_noise
+from tests.protocol.strategies import any_message, bodies
+
+pytestmark = [
+    pytest.mark.skipif(shutil.which("g++") is None, reason="no g++"),
+    pytest.mark.xdist_group("fuzz"),
+]
+INPUTS, FRAMES, NOISE = 80_000, 40_000, 2_000_000
+
+
+@pytest.fixture(scope="module")
+def folder():
+    return fuzz.build()
+
+
+@pytest.fixture(scope="module")
+def three(folder):
+    return fuzz.Three(folder)
+
+
+def test_the_firmware_survives_anything(folder):
+    fuzz.firmware(INPUTS, 1, folder)
+
+
+def test_all_decoders_agree_and_damage_passes_as_rarely_as_a_crc_lets_it(folder):
+    lines = fuzz.agreement(FRAMES, 1, folder)
+    assert lines.damaged > FRAMES // 2
+    assert lines.false <= fuzz_noise.at_most(lines.damaged)
+
+
+pieces = st.one_of(
+    any_message.map(encode), bodies.map(frame), st.binary(max_size=100), st.just(b"\x41" * 300)
+)
+
+
+@settings(max_examples=200)
+@given(parts=st.lists(pieces, max_size=12))
+def test_all_decoders_agree_on_what_hypothesis_thinks_of(three, parts):
+    three.check(b"".join(parts) + DELIMITER)
+
+
+@pytest.mark.parametrize("where", ["board", "computer"])
+def test_noise_passes_as_often_as_a_crc_lets_it(where, folder):
+    """2^-16 of it: no more, and no less, as noise that never passed would be none."""
+    given_ = (NOISE, 1, folder) if where == "board" else (NOISE, 1)
+    accepted = getattr(fuzz_noise, where)(*given_)
+    assert fuzz_noise.at_least(NOISE) <= accepted <= fuzz_noise.at_most(NOISE)
