@@ -23,9 +23,11 @@ class LoopFacts(QObject):
         super().__init__(parent)
         self._studio = studio
         self.delay: float | None = None
+        self._where = "computer"
         self._forget()
         studio.engine_changed.connect(self._forget)
-        studio.loop_changed.connect(self.changed)
+        studio.loop_changed.connect(self._follow)
+        studio.environment_changed.connect(self._follow)
 
     @property
     def linear(self) -> bool:
@@ -35,33 +37,46 @@ class LoopFacts(QObject):
     def setting(self, hand: str = "released") -> "Setting | None":
         """Return the device and loop in force under a hand; None while there is no device or no delay yet."""
         from hapkit_studio.analysis.setting import Setting
+        from hapkit_studio.haptics.board_offer import spec_on_board
 
         engine, wish = self._studio.engine, self._studio.loop
         if engine is None or self.delay is None:
             return None
-        device = engine.device
+        device, board = engine.device, engine.board_way
         return Setting(
             device.mass,
             device.viscous,
             getattr(device, "coulomb_force", Setting.coulomb),
             device.quantum,
-            engine.loop.rate,
+            engine.loop.rate if board is None else float(board.rate),
             self.delay,
-            wish.spec,
+            wish.spec if board is None else spec_on_board(wish.spec),
             hand,
-            wish.controller,
+            wish.controller and board is None,
         )
 
     def note_health(self, health: "Health") -> None:
         """Take over the delay as measured, on a coarse step so that noise asks nothing."""
-        if health.delay == 0.0 and not self._studio.simulated:
+        engine = self._studio.engine
+        handing_over = engine is not None and engine.rendering != engine.where
+        if handing_over or (health.delay == 0.0 and not self._studio.simulated):
             return
         delay = round(health.delay / DELAY_STEP) * DELAY_STEP
         if delay != self.delay:
             self.delay = delay
             self.changed.emit()
 
+    def _follow(self) -> None:
+        """Know the delay of whoever is to render now."""
+        engine = self._studio.engine
+        if engine is not None and not engine.device.simulated and engine.where != self._where:
+            self._where = engine.where
+            found = engine.delay_of(engine.where)
+            self.delay = None if found is None else round(found.mean / DELAY_STEP) * DELAY_STEP
+        self.changed.emit()
+
     def _forget(self) -> None:
         """Know nothing of another device's delay; the embedded one has none but the added."""
+        self._where = "computer"
         self.delay = self._studio.loop.delay if self._studio.simulated else None
         self.changed.emit()

@@ -8,6 +8,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.choice_row import ChoiceRow
 from hapkit_studio.gui.parameter_row import ParameterRow
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.where_switch import WhereSwitch
 from hapkit_studio.parameters import Choice, Parameter
 
 RATE = Parameter(
@@ -55,6 +56,7 @@ class LoopPanel(QWidget):
         self.fold = QPushButton("Fold")
         self.fold.setProperty("link", True)
         self.fold.clicked.connect(self._turn)
+        self.where = WhereSwitch(studio)
         self.rate = ParameterRow(RATE)
         self.delay = ParameterRow(DELAY)
         self.estimator = ChoiceRow(ESTIMATOR)
@@ -79,6 +81,7 @@ class LoopPanel(QWidget):
         """Fold the rows into one line, or unfold them."""
         self.folded = folded
         self._body.setVisible(not folded)
+        self.where.set_folded(folded)
         self.show_state()
 
     def set_room(self, narrow: bool, height: int) -> None:
@@ -148,6 +151,7 @@ class LoopPanel(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(head)
+        column.addWidget(self.where)
         column.addWidget(self._body)
 
     def _connect(self) -> None:

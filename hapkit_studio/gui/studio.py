@@ -45,6 +45,8 @@ class Studio(Linked):
                 changed["estimator"] = wish.spec
             self.engine.set_loop(**changed)
             self.engine.set_model(wish.model)
+            if "where" in changes or "board_rate" in changes:
+                self.engine.set_where(wish.where, wish.board_rate)
         self.loop = wish
         self.loop_changed.emit()
 
@@ -128,3 +130,4 @@ class Studio(Linked):
             engine.set_loop(rate=self.loop.rate)
         engine.set_grip(self.grip)
         engine.set_model(self.loop.model)
+        engine.prefer(loop.where, loop.board_rate)

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow
 from hapkit_studio.gui import menus
 from hapkit_studio.gui.actions import ActionSet, table
 from hapkit_studio.gui.banners import BannerStack
+from hapkit_studio.gui.both_ways import BothWays
 from hapkit_studio.gui.centre import Centre
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.editor.desk import Desk
@@ -76,6 +77,7 @@ class MainWindow(QMainWindow):
         self.pictures = Pictures(studio, self.live, self.centre, self.status, self.panel.warnings)
         self.notices = Notices(studio, self.live, self.banners, self.stability)
         self.passivity = Passivity(studio, self.live, self.banners)
+        self.both = BothWays(studio, self.live, self.centre, self.loop.where)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self._arrange()
         self.views = Views(self)
@@ -184,6 +186,7 @@ class MainWindow(QMainWindow):
         self.desk.end()
         self.views.end()
         self.stability.close_worker()
+        self.loop.where.close_worker()
         self.studio.close()
         super().closeEvent(event)
 

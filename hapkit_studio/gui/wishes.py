@@ -23,7 +23,10 @@ class Link:
 
 @dataclass(frozen=True)
 class LoopWish:
-    """The loop as chosen: rate in Hz, added delay in s, estimator key and options, model, controller on."""
+    """The loop as chosen: rate in Hz, added delay in s, estimator key and options, model, controller on.
+
+    where: "computer" or "board" renders; board_rate in Hz, None: as fast as the law allows.
+    """
 
     rate: float = 1000.0
     delay: float = 0.0
@@ -31,6 +34,8 @@ class LoopWish:
     options: tuple[tuple[str, float], ...] = ()
     model: str = MODELS[0]
     controller: bool = False
+    where: str = "computer"
+    board_rate: float | None = None
 
     @property
     def spec(self) -> Any:

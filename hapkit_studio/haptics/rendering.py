@@ -5,7 +5,7 @@ from typing import Any
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import board_offer
+from hapkit_studio.haptics import board_offer, rig
 from hapkit_studio.haptics.delays import Measured
 from hapkit_studio.haptics.drivers import Driver
 from hapkit_studio.haptics.settings_writer import BoardWay, Wanted
@@ -20,6 +20,7 @@ class Rendering:
     _wanted: Wanted
     _driver: Driver | None
     _lock: threading.RLock
+    _rig: rig.Rig
     _where = COMPUTER
     _board_rate: float | None = None
 
@@ -53,6 +54,11 @@ class Rendering:
             return "The force limit is lowered, which only the computer keeps to."
         return self._driver.offer.refusal(environment or self._wanted.environment)
 
+    @property
+    def renders_on_boards(self) -> bool:
+        """Return whether the open device is a board with laws of its own."""
+        return self._driver is not None and self._driver.offer is not None
+
     def set_where(self, where: str, rate: float | None = None) -> None:
         """Let the "computer" or the "board" render, the latter at a rate in Hz or the law's fastest.
 
@@ -60,9 +66,14 @@ class Rendering:
         """
         if where not in WAYS:
             raise ParameterError(f"{' or '.join(WAYS)} renders, not {where!r}.")
+        refusal = self.board_refusal() if where == BOARD else ""
+        if refusal:
+            raise ParameterError(refusal)
+        self.prefer(where, rate)
+
+    def prefer(self, where: str, rate: float | None = None) -> None:
+        """Let one of them render every scene that it can; raise ParameterError for a rate no board has."""
         board_offer.check_rate(rate)
-        if where == BOARD and self.board_refusal():
-            raise ParameterError(self.board_refusal())
         with self._lock:
             self._where, self._board_rate = where, rate
             self._changed()
@@ -91,3 +102,8 @@ class Rendering:
     def overruns(self) -> int:
         """Return how many ticks the board has skipped since it was opened."""
         return 0 if self._driver is None else self._driver.overruns()
+
+    def missed_of(self, where: str) -> int:
+        """Return how many ticks one way has missed: answers too late, or ticks that the board skipped."""
+        total = int(self._rig.control[rig.MISSED])
+        return self.overruns if where == BOARD else max(total - self.overruns, 0)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.plots.canvas import RIGHT
 from hapkit_studio.gui.plots.declared import TimePlot
+from hapkit_studio.gui.plots.held import SAMPLE
 from hapkit_studio.gui.theme import number, theme
 
 HEIGHT = 29
@@ -80,6 +81,8 @@ class Header(QWidget):
         self.surface: list[QWidget] = (
             self._add("matline", 1.6, [3.5, 2.5], "", "Where the surface is") if plot.surface else []
         )
+        past = "The same quantity before who renders was changed, moved to begin there"
+        self.held = self._add("hold", 2.0, SAMPLE, "", past)
         row.addStretch(1)
         self.value = QLabel()
         self.value.setFont(theme.font("readout"))
@@ -88,6 +91,7 @@ class Header(QWidget):
         dress(self.value, f".QLabel {{ color: @{plot.traces[-1].color}; }}")  # tooltips are QLabels too
         row.addWidget(self.value)
         self.show_surface("")
+        self.show_held("")
         self.show_value(0.0)
 
     def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
@@ -100,7 +104,14 @@ class Header(QWidget):
 
     def show_surface(self, name: str) -> None:
         """Show the surface line's sample under a name, or hide it."""
-        for part in self.surface:
+        self._show(self.surface, name)
+
+    def show_held(self, name: str) -> None:
+        """Show the held trace's sample under a name, or hide it."""
+        self._show(self.held, name)
+
+    def _show(self, parts: list[QWidget], name: str) -> None:
+        for part in parts:
             part.setVisible(bool(name))
             if isinstance(part, QLabel):
                 part.setText(name)

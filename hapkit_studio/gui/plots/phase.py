@@ -12,6 +12,7 @@ from hapkit_studio.gui.history import History
 from hapkit_studio.gui.plots.canvas import RIGHT
 from hapkit_studio.gui.plots.declared import PhasePlot, beside_plots, phase_plots
 from hapkit_studio.gui.plots.header import BandSample
+from hapkit_studio.gui.plots.held import Held
 from hapkit_studio.gui.plots.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.plots.time import TimePlots
 from hapkit_studio.gui.segmented import Segmented
@@ -127,6 +128,10 @@ class ForcePosition(QWidget):
             return
         self.canvas.fit()
         self.canvas.refresh()
+
+    def set_held(self, held: Held | None) -> None:
+        """Show a past stretch under the curve, or none any more."""
+        self.canvas.set_held(held)
 
     def set_paused(self, paused: bool) -> None:
         """Freeze the view; the history goes on filling."""

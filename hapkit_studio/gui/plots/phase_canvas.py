@@ -12,6 +12,7 @@ from hapkit_studio.gui.plots.band import Band
 from hapkit_studio.gui.plots.beginning import Beginning
 from hapkit_studio.gui.plots.canvas import Canvas
 from hapkit_studio.gui.plots.declared import PhasePlot
+from hapkit_studio.gui.plots.held import Held, paint
 from hapkit_studio.gui.plots.layers import SECONDS, Layers, Place
 from hapkit_studio.gui.plots.ticks import fitted, widened
 from hapkit_studio.gui.theme import number, theme
@@ -34,6 +35,7 @@ class PhaseCanvas(Canvas):
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
         self._fitted = False
+        self._held: Held | None = None
         self.bottom.setHeight(38)
         self.bottom.label.setCacheMode(self.bottom.cacheMode())
         self.set_plot(plot)
@@ -62,6 +64,13 @@ class PhaseCanvas(Canvas):
         """Leave out what is older than now: it belongs to another environment."""
         self._begin.put(self._live)
         self._forget()
+
+    def set_held(self, held: Held | None) -> None:
+        """Show a past stretch under the curve, or none any more."""
+        self._held, self._under = held, None
+        if held is not None:
+            self._widen(held.values[self.plot_of.channel] * self.plot_of.scale, held.values["applied"])
+        self.viewport().update()
 
     def _forget(self) -> None:
         self._layers, self._key, self._under = Layers(), None, None
@@ -182,9 +191,15 @@ class PhaseCanvas(Canvas):
         self.band.paint(painter, self.to_pixels)
         if math.isfinite(self.max_force):
             self._limits(painter, box)
+        self._paint_held(painter)
         self._layers.paint_old(painter, self._place())
         painter.end()
         return under
+
+    def _paint_held(self, painter: QPainter) -> None:
+        if self._held is not None:
+            x = self._held.values[self.plot_of.channel] * self.plot_of.scale
+            paint(painter, *strokes.thinned(*self.to_pixels(x, self._held.values["applied"])))
 
     def _limits(self, painter: QPainter, box: QRectF) -> None:
         for sign in (1, -1):

@@ -13,6 +13,7 @@ from hapkit_studio.gui.history import History, Window
 from hapkit_studio.gui.plots.beginning import Beginning
 from hapkit_studio.gui.plots.declared import TimePlot, time_plots
 from hapkit_studio.gui.plots.header import HEIGHT, Header
+from hapkit_studio.gui.plots.held import Held
 from hapkit_studio.gui.plots.trace_canvas import Shown, TraceCanvas
 from hapkit_studio.gui.reel import Reel
 
@@ -81,6 +82,11 @@ class TimePlots(QWidget):
         self.shown.max_force = max_force
         for header in self.headers:
             header.show_surface("" if self.shown.surface is None else environment.title.lower())
+
+    def set_held(self, held: Held | None) -> None:
+        """Show a past stretch under the traces, or none any more."""
+        self.shown.held = held
+        self.headers[0].show_held("" if held is None else held.words)
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""

@@ -1,0 +1,100 @@
+"""What the two ways of rendering come to: delay, rate, stiffness limit and skipped ticks of each."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from hapkit_studio.gui.loop_facts import DELAY_STEP
+from hapkit_studio.gui.theme import number
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.haptics.delays import Measured
+
+WAYS = COMPUTER, BOARD = "computer", "board"
+ROWS = "Delay, ms", "Rate, Hz", "Stiffness limit, N/m", "Ticks missed"
+HINTS = (
+    "From a sample to its force in the motor's register, as the board measured it: mean and standard "
+    "deviation of the last seconds",
+    "How often the force is computed anew",
+    "Exact boundary for a released handle at this delay, rate and velocity estimator, with the scene's own "
+    "damping",
+    "Computer: answers that came too late. Board: ticks it had no time for, by its own count",
+)
+UNKNOWN = "–"
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way of rendering: its delay where measured, rate in Hz, ticks missed, what its limit is for."""
+
+    delay: "Measured | None"
+    rate: float
+    missed: int
+    setting: "Setting | None"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """A question: the settings of both ways, None where nothing is known, the scene's damping in N·s/m."""
+
+    settings: tuple["Setting | None", "Setting | None"]
+    damping: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """The answer: the exact stiffness limit in N/m of each way, None where there is none."""
+
+    question: Limits
+    limits: tuple[float | None, float | None]
+
+
+def solve(question: Limits) -> Found:
+    """Compute both limits."""
+    from hapkit_studio.analysis import plane  # off the first picture's way
+
+    limits = [None if s is None else plane.limit(s, question.damping) for s in question.settings]
+    return Found(question, (limits[0], limits[1]))
+
+
+def ways(studio: "Studio", setting: "Setting | None") -> tuple[Way, Way]:
+    """Return both ways of the device and loop in force; setting is the one that renders now, or None."""
+    from hapkit_studio.haptics import board_offer
+
+    engine = studio.engine
+    assert engine is not None
+    rates = engine.loop.rate, float(board_offer.board_rate(studio.environment, studio.values, _wish(studio)))
+    specs = studio.loop.spec, board_offer.spec_on_board(studio.loop.spec)
+    found = []
+    for where, rate, spec in zip(WAYS, rates, specs, strict=True):
+        delay = engine.delay_of(where)
+        own = _own(setting, rate, delay.mean, spec) if setting is not None and delay is not None else None
+        found.append(Way(delay, rate, engine.missed_of(where), own))
+    return found[0], found[1]
+
+
+def _own(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":
+    """Return what the limit of one way depends on; None where there is no exact one."""
+    coarse = round(delay / DELAY_STEP) * DELAY_STEP
+    own = replace(setting, rate=rate, delay=coarse, estimator=spec, controller=False)
+    return own if own.linear else None
+
+
+def _wish(studio: "Studio") -> float | None:
+    return studio.loop.board_rate
+
+
+def cells(way: Way, limit: float | None) -> tuple[str, ...]:
+    """Return what stands in a way's column, in the order of ROWS."""
+    delay = UNKNOWN
+    if way.delay is not None:
+        delay = f"{number(1e3 * way.delay.mean, 2)} ± {number(1e3 * way.delay.spread, 2)}"
+    known = limit is not None and way.setting is not None
+    return delay, f"{way.rate:,.0f}", f"{limit:,.0f}" if known else UNKNOWN, f"{way.missed:,d}"
+
+
+def line(way: Way, limit: float | None) -> str:
+    """Return a way in one line, for where room is short."""
+    delay, rate, stiffness, _ = cells(way, limit)
+    return f"{delay} ms · {rate} Hz · limit {stiffness} N/m"

@@ -1,0 +1,226 @@
+"""The switch between computer and board, and what each of the two ways comes to, side by side."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.choice_row import ChoiceRow
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.loop_facts import LoopFacts
+from hapkit_studio.gui.margin import MarginWorker
+from hapkit_studio.gui.segmented import Segmented
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.where_facts import (
+    BOARD,
+    HINTS,
+    ROWS,
+    UNKNOWN,
+    WAYS,
+    Found,
+    Limits,
+    cells,
+    line,
+    solve,
+    ways,
+)
+from hapkit_studio.parameters import Choice
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.where_facts import Way
+    from hapkit_studio.haptics.health import Health
+
+NAMES = "Computer", "Board"
+TIP = (
+    "Who computes the force. The computer: a sample goes up, a force comes down, with the delay of the USB "
+    "line. The board: parameters go down once, its own processor runs the same law."
+)
+RATE = Choice(
+    "board_rate", "Board's rate", ("fastest", "4000", "2000", "1000", "500"), "fastest",
+    "How often the board computes the force. A law that takes long allows no more than its own fastest rate.",
+    labels=("fastest", "4,000 Hz", "2,000 Hz", "1,000 Hz", "500 Hz"),
+)  # fmt: skip
+_SHEET = 'QLabel[on="true"] { color: @accent; font-weight: 650; } QLabel { font-size: 12px; }'
+
+
+class Facts(QWidget):
+    """Four rows of two columns, the way that renders in the accent."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 2, 0, 2)
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(2)
+        grid.setColumnStretch(0, 1)
+        self.heads = [QLabel(name) for name in NAMES]
+        self.values = [[QLabel(UNKNOWN) for _ in ROWS] for _ in NAMES]
+        for column, (head, values) in enumerate(zip(self.heads, self.values, strict=True), start=1):
+            for row, label in enumerate((head, *values)):
+                label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                grid.addWidget(label, row, column)
+        for row, (name, hint) in enumerate(zip(ROWS, HINTS, strict=True), start=1):
+            label = QLabel(name)
+            label.setToolTip(hint)
+            grid.addWidget(label, row, 0)
+        dress(self, _SHEET)
+
+    def show_way(self, column: int, texts: tuple[str, ...], on: bool) -> None:
+        """Show one way's texts in the order of ROWS; on: it renders now."""
+        for label, text in zip(self.values[column], texts, strict=True):
+            label.setText(text)
+        for label in (self.heads[column], *self.values[column]):
+            if label.property("on") != on:
+                label.setProperty("on", on)
+                label.style().unpolish(label)
+                label.style().polish(label)
+
+
+class WhereSwitch(QWidget):
+    """Shown for devices with a board. ``compare``: a person wants both ways, one after the other."""
+
+    compare = Signal()
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._studio, self._loop = studio, LoopFacts(studio, self)
+        self._worker = MarginWorker(solve, self)
+        self._worker.answered.connect(self._take)
+        self._found: Found | None = None
+        self.label = QLabel("Rendered by")
+        self.label.setToolTip(TIP)
+        self.switch = Segmented("Rendered by", NAMES)
+        self.switch.setToolTip(TIP)
+        self.switch.chosen.connect(self._choose)
+        self.facts, self.line, self.note = Facts(), QLabel(), QLabel()
+        self.rate = ChoiceRow(RATE)
+        self.rate.changed.connect(lambda _key, index: self._set(board_rate=_rate(int(index))))
+        self.button = QPushButton("Compare both")
+        self.button.clicked.connect(self.compare)
+        for words in (self.line, self.note):
+            words.setProperty("role", "hint")
+            words.setWordWrap(True)
+        self._folded = False
+        self._ways: tuple[Way, Way] | None = None
+        self._arrange()
+        for signal in (studio.engine_changed, studio.loop_changed, studio.environment_changed):
+            signal.connect(self.show_state)
+        studio.values_changed.connect(self._look)
+        self.show_state()
+
+    # what is shown
+
+    def set_folded(self, folded: bool) -> None:
+        """Say it in one line, or in all."""
+        self._folded = folded
+        self.show_state()
+
+    def note_health(self, health: "Health") -> None:
+        """Take over what was measured lately."""
+        self._loop.note_health(health)
+        self._look()
+
+    def set_busy(self, words: str) -> None:
+        """Say what goes on while both ways are compared; nothing ends it."""
+        self.switch.setEnabled(not words)
+        self.button.setText(words or "Compare both")
+
+    def show_state(self) -> None:
+        """Show who renders, and why the board cannot where it cannot."""
+        engine = self._studio.engine
+        board = engine is not None and not engine.device.simulated
+        self.setVisible(board)
+        if engine is None or not board:
+            return
+        refusal = engine.board_refusal()
+        self.switch.show_index(WAYS.index(engine.where))
+        self.switch.button(1).setEnabled(not refusal)
+        self.rate.show_value(_place(self._studio.loop.board_rate))
+        self.note.setText(refusal or self._remark(engine))
+        able, compare = not refusal, self._studio.hand_is_ours
+        self.facts.setVisible(able and not self._folded)
+        self.line.setVisible(able and self._folded)
+        self.rate.setVisible(able and not self._folded)
+        self.button.setVisible(able and compare)
+        self.note.setVisible(bool(self.note.text()) and (not self._folded or not able))
+        self._look()
+
+    def _remark(self, engine) -> str:
+        """Return what of the loop the board does not do."""
+        from hapkit_studio.haptics import board_offer
+
+        loop, parts = self._studio.loop, []
+        if engine.where != BOARD:
+            return ""
+        if board_offer.spec_on_board(loop.spec) != loop.spec:
+            parts.append("The board has no such velocity filter: Kalman in its place.")
+        if loop.delay > 0.0:
+            parts.append("Added delay is the computer's alone.")
+        if loop.controller:
+            parts.append("The passivity controller is the computer's alone.")
+        return " ".join(parts)
+
+    def _look(self) -> None:
+        engine = self._studio.engine
+        if engine is None or self.isHidden() or not engine.renders_on_boards:
+            return
+        self._ways = ways(self._studio, self._loop.setting())
+        impedance = self._studio.environment.impedance
+        if impedance is not None:
+            damping = impedance(self._studio.values)[1]
+            settings = tuple(way.setting for way in self._ways)
+            self._worker.ask(Limits((settings[0], settings[1]), damping))
+        else:
+            self._found = None
+        self._write()
+
+    def _take(self, found: Found) -> None:
+        self._found = found
+        self._write()
+
+    def _write(self) -> None:
+        engine = self._studio.engine
+        if engine is None or self._ways is None:
+            return
+        limits = self._found.limits if self._found is not None else (None, None)
+        for column, (way, limit, where) in enumerate(zip(self._ways, limits, WAYS, strict=True)):
+            self.facts.show_way(column, cells(way, limit), where == engine.where)
+        now: int = WAYS.index(engine.where)
+        self.line.setText(line(self._ways[now], limits[now]))
+
+    def close_worker(self) -> None:
+        """End the worker's thread."""
+        self._worker.close()
+
+    # what a person does
+
+    def _choose(self, index: int) -> None:
+        self._set(where=WAYS[index])
+
+    def _set(self, **change: object) -> None:
+        try:
+            self._studio.set_loop(**change)
+        except ParameterError as error:
+            self.show_state()
+            self.note.setText(str(error))
+            self.note.show()
+
+    def _arrange(self) -> None:
+        head = QHBoxLayout()
+        head.addWidget(self.label, 1)
+        head.addWidget(self.switch)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 4, 0, 4)
+        column.setSpacing(4)
+        column.addLayout(head)
+        for part in (self.facts, self.line, self.rate, self.note, self.button):
+            column.addWidget(part)
+
+
+def _rate(index: int) -> float | None:
+    return float(RATE.options[index]) if index else None
+
+
+def _place(rate: float | None) -> int:
+    return 0 if rate is None else RATE.options.index(f"{rate:.0f}")
