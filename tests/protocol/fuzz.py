@@ -10,6 +10,7 @@ import ctypes
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,11 +43,13 @@ def firmware(count: int, seed: int, folder: Path) -> str:
     fuzzer, corpus = folder / "fuzzer", str(FOLDER / "corpus")
     if fuzzer.exists():
         options = [f"-runs={count}", f"-seed={seed}", "-max_len=200", f"-artifact_prefix={folder}/"]
-        words = [str(fuzzer), *options, corpus]
+        words = [str(fuzzer), *options]
     else:
-        words = [str(folder / "driver"), str(count), str(seed), corpus]
+        words = [str(folder / "driver"), str(count), str(seed)]
     quick = os.environ | {"ASAN_OPTIONS": "malloc_context_size=1"}
-    done = subprocess.run(words, env=quick, capture_output=True, text=True, check=False)
+    with tempfile.TemporaryDirectory() as found:  # new inputs go to the first folder
+        places = [found, corpus] if fuzzer.exists() else [corpus]
+        done = subprocess.run([*words, *places], env=quick, capture_output=True, text=True, check=False)
     if done.returncode:
         raise AssertionError(done.stderr[-4000:])
     return Path(words[0]).name
