@@ -2,6 +2,8 @@
 
 #include "check.h"
 #include "eeprom.h"
+#include "fake_board.h"
+#include "settings.h"
 
 namespace fake {
 
@@ -14,6 +16,19 @@ void erase_eeprom() {
   eeprom.fill(eeprom::kErased);
   eeprom_writes = 0;
   eeprom_busy = false;
+}
+
+static const protocol::Board defaults = settings::now();  // before any test
+
+void power_on() {
+  settings::accept(defaults);
+  reset();
+  settings::load();
+}
+
+void fresh_board() {
+  erase_eeprom();
+  power_on();
 }
 
 }  // namespace fake

@@ -14,4 +14,10 @@ extern bool eeprom_busy;
 // Erase everything and forget the writes.
 void erase_eeprom();
 
+// Start the board with what the EEPROM holds.
+void power_on();
+
+// Start a board that nobody has ever set.
+void fresh_board();
+
 }  // namespace fake

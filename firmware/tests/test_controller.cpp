@@ -19,9 +19,7 @@ constexpr int kWatchdogPeriods = 25;
 class Bench {
  public:
   Bench() {
-    fake::reset();
-    fake::erase_eeprom();
-    settings::load();
+    fake::fresh_board();
   }
 
   template <class Message>

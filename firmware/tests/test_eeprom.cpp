@@ -1,0 +1,189 @@
+// Settings in the EEPROM: what is kept, what damage and power cuts leave.
+#include <cstddef>
+#include <cstring>
+#include <initializer_list>
+#include <vector>
+
+#include "check.h"
+#include "fake_board.h"
+#include "fake_eeprom.h"
+#include "kits.h"
+#include "motor.h"
+#include "settings.h"
+
+namespace {
+
+using fake::fresh_board;
+using fake::power_on;
+using protocol::Board;
+
+bool same(const Board& a, const Board& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+
+bool is_default() { return std::strcmp(settings::now().label, "Hapkit") == 0; }
+
+// Save and wait for its end; return the bytes written.
+int save() {
+  const int before = fake::eeprom_writes;
+  settings::save();
+  for (int turn = 0; settings::saving() && turn < 1000; ++turn) settings::poll();
+  CHECK(!settings::saving());
+  return fake::eeprom_writes - before;
+}
+
+Board named(const char* label, float force) {
+  Board kit = kits::usual();
+  std::memset(kit.label, 0, sizeof(kit.label));
+  std::strncpy(kit.label, label, sizeof(kit.label));
+  kit.max_force = force;
+  return kit;
+}
+
+}  // namespace
+
+TEST(what_is_saved_is_there_after_a_start) {
+  fresh_board();
+  const Board kit = named("mine", 2.0f);
+  settings::accept(kit);
+  settings::save();
+  CHECK(settings::saving() && settings::origin() == protocol::kOriginUnsaved);
+  CHECK(save() >= 70);
+  CHECK(settings::origin() == protocol::kOriginStored);
+  power_on();
+  CHECK(settings::origin() == protocol::kOriginStored && same(settings::now(), kit));
+  CHECK(same(fake::configured, kit) && motor::limit(9.0f).force == 2.0f);
+  CHECK(fake::eeprom[0] == 0xff);
+}
+
+TEST(what_is_there_already_is_not_written) {
+  fresh_board();
+  CHECK(save() > 0);  // the defaults, once
+  CHECK(save() == 0);
+  settings::accept(named("other", 2.0f));
+  CHECK(save() > 0);
+  CHECK(save() == 0);
+  power_on();
+  CHECK(save() == 0);
+  settings::accept(named("third", 1.0f));
+  settings::accept(named("other", 2.0f));
+  CHECK(settings::origin() == protocol::kOriginUnsaved);
+  CHECK(save() == 0 && settings::origin() == protocol::kOriginStored);
+}
+
+TEST(two_hundred_saves_are_found_in_their_order) {
+  fresh_board();
+  for (int i = 0; i < 600; ++i) {  // the number of a save wraps at 256
+    settings::accept(named("mine", static_cast<float>(i) * 0.005f));
+    save();
+    power_on();
+    CHECK(settings::now().max_force == static_cast<float>(i) * 0.005f);
+  }
+}
+
+TEST(every_wrong_bit_is_noticed) {
+  fresh_board();
+  for (int saves : {1, 2}) {
+    settings::accept(named("mine", 0.5f * static_cast<float>(saves)));
+    save();
+    const auto whole = fake::eeprom;
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      for (int bit = 0; bit < 8; ++bit) {
+        fake::eeprom = whole;
+        fake::eeprom[at] ^= 1 << bit;
+        power_on();
+        const bool stored = settings::origin() == protocol::kOriginStored;
+        CHECK(stored ? settings::now().max_force == 0.5f * static_cast<float>(saves) : is_default());
+        CHECK(stored || settings::origin() == protocol::kOriginDamaged);
+        CHECK(motor::limit(99.0f).force <= 3.0f);
+      }
+    }
+    int damaged = 0;
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      fake::eeprom = whole;
+      fake::eeprom[at] ^= 0x10;
+      power_on();
+      damaged += settings::origin() == protocol::kOriginDamaged;
+    }
+    CHECK(damaged == 2 + Board::kSize + 2);  // mark, number, settings, CRC
+    fake::eeprom = whole;
+    power_on();
+  }
+}
+
+TEST(a_whole_block_with_a_number_that_no_kit_has_is_damage) {
+  fresh_board();
+  settings::accept(named("mine", 1.0f));
+  save();
+  fake::eeprom[16 + 2 + offsetof(Board, sense)] = 3;
+  std::vector<uint8_t> block(fake::eeprom.begin() + 16, fake::eeprom.begin() + 16 + 2 + Board::kSize);
+  const uint16_t crc = fake::crc_of(block);
+  fake::eeprom[16 + block.size()] = crc >> 8;
+  fake::eeprom[17 + block.size()] = crc & 0xff;
+  power_on();
+  CHECK(is_default() && settings::origin() == protocol::kOriginDamaged);
+}
+
+// A power cut after so many written bytes, with the last one left half written; false if there were not so many.
+static bool cut_after(int bytes, uint8_t wreck) {
+  const int before = fake::eeprom_writes;
+  settings::save();
+  while (settings::saving()) {
+    settings::poll();
+    if (fake::eeprom_writes - before == bytes) {
+      fake::eeprom[fake::eeprom_last] = wreck;
+      return true;
+    }
+  }
+  return false;
+}
+
+TEST(a_power_cut_during_a_save_leaves_old_or_new) {
+  for (int saves_before : {0, 1, 2, 3}) {
+    for (uint8_t wreck : {0x00, 0xff, 0x55}) {
+      bool cut = true;
+      for (int bytes = 1; cut; ++bytes) {
+        fresh_board();
+        for (int i = 1; i <= saves_before; ++i) {
+          settings::accept(named("old", 0.1f * static_cast<float>(i)));
+          save();
+        }
+        const Board old = settings::now();
+        const Board wanted = named("new and long", 2.5f);
+        settings::accept(wanted);
+        cut = cut_after(bytes, wreck);
+        power_on();
+        CHECK(same(settings::now(), old) || same(settings::now(), wanted));
+        settings::accept(wanted);
+        save();
+        power_on();
+        CHECK(same(settings::now(), wanted) && settings::origin() == protocol::kOriginStored);
+      }
+    }
+  }
+}
+
+TEST(a_change_during_a_save_ends_it) {
+  fresh_board();
+  settings::accept(named("old", 1.0f));
+  save();
+  settings::accept(named("first", 2.0f));
+  settings::save();
+  for (int i = 0; i < 30; ++i) settings::poll();
+  settings::accept(named("second", 2.5f));
+  CHECK(!settings::saving() && settings::origin() == protocol::kOriginUnsaved);
+  const auto halfway = fake::eeprom;
+  power_on();
+  CHECK(same(settings::now(), named("old", 1.0f)));
+  fake::eeprom = halfway;
+}
+
+TEST(a_busy_memory_is_waited_for) {
+  fresh_board();
+  settings::accept(named("mine", 1.0f));
+  settings::save();
+  fake::eeprom_busy = true;
+  for (int i = 0; i < 10; ++i) settings::poll();
+  CHECK(fake::eeprom_writes == 0 && settings::saving());
+  fake::eeprom_busy = false;
+  settings::poll();
+  CHECK(fake::eeprom_writes == 1);
+}
