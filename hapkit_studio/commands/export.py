@@ -1,0 +1,67 @@
+"""The command that writes an environment, as tuned, as an Arduino sketch."""
+
+import argparse
+
+from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.commands.given import environment, estimator_spec, key_values
+from hapkit_studio.devices import profiles
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.dynamics.estimators import USUAL
+from hapkit_studio.haptics.board_offer import ESTIMATORS
+from hapkit_studio.protocol.messages import Origin
+from hapkit_studio.workshop import sketch, sketch_file
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Declare what ``export`` takes."""
+    command.add_argument("environment", help="an environment's key, or a Python file: my_env.py")
+    command.add_argument("--trust", action="store_true", help="execute a file that you have read")
+    command.add_argument("-p", "--parameter", action="append", default=[], metavar="KEY=VALUE")
+    command.add_argument(
+        "-o", "--output", metavar="PATH", help="wall.ino makes the folder wall with wall.ino"
+    )
+    command.add_argument("--force", action="store_true", help="write over a sketch that is there already")
+    kit = command.add_mutually_exclusive_group()
+    kit.add_argument("--kit", metavar="KEY", help=", ".join(kit.key for kit in profiles.KITS))
+    kit.add_argument("--port", metavar="PORT", help="take the kit's numbers from the board on this port")
+    command.add_argument("--rate", type=int, default=1000, metavar="Hz", help=_numbers(sketch.RATES))
+    command.add_argument("--estimator", default=USUAL, metavar="NAME", help=", ".join(ESTIMATORS))
+    command.add_argument("--prints", type=int, default=10, metavar="1/s", help="lines on the serial monitor")
+
+
+def run(options: argparse.Namespace) -> Result:
+    """Write the sketch; raise ParameterError, LawError or DeviceError."""
+    found = environment(options.environment, options.trust)
+    values = found.values(key_values(options.parameter))
+    kit = _kit(options.kit, options.port)
+    text = sketch.text(found, values, kit, options.rate, estimator_spec(options.estimator), options.prints)
+    path = sketch_file.write(options.output or found.key, text, options.force)
+    whose = f"{kit.board.label}, {'calibrated' if kit.calibrated else 'the usual numbers of such a kit'}"
+    numbers = {
+        "written": str(path),
+        "kit": kit.board.label,
+        "calibrated": kit.calibrated,
+        "rate_Hz": options.rate,
+    }
+    lines = f"wrote {path}\nfor {whose}; open it in the Arduino IDE, board Arduino Uno, and upload"
+    return Result(lines, {"environment": found.key, **numbers})
+
+
+def _numbers(values: tuple[int, ...]) -> str:
+    return ", ".join(map(str, values))
+
+
+def _kit(key: str | None, port: str | None) -> sketch.Kit:
+    """Return the kit of a key, of the board on a port, or the usual one."""
+    if port is None:
+        return sketch.Kit(profiles.named(key).board) if key else sketch.Kit()
+    board = HapkitBoard(port)
+    board.open()
+    try:
+        settings = board.settings()
+    finally:
+        board.close()
+    return sketch.Kit(profiles.of_settings(settings), settings.origin in (Origin.STORED, Origin.UNSAVED))
+
+
+COMMAND = Command("export", "write an environment as an Arduino sketch", run, options, order=36)

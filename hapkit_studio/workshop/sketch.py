@@ -1,0 +1,187 @@
+"""An environment as tuned, written as one Arduino sketch that renders it on a kit without the studio."""
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from string import Template
+
+from hapkit_studio import resources
+from hapkit_studio.devices import profiles
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.estimators import USUAL, Spec
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics.board_offer import ESTIMATORS, coefficients
+from hapkit_studio.laws.cpp_words import number
+from hapkit_studio.protocol.messages import Board, MotorMap, Pins, Sensor
+from hapkit_studio.workshop import sketch_law
+
+RATES = (250, 500, 1000, 2000)
+"""Hz that a sketch may render at; 1 kHz is what laws with much arithmetic have time for."""
+MOST_PRINTS = 50
+_WIDTH = 105
+_LEVER = """\
+// N*m on the motor for 1 N on the handle: the gear multiplies the motor's torque, the handle divides it.
+constexpr float kLever = kHandleRadius * kPulleyRadius / kSectorRadius;"""
+
+_SENSORS = {
+    Sensor.MAGNETORESISTIVE: "sensor-a2",
+    Sensor.AS5048A: "sensor-as5048a",
+    Sensor.QUADRATURE: "sensor-encoder",
+}
+_MAPS = {MotorMap.SQUARE: "map-square", MotorMap.LINEAR: "map-linear", MotorMap.TABLE: "map-table"}
+_MOTORS = {Pins.D5_D8: "motor-d5", Pins.D3_D12: "motor-d3"}
+_UPRIGHT = (
+    "Before the board starts, hold the handle where its zero shall be, usually upright: at every start it "
+    "takes the handle's place as position 0. Then give the motor its supply."
+)
+_NEAR = (
+    "Before the board starts, hold the handle near its zero, within {reach:.0f} mm: the sensor repeats "
+    "itself, and of the repeats of the calibrated zero the nearest counts. Then give the motor its supply."
+)
+
+
+@dataclass(frozen=True)
+class Kit:
+    """For which kit a sketch is: its settings, and whether somebody has calibrated them."""
+
+    board: Board = profiles.default().board
+    calibrated: bool = False
+
+
+def text(
+    environment: Environment,
+    values: Mapping[str, float],
+    kit: Kit | None = None,
+    rate: int = 1000,
+    estimator: Spec = USUAL,
+    prints: int = 10,
+) -> str:
+    """Return the sketch. values: every parameter's; rate in Hz; prints: lines a second on the serial monitor.
+
+    Raise ParameterError for what a sketch does not do, LawError for a law that C++ cannot say.
+    """
+    kit = kit or Kit()
+    _check(rate, estimator, prints)
+    memory = "state, " if environment.force.state_names else ""
+    name = f"laws::{sketch_law.namespace(environment)}"
+    return _piece("sketch").substitute(
+        title=environment.title,
+        about=_comment(environment.summary),
+        version=version("hapkit-studio"),
+        before_start=_comment(_start_words(kit)),
+        rate=rate,
+        loop=_loop(rate, prints),
+        parameters=sketch_law.constants(environment, environment.values(values)),
+        kit=_kit(kit),
+        law=_law(environment, environment.values(values)),
+        sensor=_sensor(kit),
+        velocity=_velocity(estimator, rate, kit.board.quantum),
+        motor_map=_map(kit.board),
+        motor=_piece(_MOTORS[Pins(kit.board.pins)]).template.rstrip() + "\n",
+        call=f"{name}::force({memory}x, v, kPeriod)",
+        start_law=f"  {name}::start(state);\n" if environment.force.state_names else "",
+    )
+
+
+def _check(rate: int, estimator: Spec, prints: int) -> None:
+    if rate not in RATES:
+        raise ParameterError(f"A sketch renders at {', '.join(map(str, RATES))} Hz, not at {rate:g} Hz.")
+    if not 0 <= prints <= MOST_PRINTS:
+        raise ParameterError(f"A sketch prints 0 to {MOST_PRINTS} lines a second, not {prints}.")
+    key = estimators.parse(estimator)[0].key
+    if key not in ESTIMATORS:
+        known = ", ".join(ESTIMATORS)
+        raise ParameterError(f"A sketch estimates the velocity by {known}, not by {key}.")
+
+
+def _piece(name: str) -> Template:
+    return Template(resources.path("sketch", f"{name}.txt").read_text("utf-8"))
+
+
+def _comment(words: str) -> str:
+    return "\n".join(f"// {line}" for line in textwrap.wrap(words, _WIDTH))
+
+
+def _start_words(kit: Kit) -> str:
+    reach = 500.0 * kit.board.counts_per_flip * kit.board.quantum
+    return _NEAR.format(reach=reach) if _zero_known(kit) else _UPRIGHT
+
+
+def _zero_known(kit: Kit) -> bool:
+    return kit.calibrated and kit.board.sensor != Sensor.QUADRATURE
+
+
+def _law(environment: Environment, values: Mapping[str, float]) -> str:
+    states = len(environment.force.state_names)
+    memory = (
+        f"\n// What the law remembers from one time to the next.\nfloat state[{states}];\n" if states else ""
+    )
+    return f"{sketch_law.law_text(environment, values)}{memory}"
+
+
+def _kit(kit: Kit) -> str:
+    b = kit.board
+    turn = "turn" if b.sensor != Sensor.MAGNETORESISTIVE else "half turn"
+    rows = [
+        ("float kMaxForce", number(b.max_force), "N: more is never asked of motor and cable"),
+        ("float kMotorConstant", number(b.motor_constant), "N*m at full duty"),
+        ("float kHandleRadius", number(b.handle_radius), "m from the sector's axis to the handle"),
+        ("float kPulleyRadius", number(b.pulley_radius), "m, the motor's pulley (not its diameter)"),
+        ("float kSectorRadius", number(b.sector_radius), "m, the drum that the cable runs on"),
+        ("int32_t kCountsPerRepeat", str(b.counts_per_flip), f"of the sensor, a {turn} of the motor"),
+        ("float kTravelPerCount", number(b.quantum), "m of the handle"),
+        ("float kSense", number(float(b.sense)), "1: counts grow to the right, -1: to the left"),
+        ("bool kHighIsRight", str(b.direction > 0).lower(), "the direction pin is high to push right"),
+        ("uint8_t kDeadBand", str(b.dead_band), "pwm, of 255, below which the motor does not turn"),
+    ]
+    if _zero_known(kit):
+        rows.append(("int32_t kZero", str(b.zero), "the count at the handle's zero"))
+    return f"{_comment(_whose(kit))}\n{_rows(rows)}\n{_LEVER}"
+
+
+def _loop(rate: int, prints: int) -> str:
+    return _rows(
+        [
+            ("uint16_t kRate", str(rate), "times a second"),
+            ("float kPeriod", "1.0f / kRate", "s from one time to the next"),
+            ("float kFadeIn", "0.5f", "s in which the force comes up after a start"),
+            ("float kMaxSpeed", "3.0f", "m/s; a hand is slower: beyond it something is wrong"),
+            ("uint8_t kPrintsPerSecond", str(prints), "lines on the serial monitor at 115200 baud; 0: none"),
+        ]
+    )
+
+
+def _rows(rows: Sequence[tuple[str, str, str]]) -> str:
+    """Return constants with their comments in a column."""
+    codes = [f"constexpr {name} = {value};" for name, value, _ in rows]
+    width = max(len(code) for code in codes)
+    return "\n".join(f"{code:<{width}}  // {row[2]}" for code, row in zip(codes, rows, strict=True))
+
+
+def _whose(kit: Kit) -> str:
+    known = profiles.numbered(kit.board.profile)
+    name = kit.board.label or (known.title if known else "Hapkit")
+    if kit.calibrated:
+        return f"{name}, as calibrated."
+    return f"{name}, the usual numbers of this kind of kit: measure your own."
+
+
+def _sensor(kit: Kit) -> str:
+    zero = "zero-known" if _zero_known(kit) else "zero-start"
+    return _piece(_SENSORS[Sensor(kit.board.sensor)]).template + _piece(zero).template
+
+
+def _velocity(estimator: Spec, rate: int, quantum: float) -> str:
+    method, options = estimators.parse(estimator)
+    _, first, second = coefficients(estimator, rate, quantum)
+    words = f"a corner at {options['cutoff']:g} Hz" if "cutoff" in options else method.label
+    return _piece(f"velocity-{method.key}").safe_substitute(
+        first=number(first), second=number(second), words=words
+    )
+
+
+def _map(board: Board) -> str:
+    table = ", ".join(number(t / 255.0) for t in (0, *board.table))
+    return _piece(_MAPS[MotorMap(board.motor_map)]).safe_substitute(table=table)

@@ -1,0 +1,135 @@
+"""A law as a sketch has it: the translator's C++ with the tuned values by name, and its helpers."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from hapkit_studio import resources
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import LawError
+from hapkit_studio.laws.cpp import CppLaw, translate_cpp
+from hapkit_studio.laws.cpp_words import constant_name, mangled, number
+from hapkit_studio.parameters import AnyParameter, Choice
+from hapkit_studio.workshop.sketch_calls import plain
+
+_NAMED = re.compile(r"\b(?:fast|laws)::(\w+)")
+_WITHIN = re.compile(r"\b(?:fast|laws)::(?=\w)")
+_LEFT_OUT = (
+    re.compile(r"^enum Parameter[^}]*};\n", re.MULTILINE),
+    re.compile(r"^constexpr uint32_t kFingerprint = .*\n", re.MULTILINE),
+    re.compile(r"kParameters = \d+, "),
+    re.compile(r"const float\*(?: p)?, |(?<=\()p, "),
+)
+_OF_STATE = (
+    re.compile(r"^constexpr uint8_t kStates = 0;\n", re.MULTILINE),
+    re.compile(r"^inline void start\(float\*\) {}\n", re.MULTILINE),
+    re.compile(r"float\*(?: s)?, |(?<=\()s, "),
+)
+_DIRECTIVE = re.compile(r"^#(?:pragma|include).*\n", re.MULTILINE)
+_INVERSE = re.compile(r"static laws::Inverse (\w+) ")
+_RESULTS = re.compile(r"\bResults<([^<>]*)>")
+
+
+def constants(environment: Environment, values: Mapping[str, float]) -> str:
+    """Return the tuned values as named constants, each with its unit and label."""
+    if not environment.parameters:
+        return "// This environment has nothing to tune."
+    lines = [_constant(p, values[p.key]) for p in environment.parameters]
+    width = max(len(code) for code, _ in lines)
+    rows = [f"{code:<{width}}  // {words}" for code, words in lines]
+    return "\n".join(["namespace tuned {", *rows, "}  // namespace tuned"])
+
+
+def _constant(parameter: AnyParameter, value: float) -> tuple[str, str]:
+    """Return one constant and what it means."""
+    words = parameter.label
+    if isinstance(parameter, Choice):
+        words += ": " + ", ".join(f"{i} {option}" for i, option in enumerate(parameter.options))
+    elif parameter.unit:
+        words = f"{parameter.unit}: {words}"
+    return f"constexpr float {mangled(parameter.key)} = {number(value)};", words
+
+
+def law_text(environment: Environment, values: Mapping[str, float]) -> str:
+    """Return the law with its helpers; raise LawError where it uses what a sketch does not have."""
+    name = namespace(environment)
+    text = _by_hand(CppLaw(environment.force, name).alone.headers) + translate_cpp(environment.force, name)
+    for parameter in environment.parameters:
+        name = f"tuned::{mangled(parameter.key)}"
+        text = text.replace(f"p[{constant_name(parameter.key)}]", name)
+        if values[parameter.key] != 0.0:  # what never changes is divided by once, by the compiler
+            text = re.sub(rf"inverse\d+_\.(?:of|watched)\({name}\)", f"(1.0f / {name})", text)
+    text = _without_idle(text)
+    for pattern in (*_LEFT_OUT, *(() if environment.force.state_names else _OF_STATE)):
+        text = pattern.sub("", text)
+    text = (
+        plain(text)
+        .replace("FAST_ONCE ", "inline ")
+        .replace("FAST_APART ", "")
+        .replace("LAWS_NO_INVERSE", "{NAN, NAN}")
+    )
+    text = _helpers(text) + _WITHIN.sub("", text)
+    text = text.replace("}  // namespace laws\n\nnamespace laws {\n", "")
+    return re.sub(r"\n{3,}", "\n\n", text)
+
+
+def _by_hand(headers: Sequence[str]) -> str:
+    """Return what the firmware has of a law that nobody translated; raise LawError where it is missing."""
+    found = []
+    for name in headers:
+        shipped, own = (
+            resources.path("sketch", name),
+            Path(__file__).parents[2] / "firmware/hapkit/laws" / name,
+        )
+        path = shipped if shipped.is_file() else own
+        if not path.is_file():
+            raise LawError(f"A sketch cannot render this law: {name} is missing. Install the studio again.")
+        found.append(_DIRECTIVE.sub("", path.read_text("utf-8")).strip() + "\n\n")
+    return "".join(found)
+
+
+def _without_idle(text: str) -> str:
+    """Return a law without the inverses that nobody asks for any more."""
+    functions = re.split(r"(?<=\n)(?=inline |FAST_ONCE )", text)
+    for at, function in enumerate(functions):
+        for name in set(_INVERSE.findall(function)):
+            if f"{name}." not in function:
+                function = re.sub(rf"^ *static laws::Inverse {name} .*\n", "", function, flags=re.MULTILINE)
+        functions[at] = function
+    return "".join(functions)
+
+
+def namespace(environment: Environment) -> str:
+    """Return the name that the law has in the sketch."""
+    return mangled(environment.key)
+
+
+def _helpers(text: str) -> str:
+    """Return the helpers that a law uses, in the file's order; raise LawError for one that is not there."""
+    wanted = set(_NAMED.findall(text)) - {"Results"}
+    wanted |= {"divisor"} if "Inverse" in wanted else set()
+    wanted |= {"checked"} if wanted & {"divisor", "index", "spent"} else set()
+    whole = resources.path("sketch", "helpers.txt").read_text("utf-8")
+    parts = re.split(r"^=== (.*)\n", whole, flags=re.MULTILINE)
+    known = list(zip(parts[1::2], parts[2::2], strict=True))
+    missing = wanted - {name for names, _ in known for name in names.split()}
+    if missing:
+        raise LawError(f"A sketch cannot render this law: it has no {', '.join(sorted(missing))}.")
+    used = [_results(text)] + [words.strip() for names, words in known if wanted & set(names.split())]
+    used = [words for words in used if words]
+    return "\n\n".join(["namespace laws {", *used, "}  // namespace laws\n\n"]) if used else ""
+
+
+def _results(text: str) -> str:
+    """Return what gives back several numbers at once, for as many as the law gives back."""
+    counts = sorted({len(kinds.split(",")) for kinds in _RESULTS.findall(text)})
+    if not counts:
+        return ""
+    lines = ["// What a function gives back that returns several numbers: .a, .b and so on."]
+    lines += ["template <class... Kinds>", "struct Results;"]
+    for count in counts:
+        kinds = "ABCDEFGH"[:count]
+        members = " ".join(f"{kind} {kind.lower()};" for kind in kinds)
+        heads = ", ".join(f"class {kind}" for kind in kinds)
+        lines += [f"template <{heads}>", f"struct Results<{', '.join(kinds)}> {{ {members} }};"]
+    return "\n".join(lines)
