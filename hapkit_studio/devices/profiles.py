@@ -93,7 +93,7 @@ KITS = (
         "48 steps a turn on D2 and D3, motor wired to D5 and D8 (a Longhorn Hapkit: rewire D4, D5, D6).",
         _board(
             6, sensor=Sensor.QUADRATURE, counts_per_flip=ENCODER_COUNTS, motor_map=MotorMap.LINEAR,
-            motor_constant=0.0167, sector_radius=0.075, label="Hapkit enc.",
+            motor_constant=0.0167, sector_radius=0.075, max_force=2.7, label="Hapkit enc.",
         ),
     ),
 )  # fmt: skip

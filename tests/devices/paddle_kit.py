@@ -23,7 +23,8 @@ class PaddleKit:
 
     mass, viscous, coulomb: the paddle. sense: -1 with the magnet turned round. direction: -1 with the motor's
     wires crossed. supply: 0 without. dead: duty below which the motor gives nothing. noise: counts, sigma.
-    weight: N that pull. pace: s that a period takes. student(kit): called every period, may hold ``hand`` at a place in m, or None.
+    weight: N that pull. pace: s that a period takes. student(kit): called every period, may set ``hand`` to
+    a place in m, or None.
     """
 
     simulated, title = False, "Hapkit on test"

@@ -20,7 +20,7 @@ SPRING = 100.0
 """N/m: a spring that every kit renders without growing."""
 _SWEEP_SECONDS = 8.0
 _ALIKE = 0.3
-_STICKY = 0.35
+_STICKY = 0.25
 _SILENCE_SECONDS = 0.12
 
 
@@ -36,7 +36,7 @@ class Check:
 
 def settings(bench: Bench) -> Verdict:
     """Say whether the board has settings of its own, and whether scale and radii agree."""
-    now = bench.now
+    now = bench.settings = bench.board.settings()
     kit = numbered(now.profile)
     ratio = now.quantum / quantum_of(now)
     if now.origin == Origin.DAMAGED:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapkit_studio.analysis.calibrate.verdict import Verdict, look, passed
+from hapkit_studio.analysis.calibrate.verdict import PASS, Verdict, look, passed
 from hapkit_studio.devices.calibration import Track
 from hapkit_studio.devices.profiles import quantum_of
 from hapkit_studio.protocol.messages import Board, Sensor
@@ -132,11 +132,8 @@ def _judge_range(found: Sensed, track: Track, board: Board) -> Verdict:
             "Check in step 1 that the right kit is chosen, and that the magnet sits straight.",
         )
     if np.mean(track.count[:50]) > 0.5 * (track.count.min() + track.count.max()):
-        return look(
-            "inverted",
-            "Counts grow to the left: the magnet or the motor is mounted the other way round.",
-            "Nothing to do here if you began at the left end: the next step turns it round.",
-        )
+        words = "The sensor works. Counts grow to the left, if you began there: step 2 turns them round."
+        return Verdict(PASS, words, key="inverted")
     repeats = f", {found.repeats} repeats" if found.repeats else ""
     return passed(f"The sensor reads {found.low} to {found.high}{repeats}, over {1e3 * found.travel:.0f} mm.")
 
@@ -144,7 +141,6 @@ def _judge_range(found: Sensed, track: Track, board: Board) -> Verdict:
 def changes(found: Sensed, board: Board) -> dict[str, int]:
     """Return what of a board's settings a look at the sensor corrects; nothing where it failed."""
     counts = found.counts
-    usable = found.verdict.good or found.verdict.key == "inverted"
-    if counts is None or not usable or abs(counts - board.counts_per_flip) <= found.half:
+    if counts is None or not found.verdict.good or abs(counts - board.counts_per_flip) <= found.half:
         return {}
     return {"counts_per_flip": counts}

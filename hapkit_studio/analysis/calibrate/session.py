@@ -14,6 +14,7 @@ from hapkit_studio.analysis.calibrate.verdict import Verdict, passed
 from hapkit_studio.analysis.identify.part import Part
 from hapkit_studio.devices import calibration_moves as moves
 from hapkit_studio.devices.calibration import Bench, DoubtError, Track
+from hapkit_studio.devices.padding import Padding
 from hapkit_studio.devices.profiles import Kit, of_settings, quantum_of
 from hapkit_studio.protocol.messages import Board, Settings
 
@@ -27,6 +28,7 @@ class Calibration:
     def __init__(self, bench: Bench):
         self.bench = bench
         self.before: Settings = bench.now
+        self.padding: Padding | None = None
         self.sensed: Sensed | None = None
         self.marks: list[Mark] = []
         self.scale: Scale | None = None

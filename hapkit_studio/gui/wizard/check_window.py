@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QProgressBar, QPushButton, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, Report, run_all
 from hapkit_studio.analysis.calibrate.verdict import LOOK, PASS, Verdict
@@ -40,6 +40,7 @@ class CheckWindow(Shell):
         self.box, self.bar = VerdictBox(), QProgressBar()
         self.test = QPushButton("Test")
         self.test.setProperty("tall", True)
+        self.test.setAutoDefault(False)
         self.test.setEnabled(False)
         dress(self.test, PRIMARY + "QPushButton { font-size: 14px; }")
         self.rows: dict[str, tuple[QLabel, QLabel]] = {}
@@ -98,8 +99,9 @@ class CheckWindow(Shell):
 
     def _body(self) -> QWidget:
         body = QWidget()
-        grid = QGridLayout(body)
-        grid.setContentsMargins(24, 18, 24, 18)
+        column, grid = QVBoxLayout(body), QGridLayout()
+        column.setContentsMargins(24, 18, 24, 18)
+        column.setSpacing(12)
         grid.setHorizontalSpacing(16)
         grid.setVerticalSpacing(12)
         grid.setColumnStretch(2, 1)
@@ -111,13 +113,11 @@ class CheckWindow(Shell):
             dress(title, "QLabel { font-size: 15px; font-weight: 600; }")
             dress(words, "QLabel { font-size: 14px; }")
             self.rows[check.key] = (sign, words)
-            for column, part in enumerate((sign, title, words)):
-                grid.addWidget(
-                    part, line, column, Qt.AlignmentFlag.AlignTop if column < 2 else Qt.AlignmentFlag(0)
-                )
-        end = len(CHECKS)
-        grid.setRowStretch(end, 1)
-        grid.addWidget(self.bar, end + 1, 0, 1, 3)
-        grid.addWidget(self.box, end + 2, 0, 1, 3)
-        grid.addWidget(self.test, end + 3, 0, 1, 3, Qt.AlignmentFlag.AlignLeft)
+            for place, part in enumerate((sign, title, words)):
+                grid.addWidget(part, line, place, Qt.AlignmentFlag.AlignTop)
+        column.addLayout(grid)
+        column.addStretch(1)
+        column.addWidget(self.bar)
+        column.addWidget(self.box)
+        column.addWidget(self.test, 0, Qt.AlignmentFlag.AlignLeft)
         return body

@@ -52,7 +52,7 @@ class Desk(QObject):
         self._thread.start()
 
     def start(self, job: Job, after: Callable[[Any], object]) -> bool:
-        """Run a job on the subject, then ``after(result)`` here; False where one runs or there is no board."""
+        """Run a job on the subject, then ``after(result)`` here; False where one runs or no board is."""
         if self.busy or self.bench is None:
             return False
         self.busy = True

@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from hapkit_studio.gui.theme import theme
 
-_SIZE = QSize(430, 260)
+_SIZE = QSize(460, 260)
 
 
 class KitDrawing(QWidget):
@@ -16,7 +16,7 @@ class KitDrawing(QWidget):
         super().__init__(parent)
         self.usb, self.supply, self.weight = usb, supply, weight
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
-        self.setMinimumSize(330, 170)
+        self.setMinimumSize(300, 150)
         self.setAccessibleName("Drawing of the kit")
 
     def sizeHint(self) -> QSize:
@@ -67,11 +67,11 @@ class KitDrawing(QWidget):
         painter.drawEllipse(at, 4, 4)
 
     def _upright(self, painter: QPainter) -> None:
+        self._motor(painter, QPointF(110, 86))
         painter.save()
         painter.translate(110, 178)
         self._paddle(painter)
         painter.restore()
-        self._motor(painter, QPointF(110, 84))
         painter.setPen(self._pen("edge"))
         painter.setBrush(theme.color("mat2"))
         painter.drawRoundedRect(QRectF(60, 196, 100, 34), 5, 5)
@@ -83,6 +83,7 @@ class KitDrawing(QWidget):
         token = "ok" if on else "ink3"
         end = 162.0 if on else 186.0
         painter.setPen(self._pen(token, 3))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         path = QPainterPath(QPointF(262, y - (40 if name == "USB" else -14)))
         path.cubicTo(230, y, 230, y, end + 14, y)
         painter.drawPath(path)
@@ -91,18 +92,18 @@ class KitDrawing(QWidget):
         painter.drawRoundedRect(QRectF(end, y - 5, 16, 10), 2, 2)
         top = y - 52 if name == "USB" else y + 4
         words = f"{name}: {when}" if on else f"{name}: not plugged in"
-        self._words(painter, QRectF(266, top, 160, 24), words, token, Qt.AlignmentFlag.AlignLeft)
+        self._words(painter, QRectF(268, top, 190, 24), words, token, Qt.AlignmentFlag.AlignLeft)
 
     def _on_its_side(self, painter: QPainter) -> None:
         painter.setPen(self._pen("edge"))
         painter.setBrush(theme.color("mat2"))
         painter.drawRoundedRect(QRectF(282, 82, 30, 96), 5, 5)
+        self._motor(painter, QPointF(170, 130))
         painter.save()
         painter.translate(262, 130)
         painter.rotate(-90)
         self._paddle(painter)
         painter.restore()
-        self._motor(painter, QPointF(168, 130))
         painter.setPen(self._pen("ink", 1.6))
         painter.drawLine(QPointF(140, 142), QPointF(140, 184))
         painter.setPen(self._pen("objline"))

@@ -131,11 +131,20 @@ class StepPage(QWidget):
         self.column.addLayout(row)
         return row
 
+    def pictures(self, drawing: QWidget, rail: QWidget) -> None:
+        """Add a drawing with the rail beside it; they take the room there is."""
+        row = QHBoxLayout()
+        row.setSpacing(10)
+        row.addWidget(drawing, 2)
+        row.addWidget(rail, 3)
+        self.column.addLayout(row, 1)
+
     def button(self, words: str, press: Callable[[], object], primary: bool = False) -> QPushButton:
         """Return a button of the step."""
         made = QPushButton(words)
         made.setProperty("tall", True)
-        made.setAutoDefault(True)
+        made.setAutoDefault(False)
+        made.setProperty("first", primary)
         made.clicked.connect(lambda: press())
         dress(made, PRIMARY + "QPushButton { font-size: 14px; }" if primary else "* { font-size: 14px; }")
         return made

@@ -9,6 +9,7 @@ from hapkit_studio.gui.theme import number, theme
 SPAN = 0.065
 """m from the middle to either end of the picture."""
 _HEIGHT = 150
+_END = 0.062
 _PER_NEWTON = 90.0
 
 
@@ -20,8 +21,8 @@ class Rail(QWidget):
         self.position: float | None = None
         self.force = 0.0
         self.marks: tuple[tuple[float, bool], ...] = ()
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(_HEIGHT)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.setMinimumSize(360, _HEIGHT)
         self.setAccessibleName("Handle on its rail")
 
     def show_handle(self, position: float | None, force: float = 0.0) -> None:
@@ -50,7 +51,7 @@ class Rail(QWidget):
         self._rail(painter, base)
         self._marks(painter, base)
         if self.position is not None:
-            self._handle(painter, base, self._x(max(min(self.position, SPAN), -SPAN)))
+            self._handle(painter, base, self._x(max(min(self.position, _END), -_END)))
 
     def _rail(self, painter: QPainter, base: float) -> None:
         painter.setPen(QPen(theme.color("rail"), 3))

@@ -65,7 +65,7 @@ class SensorPlot(QWidget):
             painter.drawLine(QPointF(_LEFT, y), QPointF(self.width() - _RIGHT, y))
             painter.setPen(theme.color("ink2"))
             words = f"{'highest' if above else 'lowest'} {value:,}"
-            box = QRectF(_LEFT + 6, y - 19 if above else y + 1, 160, 18)
+            box = QRectF(_LEFT + 6, y + 1 if above else y - 19, 160, 18)
             painter.drawText(box, Qt.AlignmentFlag.AlignVCenter, words)
 
     def _trace(self, painter: QPainter) -> None:

@@ -117,6 +117,12 @@ class Shell(QDialog):
         if event.key() == Qt.Key.Key_Escape:
             self.studio.stop()
             return
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            # only what has the focus: a number that is typed must not start the motor
+            focused = self.focusWidget()
+            if isinstance(focused, QPushButton):
+                focused.click()
+            return
         super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:

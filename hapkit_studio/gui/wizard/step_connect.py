@@ -1,6 +1,7 @@
 """Step 0: plug in USB only, and say which kit it is."""
 
-from PySide6.QtWidgets import QComboBox, QLabel
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel
 
 from hapkit_studio.analysis.calibrate.verdict import passed
 from hapkit_studio.devices import profiles
@@ -14,11 +15,13 @@ from hapkit_studio.protocol.messages import Origin
 class ConnectStep(StepPage):
     """Finished once a kit was taken; skipped, the board's own numbers stay."""
 
+    padding_wished = Signal(int)
     title = "Connect, and choose your kit"
     assumed = "the kit that the board takes itself for"
 
     def __init__(self, desk: Desk):
         super().__init__(desk)
+        self._size = 0
         self.say(
             "1. Plug in USB, and hold the board's connector with the other hand: a green light comes on.\n"
             "2. Leave the motor's 12 V supply unplugged until step 3.\n"
@@ -37,7 +40,12 @@ class ConnectStep(StepPage):
         self.note.setWordWrap(True)
         dress(self.note, BIG)
         self.column.addWidget(self.note)
+        self.padded = QCheckBox()
+        self.padded.hide()
+        dress(self.padded, "QCheckBox { font-size: 14px; }")
+        self.column.addWidget(self.padded)
         self.column.addWidget(self.box)
+        self.padded.toggled.connect(lambda on: self.padding_wished.emit(self._size if on else 0))
         self.kits.currentIndexChanged.connect(lambda _index: self._note())
         self._note()
 
@@ -49,7 +57,17 @@ class ConnectStep(StepPage):
         kit = profiles.numbered(now.profile)
         self.kits.setCurrentIndex(profiles.KITS.index(kit) if kit else 0)
         stored = "has stored settings" if now.origin == Origin.STORED else "has the usual kit's settings"
+        self._offer_padding()
         self.box.say(f"Connected. The board {stored}. Force is zero.", "", "check", "ok")
+
+    def _offer_padding(self) -> None:
+        """Offer to fill the frames where that shortens the delay of this computer's USB."""
+        found = self.subject.padding
+        self._size = found.better if found is not None else 0
+        self.padded.setVisible(self._size > 0)
+        if found is not None:
+            delays = f"{1e3 * found.padded:.1f} ms instead of {1e3 * found.plain:.1f} ms"
+            self.padded.setText(f"Fill frames to {self._size} bytes: delay {delays}")
 
     def choose(self) -> None:
         """Take the kit's numbers."""

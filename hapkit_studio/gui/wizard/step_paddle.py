@@ -1,6 +1,6 @@
 """Step 5: a gentle sweep by itself tells mass, damping and dry friction, and a dead band of the motor."""
 
-from PySide6.QtWidgets import QLabel
+from PySide6.QtWidgets import QLabel, QVBoxLayout
 
 from hapkit_studio.analysis.calibrate.trials import Swept
 from hapkit_studio.analysis.calibrate.verdict import look, passed
@@ -37,11 +37,26 @@ class PaddleStep(StepPage):
         self.column.addWidget(self.rail)
         self.sweep = self.button("Sweep", self.begin, primary=True)
         self.row(self.sweep)
-        self.found = QLabel()
-        dress(self.found, "QLabel { font-size: 17px; font-weight: 600; }")
-        self.column.addWidget(self.found)
+        self.found = {key: QLabel() for key, *_rest in _LINES}
+        cells = self.row()
+        for key, words, *_rest in _LINES:
+            cells.insertLayout(cells.count() - 1, self._cell(words, self.found[key]))
         self.column.addWidget(self.box)
         self.box.say("The motor is off until you press Sweep.")
+
+    @staticmethod
+    def _cell(words: str, value: QLabel) -> QVBoxLayout:
+        """Return a number below its name."""
+        name = QLabel(words)
+        name.setProperty("role", "axis")
+        dress(value, "QLabel { font-size: 17px; font-weight: 650; min-width: 170px; }")
+        value.setAccessibleName(words)
+        value.setText("–")
+        cell = QVBoxLayout()
+        cell.setSpacing(0)
+        cell.addWidget(name)
+        cell.addWidget(value)
+        return cell
 
     def show_seen(self, seen: Seen) -> None:
         self.plot.show_positions(seen.time, seen.position)
@@ -56,13 +71,16 @@ class PaddleStep(StepPage):
         if not part.estimates:
             self.show_verdict(look("sweep", part.advice, "Handle in the middle, hands off, sweep again."))
             return
-        shown = []
+        untold = []
         for key, words, scale, unit, decimals in _LINES:
             e = part[key]
             half = max(scale * e.half, 10.0**-decimals)
             value = f"{number(scale * e.value, decimals)} ± {half:.{decimals}f} {unit}"
-            shown.append(f"{words}  {value}" if e.told else f"{words}  not told: {e.advice}")
-        self.found.setText("      ".join(shown))
+            self.found[key].setText(value if e.told else "not told")
+            untold += [] if e.told else [f"{words}: {e.advice}"]
+        if untold:
+            self.show_verdict(look("untold", " ".join(untold), "Handle in the middle, sweep again."))
+            return
         band = swept.board.dead_band
         words = f" The motor begins to turn at duty {band} of 255." if band else ""
         self.show_verdict(passed(f"Found, each with its 95 % interval.{words}"))

@@ -58,7 +58,7 @@ class SaveStep(StepPage):
         self._grid = QGridLayout(self.table)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setHorizontalSpacing(28)
-        self._grid.setVerticalSpacing(4)
+        self._grid.setVerticalSpacing(7)
         dress(self.table, "QLabel { font-size: 14px; }")
         self.column.addWidget(self.table)
         self.assumptions = QLabel()

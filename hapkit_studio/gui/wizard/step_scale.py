@@ -27,8 +27,8 @@ class ScaleStep(StepPage):
     def __init__(self, desk: Desk):
         super().__init__(desk)
         self.say(
-            "Mark 0 in the middle and 20 mm to either side, at the handle, with a ruler. Hold the handle still "
-            "at each mark and press Take. The middle comes twice: that shows whether the cable slips."
+            "Mark 0 in the middle and 20 mm to either side, at the handle, with a ruler. Hold the handle "
+            "still at each mark and press Take. The middle comes twice: that shows whether the cable slips."
         )
         self.rail = Rail()
         self.column.addWidget(self.rail)
@@ -69,6 +69,8 @@ class ScaleStep(StepPage):
     def enter(self) -> None:
         if self.desk.subject is not None:
             self._show_radii()
+            if not self.subject.marks:
+                self.box.say("Hold the handle at the first mark.")
 
     def show_seen(self, seen: Seen) -> None:
         self.rail.show_handle(float(seen.position[-1]))

@@ -2,10 +2,14 @@
 
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
 
 from hapkit_studio.analysis.calibrate.session import Calibration
 from hapkit_studio.analysis.calibrate.verdict import skipped
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.padding import measure_padding
+from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.wizard.page import Seen, StepPage
 from hapkit_studio.gui.wizard.shell import Shell
@@ -19,23 +23,33 @@ from hapkit_studio.gui.wizard.step_strength import StrengthStep
 from hapkit_studio.gui.wizard.steps_list import StepsList
 
 if TYPE_CHECKING:
+    from hapkit_studio.devices.calibration import Bench
     from hapkit_studio.gui.studio import Studio
 
 TITLE = "Set up my Hapkit"
 _NAMES = ("Connect", "Sensor", "Zero and scale", "Direction", "Strength", "Friction", "Save")
-_SIZE = (1040, 690)
+_SIZE = (1060, 672)
 _SMALLEST = (860, 560)
+
+
+def prepared(bench: "Bench") -> Calibration:
+    """Return a calibration on a bench; where a USB chip may hold frames back, what filling them gains."""
+    work = Calibration(bench)
+    if isinstance(bench.board, HapkitBoard) and not isinstance(bench.board, VirtualBoard):
+        work.padding = measure_padding(bench.board)
+    return work
 
 
 class WizardWindow(Shell):
     """Back, Next and Skip, or any step from the list; nothing runs without a button being pressed."""
 
     def __init__(self, studio: "Studio", parent: QWidget):
-        super().__init__(TITLE, studio, Calibration, parent)
+        super().__init__(TITLE, studio, prepared, parent)
         self.setMinimumSize(*_SMALLEST)
         self.resize(*_SIZE)
+        self.connect_step = ConnectStep(self.desk)
         self.steps: list[StepPage] = [
-            ConnectStep(self.desk), SensorStep(self.desk), ScaleStep(self.desk), DirectionStep(self.desk),
+            self.connect_step, SensorStep(self.desk), ScaleStep(self.desk), DirectionStep(self.desk),
             StrengthStep(self.desk), PaddleStep(self.desk), SaveStep(self.desk, self.notes),
         ]  # fmt: skip
         self.list, self.pages = StepsList(_NAMES), QStackedWidget()
@@ -68,6 +82,15 @@ class WizardWindow(Shell):
         self.skip.setVisible(not last)
         self.step.enter()
         self._offer()
+        self._focus()
+
+    def _focus(self) -> None:
+        """Give the keyboard to the step's own button, or to Next where the step is done."""
+        done = self.step.verdict is not None and self.step.verdict.good
+        first = [
+            b for b in self.step.findChildren(QPushButton) if b.property("first") and b.isVisibleTo(self)
+        ]
+        (self.next if done or not first else first[0]).setFocus()
 
     def go_on(self) -> None:
         """Show the next step, or close after the last."""
@@ -106,6 +129,7 @@ class WizardWindow(Shell):
             step.set_busy(False)
         self.step.enter()
         self._offer()
+        self._focus()
 
     def _ended(self, words: str = "") -> None:
         for step in self.steps:
@@ -123,6 +147,7 @@ class WizardWindow(Shell):
         self.next.setEnabled(True)
 
     def _changed(self) -> None:
+        """Show what became of the steps."""
         for index, step in enumerate(self.steps):
             if step.verdict is not None:
                 self.list.show_verdict(index, step.verdict)
@@ -169,6 +194,7 @@ class WizardWindow(Shell):
         self.desk.failed.connect(self._failed)
         for step in self.steps:
             step.changed.connect(self._changed)
+        self.connect_step.padding_wished.connect(self.studio.set_padding)
 
     def _choose(self, index: int) -> None:
         if not self.desk.busy:
@@ -179,6 +205,8 @@ def _scrolled(page: QWidget) -> QScrollArea:
     """Return a page that scrolls where the room is short."""
     area = QScrollArea()
     area.setWidgetResizable(True)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     area.setWidget(page)
     page.setAutoFillBackground(False)
     area.viewport().setAutoFillBackground(False)

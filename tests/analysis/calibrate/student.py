@@ -16,7 +16,7 @@ def session(kit: PaddleKit) -> Calibration:
     return Calibration(bench)
 
 
-def end_to_end(kit, work: Calibration, seconds=8.0, reach=0.048):
+def end_to_end(kit, work: Calibration, seconds=5.0, reach=0.048):
     """Move the handle from the left end to the right end and back, twice; return the verdict."""
     begin = kit.time
 
@@ -77,8 +77,8 @@ def weigh(kit, work, masses=(0.0, 0.05, 0.1)):
     return work.use_weights()
 
 
-def whole(kit):
-    """Run every step; return the calibration."""
+def whole(kit, seconds=6.0):
+    """Run every step, the sweep for some s; return the calibration."""
     work = session(kit)
     end_to_end(kit, work)
     hold_at_marks(kit, work)
@@ -88,6 +88,6 @@ def whole(kit):
         let_go(kit, work)
         work.look_for_dead_band()
     weigh(kit, work)
-    work.sweep()
+    work.sweep(seconds)
     work.store("test")
     return work

@@ -1,0 +1,78 @@
+"""Test my Hapkit: right about kits that are well and about each that is not, and changes nothing."""
+
+from dataclasses import replace
+
+import pytest
+
+from hapkit_studio.analysis.calibrate.checks import CHECKS, run_all
+from hapkit_studio.devices.calibration import Bench, StoppedError
+from hapkit_studio.devices.profiles import default
+from hapkit_studio.protocol.messages import Origin
+from tests.devices.paddle_kit import PaddleKit
+
+
+def checked(**kit):
+    made = PaddleKit(**kit)
+    made.origin = Origin.STORED
+    bench = Bench(made)
+    bench.open()
+    before = made.settings_now
+    report = run_all(bench)
+    assert made.settings_now is before
+    assert made.pwm == 0
+    return report, made
+
+
+def test_a_kit_that_is_well_passes_everything_in_half_a_minute():
+    report, kit = checked()
+    assert report.good, report.words
+    assert report.words == "Your Hapkit is well."
+    assert list(report.verdicts) == [check.key for check in CHECKS]
+    assert kit.time < 30.0
+    assert report.as_json()["pass"] is True
+
+
+@pytest.mark.parametrize(
+    ("kit", "check", "key"),
+    [
+        ({"direction": -1}, "direction", "opposite"),
+        ({"sense": -1}, "direction", "opposite"),
+        ({"supply": 0.0}, "direction", "no motion"),
+        ({"noise": 8.0}, "sensor", "noisy"),
+        ({"coulomb": 0.28}, "paddle", "friction"),
+        ({"mass": 0.1}, "paddle", "mass"),
+        ({"torque": 0.5 * 0.0183}, "paddle", "mass"),
+        ({"dead": 40}, "paddle", "dead band"),
+        ({"board": replace(default().board, quantum=41e-6)}, "settings", "scale"),
+    ],
+)
+def test_each_defect_is_found_where_it_belongs(kit, check, key):
+    report, _ = checked(**kit)
+    verdict = report.verdicts[check]
+    assert verdict.key == key, verdict
+    assert verdict.remedy
+    assert not report.good
+    assert CHECKS[[c.key for c in CHECKS].index(check)].title.lower() in report.words
+
+
+def test_what_moves_by_itself_is_left_out_where_the_direction_is_wrong():
+    report, kit = checked(direction=-1)
+    assert report.verdicts["paddle"].level == report.verdicts["spring"].level == "skip"
+    assert abs(kit.x) < 0.02
+
+
+def test_a_board_that_does_not_go_off_gets_no_more_force():
+    kit = PaddleKit()
+    kit.tell = lambda *messages, tell=kit.tell: tell(*[m for m in messages if type(m).__name__ != "Stop"])
+    bench = Bench(kit)
+    bench.open()
+    report = run_all(bench)
+    assert report.verdicts["stopping"].key == "stop"
+    assert max(kit.forces) <= 0.05
+
+
+def test_e_stop_ends_all_of_it():
+    bench = Bench(PaddleKit())
+    bench.open()
+    with pytest.raises(StoppedError):
+        run_all(bench, lambda check, verdict: bench.stop() if check.key == "direction" else None)

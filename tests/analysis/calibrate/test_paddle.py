@@ -1,0 +1,76 @@
+"""Mass, damping and dry friction from a sweep: the intervals hold the truth, the dead band is found."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.calibrate import paddle, trials
+from hapkit_studio.analysis.calibrate.motor_map import force_of
+from hapkit_studio.devices.calibration import Bench
+from hapkit_studio.devices.profiles import default
+from hapkit_studio.protocol.messages import MotorMap
+from tests.devices.paddle_kit import PaddleKit
+
+SEEDS = range(7)
+
+
+def kit_of(seed):
+    """Return a paddle drawn by chance, the usual one first."""
+    rng = np.random.default_rng(seed)
+    if seed == 0:
+        return PaddleKit()
+    low, high = (0.02, 0.05, 0.01), (0.15, 1.2, 0.35)
+    mass, viscous, coulomb = np.exp(rng.uniform(np.log(low), np.log(high)))
+    return PaddleKit(mass=mass, viscous=viscous, coulomb=coulomb, magnet=rng.uniform(0.0, 900.0))
+
+
+def test_intervals_hold_the_truth_in_nine_of_ten():
+    held = []
+    for seed in SEEDS:
+        kit = kit_of(seed)
+        bench = Bench(kit)
+        bench.open()
+        part = trials.sweep(bench, 6.0).part
+        truth = {"mass": kit.mass, "viscous": kit.viscous, "coulomb": kit.coulomb}
+        held += [e.holds(truth[e.key]) for e in part.estimates]
+        assert part["mass"].half < 0.05 * kit.mass
+        bench.close()
+    assert len(held) == 3 * len(SEEDS)
+    assert sum(held) >= 0.9 * len(held)
+
+
+@pytest.mark.parametrize("dead", [0, 40])
+def test_a_dead_band_shows_in_the_force_that_a_motion_takes(dead):
+    bench = Bench(PaddleKit(dead=dead))
+    bench.open()
+    assert trials.sweep(bench, 6.0).board.dead_band == pytest.approx(dead, abs=3)
+
+
+def test_a_dead_band_that_is_not_there_is_given_up():
+    bench = Bench(PaddleKit(replace(default().board, dead_band=40)))
+    bench.open()
+    assert trials.sweep(bench, 6.0).board.dead_band <= 3
+
+
+@pytest.mark.parametrize("motor_map", list(MotorMap))
+def test_the_motors_map_is_the_firmwares(motor_map):
+    table = (10, 30, 60, 100, 140, 180, 220, 255)
+    board = replace(default().board, motor_map=motor_map, dead_band=55, table=table)
+    full = 0.0183 * 0.074 / (0.090 * 0.005)
+    half = {MotorMap.SQUARE: 0.25, MotorMap.LINEAR: 0.5, MotorMap.TABLE: 100.0 / 255.0}[motor_map]
+    np.testing.assert_allclose(
+        force_of(board, np.array([0, 55, 155, 255, -255])), [0.0, 0.0, half * full, full, -full]
+    )
+
+
+def test_the_force_between_two_samples_is_shared_at_the_moment_it_changed():
+    bench = Bench(PaddleKit())
+    bench.open()
+    track = bench.run(lambda t, x, v: 0.5 if 0.0105 < t < 0.0205 else 0.0, 0.03, trials.moves.SWEEP_LIMITS)
+    mean = paddle.forces(track, track.settings)
+    before = int(np.flatnonzero(track.pwm)[0]) - 1
+    whole = mean[before + 2]
+    assert whole == pytest.approx(0.5, rel=0.01)
+    # the answer takes 0.4 ms of the period
+    assert mean[before] == pytest.approx(0.6 * whole, rel=1e-3)

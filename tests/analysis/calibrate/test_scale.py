@@ -1,0 +1,89 @@
+"""Zero and scale against a straight line known beforehand, and the mistakes the radii uncover."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.calibrate import scale
+from hapkit_studio.devices.profiles import default, quantum_of
+from hapkit_studio.errors import ParameterError
+from tests.analysis.calibrate.student import hold_at_marks, session
+from tests.devices.paddle_kit import PaddleKit
+
+BOARD = default().board
+Q = BOARD.quantum
+
+
+def marks_of(places, quantum=Q, zero=300.0, sense=1, errors=None):
+    errors = np.zeros(len(places)) if errors is None else errors
+    return [scale.Mark(p, zero + sense * (p + e) / quantum, 0.0) for p, e in zip(places, errors, strict=True)]
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_straight_line_is_found_exactly(sense):
+    found = scale.fit(marks_of((0.0, -0.02, 0.02), sense=sense), BOARD)
+    assert found.quantum == pytest.approx(Q, rel=1e-12)
+    assert found.zero == pytest.approx(300.0)
+    assert found.sense == sense
+    assert found.verdict.good
+
+
+def test_intervals_hold_the_truth(rng):
+    held = np.zeros(2)
+    places = (0.0, -0.02, 0.02, 0.0, 0.03)
+    for _ in range(400):
+        errors = rng.normal(0.0, 0.3e-3, len(places))
+        found = scale.fit(marks_of(places, errors=errors), BOARD)
+        held += [abs(found.quantum - Q) <= found.quantum_half, abs(found.zero - 300.0) <= found.zero_half]
+    assert (held >= 0.92 * 400).all()
+
+
+def test_marks_too_few_or_too_close_are_refused():
+    with pytest.raises(ParameterError, match="Two marks"):
+        scale.fit(marks_of((0.0,)), BOARD)
+    apart = scale.APART
+    with pytest.raises(ParameterError, match="20 mm apart"):
+        scale.fit(marks_of((0.0, 0.99 * apart)), BOARD)
+    assert scale.fit(marks_of((0.0, 1.01 * apart)), BOARD).verdict.good
+
+
+def test_marks_without_counts_are_refused():
+    with pytest.raises(ParameterError, match="do not change"):
+        scale.fit([scale.Mark(0.0, 5.0, 0.0), scale.Mark(0.02, 5.0, 0.0)], BOARD)
+
+
+@pytest.mark.parametrize(
+    ("changed", "key"),
+    [
+        ({"pulley_radius": 0.010}, "diameter"),
+        ({"pulley_radius": 0.0025}, "diameter"),
+        ({"handle_radius": 0.070}, "radius"),
+        ({"handle_radius": 0.093}, ""),
+    ],
+)
+def test_radii_that_do_not_fit_are_named_and_follow_the_marks(changed, key):
+    board = replace(BOARD, **changed)
+    found = scale.fit(marks_of((0.0, -0.02, 0.02, 0.0)), board)
+    assert found.verdict.key == key
+    made = replace(board, **scale.changes(found, board))
+    assert made.quantum == pytest.approx(Q)
+    assert quantum_of(made) == pytest.approx(Q)
+    if key:
+        assert getattr(made, next(iter(changed))) == pytest.approx(getattr(BOARD, next(iter(changed))))
+
+
+def test_a_cable_that_slips_is_found_at_the_second_middle():
+    kit = PaddleKit()
+    work = session(kit)
+    assert hold_at_marks(kit, work, slip_at=3).verdict.key == "slipped"
+    assert hold_at_marks(kit, work).verdict.good
+
+
+def test_a_handle_that_moves_is_not_taken():
+    kit = PaddleKit()
+    work = session(kit)
+    kit.student = lambda k: setattr(k, "hand", 0.002 * np.sin(10.0 * k.time))
+    with pytest.raises(ParameterError, match="Hold it still"):
+        work.mark(0.0)
+    assert work.marks == []

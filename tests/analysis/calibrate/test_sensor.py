@@ -1,0 +1,61 @@
+"""The look at the sensor, on sensors that are well and on each that is not."""
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.calibrate import sensor
+from tests.analysis.calibrate.student import end_to_end, session
+from tests.devices.paddle_kit import PaddleKit
+
+
+@pytest.mark.parametrize("counts", [902, 921, 929, 980])
+def test_the_counts_between_repeats_are_measured_to_one(counts):
+    kit = PaddleKit(counts=counts, lowest=20)
+    work = session(kit)
+    assert end_to_end(kit, work).good
+    assert work.sensed.period == pytest.approx(counts, abs=1.0)
+    assert work.board.counts_per_flip == pytest.approx(counts, abs=1)
+    assert work.board.quantum == pytest.approx(kit.count_length, rel=0.002)
+
+
+@pytest.mark.parametrize(
+    ("kit", "reach", "key"),
+    [
+        ({"stuck": True}, 0.048, "stuck"),
+        ({"noise": 8.0}, 0.048, "noisy"),
+        ({}, 0.020, "little"),
+        ({"counts": 700}, 0.048, "range"),
+        ({"sense": -1}, 0.048, "inverted"),
+        ({"noise": 1.0}, 0.048, ""),
+    ],
+)
+def test_each_defect_has_its_verdict(kit, reach, key):
+    made = PaddleKit(**kit)
+    work = session(made)
+    verdict = end_to_end(made, work, reach=reach)
+    assert verdict.key == key
+    assert bool(verdict.remedy) is not verdict.good
+
+
+def test_a_defect_changes_nothing_on_the_board():
+    kit = PaddleKit(counts=700)
+    work = session(kit)
+    before = work.board
+    end_to_end(kit, work)
+    assert work.board == before
+
+
+def test_noise_is_that_of_the_readings_and_not_of_the_motion(rng):
+    n = 4000
+    moving = 300.0 * np.sin(2.0 * np.pi * 2.0 * np.arange(n) * 1e-3)
+    noisy = np.floor(500.0 + moving + 5.0 * rng.standard_normal(n))
+    assert sensor.noise_of(noisy) == pytest.approx(5.0, rel=0.1)
+    assert sensor.noise_of(np.floor(500.0 + moving)) < 1.0
+
+
+def test_a_jump_that_takes_a_reading_tells_the_same_period():
+    place = np.linspace(0.0, 6.0 * 921.0, 900)
+    raw = 51.0 + place % 921.0
+    jumps = np.flatnonzero(np.abs(np.diff(raw)) > 400) + 1
+    raw[jumps] = 500.0
+    np.testing.assert_allclose(sensor.periods(np.floor(raw)), 921.0, atol=14.0)

@@ -1,0 +1,101 @@
+"""The bench: every force bounded, zero at any doubt and at the end, E-stop from another thread."""
+
+import math
+import threading
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices.calibration import Bench, DoubtError, Limits, StoppedError, track_of
+from hapkit_studio.devices.calibration_moves import PULSES, SWEEP_LIMITS, pulse, sweep
+from hapkit_studio.devices.profiles import default
+from hapkit_studio.protocol.messages import Sample
+from tests.devices.paddle_kit import PaddleKit
+
+
+@pytest.fixture
+def bench():
+    made = Bench(PaddleKit())
+    made.open()
+    return made
+
+
+def test_a_force_beyond_the_limit_is_cut(bench):
+    bench.run(lambda t, x, v: 5.0, 0.02, Limits(0.3))
+    assert set(bench.board.forces) == {0.3}
+
+
+@pytest.mark.parametrize(
+    ("move", "limits", "words"),
+    [
+        (lambda t, x, v: math.nan, Limits(0.3), "no number"),
+        (lambda t, x, v: 1.0, Limits(1.0, 0.01), "10 mm"),
+        (lambda t, x, v: 1.0, Limits(1.0, 1.0, 0.2), "0.2 m/s"),
+    ],
+)
+def test_a_doubt_ends_the_run_with_the_motor_off(bench, move, limits, words):
+    with pytest.raises(DoubtError, match=words):
+        bench.run(move, 5.0, limits)
+    assert bench.board.pwm == 0
+    assert not bench.board.streaming
+    assert abs(bench.board.x) < 0.02
+
+
+def test_e_stop_ends_a_run_at_the_next_sample_and_holds_until_released(bench):
+    def stopping(t, x, v):
+        if t > 0.05:
+            threading.Thread(target=bench.stop).start()
+        return 0.2
+
+    with pytest.raises(StoppedError):
+        bench.run(stopping, 5.0, Limits(0.3))
+    assert bench.board.stopped
+    assert bench.board.pwm == 0
+    with pytest.raises(StoppedError):
+        bench.run(lambda t, x, v: 0.1, 0.1, Limits(0.3))
+    assert len(bench.watch(0.05)) > 40
+    bench.release()
+    bench.run(lambda t, x, v: 0.1, 0.05, Limits(0.3))
+    assert not bench.board.stopped
+
+
+def test_watching_asks_for_no_force(bench):
+    bench.watch(0.1)
+    assert set(bench.board.forces) == {0.0}
+
+
+def test_a_pulse_keeps_within_its_limits_whatever_is_asked(bench):
+    pulse(bench, 9.0)
+    assert max(np.abs(bench.board.forces)) == pytest.approx(max(PULSES))
+
+
+@pytest.mark.parametrize(
+    "kit", [{"coulomb": 0.0, "viscous": 0.02}, {"mass": 0.02}, {"mass": 0.2, "coulomb": 0.4}]
+)
+def test_a_sweep_keeps_within_its_limits_on_any_kit(kit):
+    bench = Bench(PaddleKit(**kit))
+    bench.open()
+    track = sweep(bench, 4.0, 0.8 * kit.get("coulomb", 0.1))
+    assert np.abs(track.position - track.position[0]).max() < SWEEP_LIMITS.travel
+    assert max(np.abs(bench.board.forces)) <= SWEEP_LIMITS.force
+
+
+def test_a_wrong_direction_never_lets_a_sweep_run_away():
+    kit = PaddleKit(direction=-1)
+    bench = Bench(kit)
+    bench.open()
+    with pytest.raises(DoubtError):
+        sweep(bench)
+    assert abs(kit.x) < 0.040
+    assert kit.pwm == 0
+
+
+def test_a_track_counts_time_on_over_the_clocks_wrap():
+    around = [
+        Sample(seq=i, time_us=(2**32 - 1500 + 1000 * i) % 2**32, count=i, raw=i, answered=0, delay_us=65535,
+               flags=0, pwm=0, rx_errors=0)
+        for i in range(4)
+    ]  # fmt: skip
+    track = track_of(around, default().board)
+    np.testing.assert_allclose(track.time, [0.0, 1e-3, 2e-3, 3e-3], atol=1e-12)
+    assert np.isinf(track.delay).all()

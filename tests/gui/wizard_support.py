@@ -1,0 +1,81 @@
+"""A wizard on a kit in this process: opened, played through, its buttons pressed as a student does."""
+
+import math
+
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.gui.wizard.check_window import CheckWindow
+from hapkit_studio.gui.wizard.window import WizardWindow
+from tests.devices.paddle_kit import PaddleKit
+from tests.gui.window_support import PATIENCE_MS
+
+PACE = 2e-5
+"""s that a period of the kit takes, so that its thread leaves the window some time."""
+
+
+class Played:
+    """A shell (wizard or test) over a kit, inside a window that has let go of its device."""
+
+    def __init__(self, kind, window, qtbot, kit=None, **truth):
+        self.kit = kit or PaddleKit(pace=PACE, **truth)
+        self.qtbot, self.window = qtbot, window
+        window.studio.entry = DeviceEntry("kit", "Hapkit on test", lambda: self.kit)
+        self.shell = kind(window.studio, window)
+        self.shell.show()
+        self.shell.begin()
+        self.wait()
+
+    def wait(self):
+        """Wait until nothing runs."""
+        desk = self.shell.desk
+        self.qtbot.waitUntil(lambda: desk.bench is not None and not desk.busy, timeout=PATIENCE_MS)
+
+    def press(self, button):
+        """Press a button and wait for what it began."""
+        assert button.isEnabled()
+        button.click()
+        self.wait()
+
+    def lead(self, place, seconds=0.3):
+        """Lead the handle to a place in m and hold it there."""
+        kit, start, begin = self.kit, self.kit.x, self.kit.time
+
+        def leading(k):
+            k.hand = start + (place - start) * min((k.time - begin) / seconds, 1.0)
+
+        kit.student = leading
+        self.qtbot.waitUntil(lambda: abs(kit.x - place) < 1e-9, timeout=PATIENCE_MS)
+
+    def end_to_end(self, seconds=5.0):
+        """Move the handle from end to end from now on."""
+        begin = self.kit.time
+        self.kit.student = lambda k: setattr(
+            k, "hand", -0.048 * math.cos(2.0 * math.pi * (k.time - begin) / seconds)
+        )
+
+    def let_go(self):
+        """Let go of the handle in the middle."""
+        self.lead(0.0)
+        self.kit.student, self.kit.hand = (lambda k: None), None
+
+    def hang(self, mass):
+        """Hold the handle with a mass in kg on it, and let go after a second."""
+        self.lead(0.0)
+        kit, begin = self.kit, []
+        kit.weight = -9.81 * mass
+
+        def lets_go(k):
+            if k.forces[-1] != 0.0 and not begin:
+                begin.append(k.time)
+            k.hand = None if begin and k.time > begin[0] + 1.2 else 0.0
+
+        kit.student = lets_go
+
+
+def wizard(window, qtbot, **truth):
+    """Return an open wizard."""
+    return Played(WizardWindow, window, qtbot, **truth)
+
+
+def check(window, qtbot, **truth):
+    """Return an open test of a kit."""
+    return Played(CheckWindow, window, qtbot, **truth)
