@@ -1,0 +1,45 @@
+"""Position error of the flip tracker against the class template's, and the speed at which each loses flips."""
+
+import shutil
+import sys
+
+from tests.bench.frame import Row
+from tests.firmware import flips
+
+NAME = "flip"
+ORDER = 45
+MAGNETS = range(0, flips.COUNTS, 37)
+"""Counts at the middle of the travel: where the magnet happens to sit."""
+
+
+def worst_millimetres(tracker, rate: float) -> float:
+    """Return the largest error in mm over a 40 mm, 2 Hz sine, at the magnet's worst place."""
+    counts = max(flips.worst_error(tracker, flips.sine(rate, magnet)) for magnet in MAGNETS)
+    return 1e3 * flips.QUANTUM * counts
+
+
+def error_row(rate: int) -> Row:
+    """Return the row of a rate in Hz."""
+    found, reference = (worst_millimetres(tracker, rate) for tracker in (flips.ours, flips.template))
+    count = 1e3 * flips.QUANTUM
+    what = f"flip tracker: largest error, 40 mm, 2 Hz, {rate:,} Hz"
+    return Row(what, found, "mm", "class template", reference, target="≤ 0.021 mm", ok=found <= count)
+
+
+def speed_row(rate: float) -> Row:
+    """Return the row of the handle's speed from which on flips are lost."""
+    metres = flips.QUANTUM * rate
+    found, reference = (metres * flips.fastest(tracker) for tracker in (flips.ours, flips.template))
+    limit = metres * flips.LIMIT
+    what = f"flip tracker: loses flips from, {rate:,.0f} Hz"
+    target = f"{limit:.2f} m/s ± 1 %"
+    ok = abs(found / limit - 1.0) <= 0.01
+    return Row(what, found, "m/s", "class template", reference, found / reference, target, ok)
+
+
+def run() -> list[Row]:
+    """Return the error at three rates and the speed at one; nothing where there is no g++."""
+    if shutil.which("g++") is None:
+        print("  no g++ to build the firmware's tracker with", file=sys.stderr)
+        return []
+    return [*(error_row(rate) for rate in (1000, 500, 230)), speed_row(1000.0)]

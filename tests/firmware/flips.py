@@ -1,0 +1,113 @@
+"""Flip trackers over a sensor's readings: the firmware's own, compiled here, and the class template's."""
+
+import ctypes
+import functools
+import math
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+SKETCH = Path(__file__).resolve().parents[2] / "firmware" / "hapkit"
+COUNTS = 921
+"""Sensor counts per half turn of the motor."""
+LOWEST = 51
+QUANTUM = math.pi * 0.090 * 0.005 / (COUNTS * 0.074)
+"""m of handle travel per count."""
+THRESHOLD = 700
+"""Counts that the class template takes for a flip."""
+LIMIT = COUNTS / 2
+"""Counts per sample that a one-sample difference can tell from a flip."""
+TEMPLATE_LIMIT = (COUNTS - THRESHOLD) / 2
+"""The same for the template, whose difference is over two samples."""
+
+_SOURCE = """
+#include "flip.h"
+extern "C" void track(const unsigned short* raw, int n, unsigned short counts, int* out) {
+  FlipTracker flips;
+  flips.start(counts);
+  for (int i = 0; i < n; ++i) out[i] = flips.update(raw[i]);
+}
+"""
+
+
+@functools.cache
+def _library() -> ctypes.CDLL:
+    with tempfile.TemporaryDirectory() as folder:
+        source, library = Path(folder) / "flips.cpp", Path(folder) / "flips.so"
+        source.write_text(_SOURCE)
+        words = ["g++", "-std=c++17", "-O1", "-shared", "-fPIC", f"-I{SKETCH}", "-o", library, source]
+        subprocess.run(words, check=True)
+        return ctypes.CDLL(str(library))
+
+
+def readings(counts: np.ndarray) -> np.ndarray:
+    """Return what the sensor reads at a handle position (n,) in counts: a saw tooth of whole counts."""
+    return (LOWEST + np.floor(np.mod(counts, COUNTS))).astype(np.uint16)
+
+
+def ours(raw: np.ndarray, counts: int = COUNTS) -> np.ndarray:
+    """Return the positions (n,) in counts that the firmware's tracker finds."""
+    raw = np.ascontiguousarray(raw, np.uint16)
+    out = np.empty(raw.size, np.int32)
+    pointers = (raw.ctypes.data_as(ctypes.c_void_p), raw.size, counts, out.ctypes.data_as(ctypes.c_void_p))
+    _library().track(*pointers)
+    return out.astype(float)
+
+
+def template(raw: np.ndarray) -> np.ndarray:
+    """Return the positions (n,) in counts as the class template of 2013 to 2024 finds them.
+
+    A flip is a jump over two samples; its size is measured anew each time and multiplied by all flips so far.
+    """
+    before, earlier, flips, size, just = int(raw[0]), int(raw[0]), 0, 0, False
+    out = np.empty(raw.size)
+    for k, now in enumerate(raw.astype(int)):
+        over_one, over_two = now - before, now - earlier
+        if abs(over_two) > THRESHOLD and not just:
+            flips += -1 if over_two > 0 else 1
+            size = abs(over_one) if abs(over_one) > THRESHOLD else abs(over_two)
+            just = True
+        else:
+            just = False
+        earlier, before = before, now
+        out[k] = now + flips * size
+    return out
+
+
+def sine(rate: float, magnet: float = 0.0, seconds: float = 2.0) -> np.ndarray:
+    """Return a handle position (n,) in counts at a rate in Hz: 40 mm, 2 Hz; magnet: counts at the middle."""
+    time = np.arange(round(seconds * rate)) / rate
+    return 0.040 / QUANTUM * np.sin(4.0 * math.pi * time) + magnet
+
+
+def worst_error(tracker, counts: np.ndarray) -> float:
+    """Return the largest error in counts of a tracker over a motion."""
+    found = tracker(readings(counts))
+    return float(np.abs((found - found[0]) - (np.floor(counts) - np.floor(counts[0]))).max())
+
+
+def throw(speed: float) -> np.ndarray:
+    """Return a position (n,) in counts: gently up to a speed in counts per sample, on, gently down to a creep.
+
+    The creep passes two more flips, so that the template measures their size anew.
+    """
+    up = np.linspace(0.0, speed, 100)
+    return np.cumsum(np.concatenate([up, np.full(100, speed), up[::-1], np.full(1000, 2.0)]))
+
+
+def loses_flips(tracker, speed: float) -> bool:
+    """Tell whether a tracker is off by a flip after a throw with a speed in counts per sample."""
+    counts = throw(speed)
+    found = tracker(readings(counts))
+    return abs((found[-1] - found[0]) - (counts[-1] - counts[0])) > COUNTS / 2
+
+
+def fastest(tracker) -> float:
+    """Return the speed in counts per sample from which on a tracker loses flips."""
+    low, high = 1.0, float(COUNTS)
+    while high - low > 0.1:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if loses_flips(tracker, middle) else (middle, high)
+    return low
