@@ -165,6 +165,11 @@ class History:
             return None
         return {name: float(self._data[row, i]) for row, name in enumerate(_NAMES)}
 
+    def before(self, time: float) -> float:
+        """Return the time of the last sample before a time, both in s; NaN before the first."""
+        i = int(np.searchsorted(self._time[self._begin : self._end], time)) - 1
+        return float(self._time[self._begin + i]) if i >= 0 else np.nan
+
     def window(self, edges: np.ndarray, dense: bool | None = None) -> Window:
         """Return [edges[0], edges[-1]) with the samples between each two edges (s) reduced to a column.
 

@@ -13,7 +13,8 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.gui import linked, notices
-from hapkit_studio.gui.plots.time import gaps
+from hapkit_studio.gui.plots.gaps import gaps
+from hapkit_studio.haptics.rows import HOST_TIME
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import HelloRequest
 from tests.devices.fake_board import FakeBoard
@@ -195,9 +196,44 @@ def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
 
 
+def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):
+    """Also the part of it that is seen while its beginning has left the picture on the left."""
+    from hapkit_studio.gui.theme import theme
+
+    history, plots = window.live.history, window.centre.time
+
+    def take():
+        window.live.tick()
+        return len(history) > 200
+
+    qtbot.waitUntil(take, timeout=PATIENCE_MS)
+    window.live._reader = None  # from here on only these rows
+    history._time[: history._end] -= 8.0
+    rows = np.zeros((50, len(window.live.last)))
+    rows[:, 0] = 10**6 + np.arange(50)
+    rows[:, HOST_TIME] = history.now + 8.0 + 1e-3 * np.arange(50)
+    history.append(rows)
+    for span, words in ((10.0, 1), (5.0, 1)):
+        plots.set_span(span)
+        plots.refresh()
+        ((start, stop),) = plots.shown.gaps
+        assert stop - start == pytest.approx(8.0, abs=0.01)
+        picture = plots.canvases[0].grab().toImage()
+        warn = theme.color("warn").rgb()
+        pixels = sum(
+            picture.pixel(x, y) == warn for x in range(picture.width()) for y in range(picture.height())
+        )
+        assert (pixels > 20) == bool(words)
+
+
 def test_gaps_lie_between_the_last_and_the_first_sample():
     nan = np.nan
     x = np.array([0.0, 0.1, nan, 2.1, 2.2, nan, 2.3, nan])
     assert gaps(x) == [(0.1, 2.1)]
     assert gaps(np.array([nan, 1.0])) == []
+    # one that began left of the window is a gap all the same; nothing was ever before the first sample
+    assert gaps(np.array([5.0, 5.1]), before=1.0) == [(1.0, 5.0)]
+    assert gaps(np.array([nan, 5.0, 5.1]), before=1.0) == [(1.0, 5.0)]
+    assert gaps(np.array([5.0, 5.1]), before=4.9) == []
+    assert gaps(np.empty(0), before=1.0) == []
     assert gaps(np.empty(0)) == []

@@ -12,6 +12,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.history import History, Window
 from hapkit_studio.gui.plots.beginning import Beginning
 from hapkit_studio.gui.plots.declared import TimePlot, time_plots
+from hapkit_studio.gui.plots.gaps import gaps
 from hapkit_studio.gui.plots.header import HEIGHT, Header
 from hapkit_studio.gui.plots.held import Held
 from hapkit_studio.gui.plots.trace_canvas import Shown, TraceCanvas
@@ -20,7 +21,6 @@ from hapkit_studio.gui.reel import Reel
 SPANS = (1.0, 60.0)
 _READOUT_MS = 100
 _AXIS = 22
-_LEAST_GAP = 0.25  # s without data from which on it is marked
 _FOLD_BELOW = 3 * HEIGHT + _AXIS + 160
 
 
@@ -150,7 +150,8 @@ class TimePlots(QWidget):
         shown.window = self._reel.window(self._seen, first, columns + 1, width)
         shown.now = None if self.paused else self._seen.latest()
         shown.contact = self._contact() if self._shades else []
-        shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x)]
+        before = self._seen.before(first * width)
+        shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
         shown.begin = -math.inf if self.paused else self._begin.within(self._seen)
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
@@ -196,11 +197,3 @@ class TimePlots(QWidget):
             canvas.setVisible(not away)
             axis = _AXIS if canvas is self.canvases[-1] else 0
             self._column.setStretchFactor(canvas, max(int(free * plot.share / whole), 1) + axis)
-
-
-def gaps(x: np.ndarray) -> list[tuple[float, float]]:
-    """Return the stretches (start, stop) in s, long enough to be a device's, around the NaN in times."""
-    lost = np.flatnonzero(np.isnan(x))
-    lost = lost[(lost > 0) & (lost < len(x) - 1)]
-    before, after = x[lost - 1], x[lost + 1]
-    return [(float(a), float(b)) for a, b in zip(before, after, strict=True) if b - a > _LEAST_GAP]

@@ -4,12 +4,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QPainter, QPen
+from PySide6.QtGui import QPainter, QPen
 
 from hapkit_studio.gui.history import Window
 from hapkit_studio.gui.plots import strokes
 from hapkit_studio.gui.plots.canvas import Canvas
 from hapkit_studio.gui.plots.declared import TimePlot
+from hapkit_studio.gui.plots.gaps import hatch, lengths
 from hapkit_studio.gui.plots.held import Held, paint
 from hapkit_studio.gui.plots.ticks import fitted, widened
 from hapkit_studio.gui.theme import number, theme
@@ -95,27 +96,7 @@ class TraceCanvas(Canvas):
         edges, _ = self.to_pixels(np.array(self.shown.contact).reshape(-1, 2), np.zeros(1))
         painter.drawRects([QRectF(a, box.top(), b - a, box.height()) for a, b in edges.tolist()])
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        self._gaps(painter, box)
-
-    def _gaps(self, painter: QPainter, box: QRectF) -> None:
-        """Hatch the stretches without data."""
-        hatch = QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern)
-        for left, right, _ in self._gaps_in(box):
-            painter.fillRect(QRectF(left, box.top(), right - left, box.height()), hatch)
-
-    def _gap_words(self, painter: QPainter, box: QRectF) -> None:
-        """Say how long each stretch without data was, where there is room."""
-        for left, right, seconds in self._gaps_in(box):
-            words = f"No data for {number(seconds, 1)} s"
-            if right - left > self.fontMetrics().horizontalAdvance(words) + 12:
-                self.note(painter, left + 6, box.top() + 16, words, "warn")
-
-    def _gaps_in(self, box: QRectF) -> list[tuple[float, float, float]]:
-        """Return left, right in pixels and length in s of the gaps that are seen."""
-        places, _ = self.to_pixels(np.array(self.shown.gaps).reshape(-1, 2), np.zeros(1))
-        cut = np.clip(places, box.left(), box.right()).tolist()
-        found = [(a, b, stop - start) for (a, b), (start, stop) in zip(cut, self.shown.gaps, strict=True)]
-        return [gap for gap in found if gap[0] < gap[1]]
+        hatch(painter, box, self._gaps(box))
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint level lines, then traces."""
@@ -129,9 +110,17 @@ class TraceCanvas(Canvas):
         self._now(painter)
         self._pointer(painter, box)
         if self.first:
-            self._gap_words(painter, box)
+            for left, words in lengths(self._gaps(box), self.fontMetrics()):
+                self.note(painter, left, box.top() + 16, words, "warn")
         if self.shown.paused and self.first:
             self.note(painter, box.right() - 6, box.top() + 16, "Paused", "accent", right=True)
+
+    def _gaps(self, box: QRectF) -> list[tuple[float, float, float]]:
+        """Return left and right in pixels and the length in s of the gaps that are seen."""
+        places, _ = self.to_pixels(np.array(self.shown.gaps).reshape(-1, 2), np.zeros(1))
+        cut = np.clip(places, box.left(), box.right()).tolist()
+        found = [(a, b, stop - start) for (a, b), (start, stop) in zip(cut, self.shown.gaps, strict=True)]
+        return [gap for gap in found if gap[0] < gap[1]]
 
     def _lines(self, painter: QPainter, box: QRectF) -> None:
         levels: list[tuple[float, str, list[float]]] = []
