@@ -1,18 +1,17 @@
 """The command that runs the real-time loop and measures it."""
 
 import argparse
-import time
 
 import numpy as np
 
 from hapkit_studio import devices as device_list
+from hapkit_studio.commands import rendered
 from hapkit_studio.commands.base import Command, Result
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.parameters import Parameter
 
-FRAME_SECONDS = 1 / 60
 TEST_SECONDS = Parameter("seconds", "Seconds", "s", 5.0, 0.1, 86_400.0)
 
 
@@ -21,22 +20,25 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("device", nargs="?", default="simulated", help="a device's key or a port")
     command.add_argument("--rate", type=float, default=1000.0, metavar="Hz")
     command.add_argument("--seconds", type=float, default=5.0, metavar="s")
+    command.add_argument("--environment", default="wall", metavar="KEY", help="what is rendered")
+    rendered.options(command)
 
 
 def loop_test(options: argparse.Namespace) -> Result:
     """Run the loop on a device with a hand pressing into the wall; measure lateness and period."""
     seconds = TEST_SECONDS.check(options.seconds)
-    engine = Engine(device_list.named(options.device), "wall")
+    engine = Engine(device_list.named(options.device), options.environment)
     reader = engine.reader()
     engine.set_loop(rate=options.rate)
     engine.start()
     try:
-        pieces = _press(engine, reader, seconds)
-        health = engine.health()
+        rendered.begin(engine, reader, options.render, options.board_rate)
+        engine.health()
+        table = rendered.play(engine, reader, hand_named("press"), seconds)
+        health, found = engine.health(), rendered.both(engine)
         fault = engine.fault
     finally:
         engine.close()
-    table = np.concatenate(pieces)
     periods = 1e6 * np.diff(table[:, rows.HOST_TIME]) if len(table) > 1 else np.zeros(1)
     numbers = {
         "device": options.device,
@@ -55,6 +57,7 @@ def loop_test(options: argparse.Namespace) -> Result:
         "delay_us": 1e6 * health.delay,
         "priority": health.priority.text,
         "fault": fault.text if fault else "",
+        **found,
     }
     late, period = health.lateness_us, numbers["period_us"]
     text = (
@@ -63,23 +66,10 @@ def loop_test(options: argparse.Namespace) -> Result:
         f"late: median {late['p50']:.0f} µs, p99 {late['p99']:.0f}, p99.9 {late['p99.9']:.0f}, "
         f"worst {late['max']:.0f}\n"
         f"missed {health.missed}, lost frames {health.lost_frames}, delay {numbers['delay_us']:.0f} µs\n"
-        f"{health.priority.text}. {health.priority.how}".rstrip()
+        + "".join(f"{line}\n" for line in rendered.words(found))
+        + f"{health.priority.text}. {health.priority.how}".rstrip()
     )
     return Result(text, numbers)
-
-
-def _press(engine: Engine, reader, seconds: float) -> list[np.ndarray]:
-    hand = hand_named("press")
-    begin = time.perf_counter()
-    pieces = []
-    engine.health()
-    while (t := time.perf_counter() - begin) < seconds:
-        engine.move_hand(hand.target(t))
-        pieces.append(reader.read())
-        time.sleep(FRAME_SECONDS)
-    engine.move_hand(None)
-    pieces.append(reader.read())
-    return pieces
 
 
 COMMAND = Command("loop-test", "run the real-time loop and measure it", loop_test, options, order=90)
