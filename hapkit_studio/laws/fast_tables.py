@@ -36,6 +36,6 @@ def _table(name: str, words: str, function: Callable[[float], float], unit: floa
 
 def text() -> str:
     """Return fast_tables.h."""
-    sine = _table("kSine", "sin(i / 64 quarter turns), in 2^-24", lambda u: math.sin(u * math.pi / 2), 2**24)
+    sine = _table("kSine", "sin(i / 64 quarter turns), in 2^-23", lambda u: math.sin(u * math.pi / 2), 2**23)
     power = _table("kPower", "2^(i / 64), in 2^-23", lambda u: 2.0**u, 2**23)
     return f"{_HEAD}\n{sine}\n{power}\n}}  // namespace fast\n"

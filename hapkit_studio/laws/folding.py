@@ -26,8 +26,8 @@ class _Folder(ast.NodeTransformer):
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         self.generic_visit(node)
         left, right = _number(node.left), _number(node.right)
-        if right is not None and isinstance(node.op, ast.Mult | ast.Div):
-            node = _with_one_factor(node, right)
+        if right is not None and left is None and isinstance(node.op, ast.Mult | ast.Div):
+            return _with_one_factor(node, right)
         if left is None or right is None:
             return node
         return _reckoned(_OPERATORS[type(node.op)], (left, right), node)
