@@ -151,6 +151,22 @@ def lateness(line, now, board_time):
 
 
 @internal
+def heed(r, line, said, now):
+    """Where the board cut its motor off although it was answered, come back as from a stale sensor.
+
+    Not where that is as it should be: until the first answer is heard, after stop and release.
+    """
+    words = line.words
+    if said & codec.FLAG_STOPPED or words[way.WAY] != way.HERE:
+        words[way.OBEYED] = 0
+    elif not said & codec.FLAG_WATCHDOG:
+        words[way.OBEYED] = 1
+    elif words[way.OBEYED] or r.word[rig.STALE]:
+        words[way.OBEYED] = 0
+        mark_stale(r, now)
+
+
+@internal
 def stamp(line, sample, row, now):
     """Fill the row's times, and nan where only a simulation knows."""
     row[rows.LATENESS] = lateness(line, now, sample[codec.BOARD_TIME])
@@ -167,6 +183,8 @@ def render(r, line, out, k, now):
     nominal = r.values[block.PERIOD]
     period = nominal * (1.0 + sample[codec.LOST])
     obey(r, line, sample[codec.COUNT])
+    said = int(sample[codec.FLAGS])
+    heed(r, line, said, now)
     if line.words[way.WAY] == way.HERE:
         note_age(line, sample, nominal)
     in_effect = line.numbers[SIGN] * effect(line, sample, period)
@@ -178,9 +196,9 @@ def render(r, line, out, k, now):
         row[rows.APPLIED] = r.real[rig.APPLIED] = force
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.FADING
     stamp(line, sample, row, now)
-    if sample[codec.LOST] > 0.0:
+    if sample[codec.LOST] > 0.0 or said & codec.FLAG_SENSOR:
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.GAP
-    if int(sample[codec.FLAGS]) & codec.FLAG_CLAMPED:
+    if said & codec.FLAG_CLAMPED:
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.CLAMPED
     store_release(r.control, rig.LOST_FRAMES, line.reader[codec.LOST_FRAMES])
     store_release(r.control, rig.CRC_ERRORS, line.reader[codec.BAD_FRAMES])

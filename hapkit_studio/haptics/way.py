@@ -25,7 +25,8 @@ SCENE_DUE = 12
 CONFIGURABLE = 13  # the board's settings are known and can be changed
 CALIBRATED = 14  # its zero is one that was stored
 SKIPPED = 15  # ticks that the board skipped since it was opened
-WORDS = 16
+OBEYED = 16  # the computer's forces have reached the board
+WORDS = 17
 
 # --- numbers: from 9 on
 LEFT = 9

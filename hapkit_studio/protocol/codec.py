@@ -55,6 +55,7 @@ FLAG_CLAMPED = int(BoardFlag.CLAMPED)
 FLAG_OVERRUN = int(BoardFlag.OVERRUN)
 FLAG_REFUSED = int(BoardFlag.REFUSED)
 FLAG_OVER_SPEED = int(BoardFlag.OVER_SPEED)
+FLAG_SENSOR = int(BoardFlag.SENSOR)
 
 STOP = Stop.ID
 RELEASE = Release.ID
