@@ -4,6 +4,7 @@ from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QMainWindow
 
+from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import menus
 from hapkit_studio.gui.actions import ActionSet, table
 from hapkit_studio.gui.banners import BannerStack
@@ -66,6 +67,7 @@ class MainWindow(QMainWindow):
         self.studio = studio
         studio.setParent(self)  # its signals hold what they are connected to for as long as it lives
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
+        studio.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
         self.live = Live(studio, self)
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery, self.centre = Header(studio), Gallery(studio, self.own), Centre()
@@ -182,6 +184,7 @@ class MainWindow(QMainWindow):
             return
         self.closed.emit()
         self.settings.setValue("geometry", self.saveGeometry())
+        self.settings.setValue("padding", self.studio.padding)
         self.live.stop()
         self.desk.end()
         self.views.end()

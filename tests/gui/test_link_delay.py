@@ -64,6 +64,14 @@ def test_frames_are_filled_at_once_and_after_every_connection(board_window, qtbo
     qtbot.waitUntil(lambda: told() == [0, PACKET, PACKET], timeout=PATIENCE_MS)
 
 
+def test_the_next_start_fills_frames_as_the_last_one_did(make_window):
+    first = make_window()
+    assert first.studio.padding == 0
+    first.studio.set_padding(PACKET)
+    first.close()
+    assert make_window().studio.padding == PACKET
+
+
 def test_the_stability_card_says_why_it_is_late_but_not_what_was_added(board_window, qtbot):
     window, peer = board_window
     window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")
