@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from hapkit_studio.gui.theme import theme
 
-_SIZE = QSize(460, 260)
+_SIZE = QSize(500, 250)
 
 
 class KitDrawing(QWidget):
@@ -92,7 +92,7 @@ class KitDrawing(QWidget):
         painter.drawRoundedRect(QRectF(end, y - 5, 16, 10), 2, 2)
         top = y - 52 if name == "USB" else y + 4
         words = f"{name}: {when}" if on else f"{name}: not plugged in"
-        self._words(painter, QRectF(268, top, 190, 24), words, token, Qt.AlignmentFlag.AlignLeft)
+        self._words(painter, QRectF(268, top, 230, 24), words, token, Qt.AlignmentFlag.AlignLeft)
 
     def _on_its_side(self, painter: QPainter) -> None:
         painter.setPen(self._pen("edge"))

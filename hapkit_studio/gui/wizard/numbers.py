@@ -19,7 +19,7 @@ class _Scaled(QDoubleSpinBox):
         self.setSuffix(f" {self.unit}")
         self.setAccessibleName(f"{name} in {self.unit}")
         self.setMinimumWidth(118)
-        dress(self, "QDoubleSpinBox { font-size: 14px; min-height: 32px; }")
+        dress(self, "QDoubleSpinBox { font-size: 14px; min-height: 32px; padding: 0 18px 0 9px; }")
 
     def textFromValue(self, value: float) -> str:
         return super().textFromValue(value).replace("-", MINUS)

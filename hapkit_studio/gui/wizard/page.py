@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.analysis.calibrate.verdict import LOOK, PASS, Verdict
@@ -68,6 +69,17 @@ class VerdictBox(QWidget):
         self._look = (sign, token)
         self.setAccessibleName(f"{words} {remedy}".strip())
         self._dress()
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Be as high as the words need at this width."""
+        layout = self.layout()
+        if layout is not None:
+            self.setMinimumHeight(max(layout.heightForWidth(self.width()), 44))
 
     def show_verdict(self, verdict: Verdict) -> None:
         """Show a verdict."""
@@ -81,9 +93,10 @@ class VerdictBox(QWidget):
 
 
 class StepPage(QWidget):
-    """One step. ``changed``: it is finished, or no longer; assumed says what holds where it is skipped."""
+    """One step. ``changed``: finished, or no longer; ``started``: a job; assumed: what holds if skipped."""
 
     changed = Signal()
+    started = Signal()
     title, assumed = "", ""
 
     def __init__(self, desk: "Desk", parent: QWidget | None = None):
@@ -135,8 +148,8 @@ class StepPage(QWidget):
         """Add a drawing with the rail beside it; they take the room there is."""
         row = QHBoxLayout()
         row.setSpacing(10)
-        row.addWidget(drawing, 2)
-        row.addWidget(rail, 3)
+        row.addWidget(drawing, 1)
+        row.addWidget(rail, 1)
         self.column.addLayout(row, 1)
 
     def button(self, words: str, press: Callable[[], object], primary: bool = False) -> QPushButton:
@@ -155,6 +168,7 @@ class StepPage(QWidget):
             return False
         self.box.say(words, "", "circle", "accent")
         self.set_busy(True)
+        self.started.emit()
         return True
 
     def show_verdict(self, verdict: Verdict) -> None:

@@ -78,20 +78,28 @@ class Rail(QWidget):
             painter.drawText(QRectF(x - 40, 4, 80, 20), Qt.AlignmentFlag.AlignCenter, words)
 
     def _handle(self, painter: QPainter, base: float, x: float) -> None:
+        size = min(max(self.height() / _HEIGHT, 1.0), 1.7)
+        painter.save()
+        painter.translate(x, base)
+        painter.scale(size, size)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.color("handle"))
-        painter.drawRect(QRectF(x - 3, base - 42, 6, 42))
-        painter.drawRoundedRect(QRectF(x - 11, base - 4, 22, 8), 2, 2)
-        painter.drawRoundedRect(QRectF(x - 20, base - 66, 40, 28), 8, 8)
+        painter.drawRect(QRectF(-3, -42, 6, 42))
+        painter.drawRoundedRect(QRectF(-11, -4, 22, 8), 2, 2)
+        painter.drawRoundedRect(QRectF(-20, -66, 40, 28), 8, 8)
         painter.setPen(QPen(theme.color("ridge"), 2))
         for ridge in (-7, 0, 7):
-            painter.drawLine(QPointF(x + ridge, base - 60), QPointF(x + ridge, base - 44))
+            painter.drawLine(QPointF(ridge, -60), QPointF(ridge, -44))
+        painter.restore()
         if abs(self.force) > 0.005:
-            self._arrow(painter, base - 52, x)
+            self._arrow(painter, base - 52 * size, x, size)
 
-    def _arrow(self, painter: QPainter, y: float, x: float) -> None:
+    def _arrow(self, painter: QPainter, y: float, x: float, size: float) -> None:
         side = 1.0 if self.force > 0.0 else -1.0
-        start, tip = x + side * 26, x + side * (40 + _PER_NEWTON * min(abs(self.force), 2.0))
+        start, tip = (
+            x + side * 26 * size,
+            x + side * (14 + 26 * size + _PER_NEWTON * min(abs(self.force), 2.0)),
+        )
         painter.setPen(QPen(theme.color("applied"), 5))
         painter.drawLine(QPointF(start, y), QPointF(tip - side * 10, y))
         painter.setPen(Qt.PenStyle.NoPen)

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from hapkit_studio.gui.theme import theme
 
 SECONDS = 10.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 58, 14, 30, 24
+_LEFT, _RIGHT, _TOP, _BOTTOM = 58, 14, 38, 24
 _MOST_POINTS = 1500
 
 
@@ -36,8 +36,8 @@ class SensorPlot(QWidget):
         painter.drawRoundedRect(QRectF(0.5, 0.5, self.width() - 1, self.height() - 1), 8, 8)
         self._axes(painter)
         if len(self.raw) > 1:
-            self._limits(painter)
             self._trace(painter)
+            self._limits(painter)
 
     def _y(self, reading: float) -> float:
         return self.height() - _BOTTOM - reading / self.top * (self.height() - _TOP - _BOTTOM)
@@ -65,8 +65,10 @@ class SensorPlot(QWidget):
             painter.drawLine(QPointF(_LEFT, y), QPointF(self.width() - _RIGHT, y))
             painter.setPen(theme.color("ink2"))
             words = f"{'highest' if above else 'lowest'} {value:,}"
-            box = QRectF(_LEFT + 6, y + 1 if above else y - 19, 160, 18)
-            painter.drawText(box, Qt.AlignmentFlag.AlignVCenter, words)
+            wide = painter.fontMetrics().horizontalAdvance(words) + 8
+            box = QRectF(_LEFT + 4, y + 2 if above else y - 19, wide, 17)
+            painter.fillRect(box, theme.color("plot", 0.9))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def _trace(self, painter: QPainter) -> None:
         step = max(1, len(self.raw) // _MOST_POINTS)

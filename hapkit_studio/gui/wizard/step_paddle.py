@@ -49,7 +49,7 @@ class PaddleStep(StepPage):
         """Return a number below its name."""
         name = QLabel(words)
         name.setProperty("role", "axis")
-        dress(value, "QLabel { font-size: 17px; font-weight: 650; min-width: 170px; }")
+        dress(value, "QLabel { font-size: 17px; font-weight: 650; min-width: 200px; }")
         value.setAccessibleName(words)
         value.setText("–")
         cell = QVBoxLayout()

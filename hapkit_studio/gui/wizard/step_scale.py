@@ -1,5 +1,6 @@
 """Step 2: hold the handle at marks; zero and scale follow, and are checked against the radii."""
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout
 
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
@@ -58,7 +59,7 @@ class ScaleStep(StepPage):
             cell.addWidget(self.radii[key], 1, 0)
             grid.addLayout(cell)
         self.set_radii = self.button("Use these radii", self.use_radii)
-        grid.addWidget(self.set_radii)
+        grid.addWidget(self.set_radii, 0, Qt.AlignmentFlag.AlignBottom)
         grid.addStretch(1)
         hint = QLabel("Radii of your kit, not diameters:")
         hint.setProperty("role", "hint")

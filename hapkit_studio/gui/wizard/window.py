@@ -131,12 +131,19 @@ class WizardWindow(Shell):
         self._offer()
         self._focus()
 
+    def _started(self) -> None:
+        """While something runs, the keyboard has the E-stop."""
+        self._offer()
+        self.stop.setFocus()
+
     def _ended(self, words: str = "") -> None:
         for step in self.steps:
             step.set_busy(self.desk.busy)
         if words:
             self.step.show_refusal(words)
         self._offer()
+        if not self.desk.busy and self.stop.hasFocus():
+            self._focus()
 
     def _failed(self, words: str) -> None:
         for step in self.steps:
@@ -194,6 +201,7 @@ class WizardWindow(Shell):
         self.desk.failed.connect(self._failed)
         for step in self.steps:
             step.changed.connect(self._changed)
+            step.started.connect(self._started)
         self.connect_step.padding_wished.connect(self.studio.set_padding)
 
     def _choose(self, index: int) -> None:
