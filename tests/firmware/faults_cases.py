@@ -1,4 +1,4 @@
-"""The faults: what is done to the virtual board, when, and what has to come of it. Tests and table share them.
+"""The faults: what is done to the virtual board, when, and what has to come of it; for tests and table.
 
 Times are the board's, in s. A medium hand leads the handle of a spring to and fro all the while.
 """
@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hapkit_studio.haptics import rig
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Force
 
@@ -21,6 +22,8 @@ HAND = (
     "0.45 hand -0.010 400 8 0.1 0.3",
     "0.85 hand 0.008 400 8 0.1 0.2",
 )
+JUMP = (rig.NO_FAULT, rig.OVER_SPEED)
+"""A sensor that comes back elsewhere has moved too fast to be true."""
 LITTLE = (HAND[0], "0.6 hand 0.004 400 8 0.1 0.1", HAND[2])
 """Less than half a turn of the motor from START to END: more cannot be told from another turn."""
 STIFFNESS = 120.0
@@ -40,8 +43,9 @@ class Case:
     """One fault and the bounds of what it may do.
 
     off: the motor is off so many s after START at the latest, and stays off until END; back: full force so
-    many s after END; latched: the host has latched a fault in the end; wrong: the sensor itself lies between
-    START and END, what it says then is no error of the record; quiet: no force may ever reach the pins.
+    many s after END; latched: the faults that the loop may have latched in the end; wrong: the sensor itself
+    lies between START and END, what it says then is no error of the record; lossy: frames are lost; extra:
+    forces that another program sends; board: the board renders.
     """
 
     name: str
@@ -50,7 +54,7 @@ class Case:
     seconds: float = SECONDS
     off: float | None = None
     back: float | None = None
-    latched: bool = False
+    latched: Sequence[int] = (rig.NO_FAULT,)
     wrong: bool = False
     lossy: bool = False
     hand: Sequence[str] = HAND
@@ -58,6 +62,7 @@ class Case:
     plugged: float = np.inf
     spam: Callable[[float], bytes] = field(default=no_spam)
     extra: Sequence[float] = ()
+    board: bool = False
 
 
 def during(what: str, on: str, off: str = "0") -> tuple[str, str]:
@@ -81,7 +86,7 @@ def _forces(time: float) -> bytes:
 
 
 BACK = RECOVER + FADE + 5 * PERIOD
-AGAIN = HOLD + FADE + 5 * PERIOD
+AGAIN = HOLD + FADE + 0.025
 
 DAMAGE = [
     Case(f"{words} {way} the board", during(f"{direction} {kind}", rate), lossy=True)
@@ -111,7 +116,7 @@ STALLS = [
         "from the board nothing for 40 ms, three times",
         tuple(f"{at} from stall 0.04" for at in (0.3, 0.6, 0.9)),
         seconds=1.3,
-        latched=True,
+        latched=(rig.STALE_SENSOR,),
     ),
 ]
 
@@ -132,11 +137,11 @@ ENDS = [
         off=PERIOD,
         back=AGAIN,
     ),
-    Case("program killed", killed=START, seconds=0.8, off=WATCHDOG),
+    Case("program killed", killed=START, seconds=0.8, off=WATCHDOG, latched=(rig.DEVICE_GONE,)),
 ]
 
 SENSOR = [
-    Case("sensor stuck", during("sensor stuck", "1"), wrong=True, hand=LITTLE),
+    Case("sensor stuck", during("sensor stuck", "1"), wrong=True, hand=LITTLE, latched=JUMP),
     Case("sensor noisy, 3 counts", during("sensor noise", "3"), wrong=True),
     Case("sensor flipping, 5 % of readings", during("sensor jump", "0.05"), wrong=True),
 ]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapkit_studio.haptics import rows
-from tests.firmware.faults_cases import END, START, WATCHDOG
+from tests.firmware.faults_cases import END, START
 from tests.firmware.faults_run import Run
 from tests.firmware.vb import FULL_FORCE, QUANTUM
 
@@ -39,6 +39,11 @@ class Measured:
     overruns: int  # bytes that the chip's port lost
     late_ticks: int  # periods of the board that are not 1 ms
     silent_offs: int
+
+    @property
+    def wrong(self) -> int:
+        """Everything that was recorded or done wrongly."""
+        return self.wrong_rows + self.unmarked_gaps + self.foreign
 
 
 def measure(run: Run) -> Measured:
@@ -98,11 +103,12 @@ def errors(run: Run, found: np.ndarray, start: float) -> np.ndarray:
 
 
 def start_of_clock(run: Run) -> float:
-    """Return how long after its start the board's clock began, to 25 us: the first rows agree best."""
+    """Return how long after its start the board's clock began, to 25 us: rows before START agree best."""
     found = run.rows[0]
-    found = found[found[:, rows.BOARD_TIME] < 0.29]
+    found = found[found[:, rows.BOARD_TIME] < START]
     tried = np.arange(0.0, 1e-3, 25e-6)
-    return float(tried[np.argmin([np.ptp(errors(run, found, start)) for start in tried])])
+    spread = np.array([np.ptp(errors(run, found, start)) for start in tried])
+    return float(np.mean(tried[spread < spread.min() + 0.01]))
 
 
 def wrong_rows(run: Run, number: int) -> int:
@@ -115,6 +121,7 @@ def wrong_rows(run: Run, number: int) -> int:
     time, error = found[:, rows.BOARD_TIME] + start, errors(run, found, start)
     marked = (found[:, rows.FLAGS].astype(int) & MARKED) != 0
     if run.case.wrong:
+        marked |= (found[:, rows.FLAGS].astype(int) & rows.GAP) != 0  # bridged by the board, and marked so
         marked |= (time >= START) & (time <= END + 1e-3)
     return int(np.count_nonzero((np.abs(error) > COUNTS) & ~marked))
 
