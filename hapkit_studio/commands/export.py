@@ -24,7 +24,7 @@ def options(command: argparse.ArgumentParser) -> None:
     kit = command.add_mutually_exclusive_group()
     kit.add_argument("--kit", metavar="KEY", help=", ".join(kit.key for kit in profiles.KITS))
     kit.add_argument("--port", metavar="PORT", help="take the kit's numbers from the board on this port")
-    command.add_argument("--rate", type=int, default=1000, metavar="Hz", help=_numbers(sketch.RATES))
+    command.add_argument("--rate", type=int, metavar="Hz", help=_numbers(sketch.RATES))
     command.add_argument("--estimator", default=USUAL, metavar="NAME", help=", ".join(ESTIMATORS))
     command.add_argument("--prints", type=int, default=10, metavar="1/s", help="lines on the serial monitor")
 
@@ -35,13 +35,14 @@ def run(options: argparse.Namespace) -> Result:
     values = found.values(key_values(options.parameter))
     kit = _kit(options.kit, options.port)
     text = sketch.text(found, values, kit, options.rate, estimator_spec(options.estimator), options.prints)
+    rate = options.rate or sketch.usual_rate(found, values)
     path = sketch_file.write(options.output or found.key, text, options.force)
     whose = f"{kit.board.label}, {'calibrated' if kit.calibrated else 'the usual numbers of such a kit'}"
     numbers = {
         "written": str(path),
         "kit": kit.board.label,
         "calibrated": kit.calibrated,
-        "rate_Hz": options.rate,
+        "rate_Hz": rate,
     }
     lines = f"wrote {path}\nfor {whose}; open it in the Arduino IDE, board Arduino Uno, and upload"
     return Result(lines, {"environment": found.key, **numbers})

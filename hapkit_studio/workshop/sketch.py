@@ -14,11 +14,15 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.board_offer import ESTIMATORS, coefficients
 from hapkit_studio.laws.cpp_words import number
+from hapkit_studio.parameters import Choice
 from hapkit_studio.protocol.messages import Board, MotorMap, Pins, Sensor
 from hapkit_studio.workshop import sketch_law
 
 RATES = (250, 500, 1000, 2000)
-"""Hz that a sketch may render at; 1 kHz is what laws with much arithmetic have time for."""
+"""Hz that a sketch may render at."""
+USUAL_RATE = 1000
+SLOWER = {"rk4": 500, "implicit_euler": 500, "trapezoid": 500, "exact": 250}
+"""Hz that laws with so much arithmetic have time for; measured in the simulated chip."""
 MOST_PRINTS = 50
 _WIDTH = 105
 _LEVER = """\
@@ -54,15 +58,19 @@ def text(
     environment: Environment,
     values: Mapping[str, float],
     kit: Kit | None = None,
-    rate: int = 1000,
+    rate: int | None = None,
     estimator: Spec = USUAL,
     prints: int = 10,
 ) -> str:
-    """Return the sketch. values: every parameter's; rate in Hz; prints: lines a second on the serial monitor.
+    """Return the sketch.
+
+    values: those that differ from the defaults. rate in Hz: by default ``usual_rate``. prints: lines a second
+    on the serial monitor.
 
     Raise ParameterError for what a sketch does not do, LawError for a law that C++ cannot say.
     """
-    kit = kit or Kit()
+    kit, values = kit or Kit(), environment.values(values)
+    rate = usual_rate(environment, values) if rate is None else rate
     _check(rate, estimator, prints)
     memory = "state, " if environment.force.state_names else ""
     name = f"laws::{sketch_law.namespace(environment)}"
@@ -73,9 +81,9 @@ def text(
         before_start=_comment(_start_words(kit)),
         rate=rate,
         loop=_loop(rate, prints),
-        parameters=sketch_law.constants(environment, environment.values(values)),
+        parameters=sketch_law.constants(environment, values),
         kit=_kit(kit),
-        law=_law(environment, environment.values(values)),
+        law=_law(environment, values),
         sensor=_sensor(kit),
         velocity=_velocity(estimator, rate, kit.board.quantum),
         motor_map=_map(kit.board),
@@ -83,6 +91,12 @@ def text(
         call=f"{name}::force({memory}x, v, kPeriod)",
         start_law=f"  {name}::start(state);\n" if environment.force.state_names else "",
     )
+
+
+def usual_rate(environment: Environment, values: Mapping[str, float]) -> int:
+    """Return the fastest usual rate in Hz at which no tick comes late."""
+    chosen = [p.text(values[p.key]) for p in environment.parameters if isinstance(p, Choice)]
+    return min([USUAL_RATE, *(SLOWER[name] for name in chosen if name in SLOWER)])
 
 
 def _check(rate: int, estimator: Spec, prints: int) -> None:

@@ -18,7 +18,7 @@ def place(wanted: str | Path) -> Path:
     name = path.name.removesuffix(ENDING)
     if not _NAME.fullmatch(name):
         raise ParameterError(
-            f"A sketch's name has letters, digits, _ and -, up to 63 of them: the Arduino IDE takes no {name!r}."
+            f"A sketch's name has letters, digits, _ and -, up to 63 of them: the IDE takes no {name!r}."
         )
     folder = path.parent if path.parent.resolve().name == name else path.parent / name
     return folder / f"{name}{ENDING}"

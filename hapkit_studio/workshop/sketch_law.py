@@ -8,8 +8,8 @@ from hapkit_studio import resources
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws.cpp import CppLaw, translate_cpp
-from hapkit_studio.laws.cpp_words import constant_name, mangled, number
-from hapkit_studio.parameters import AnyParameter, Choice
+from hapkit_studio.laws.cpp_words import comment, constant_name, mangled, number, wrapped
+from hapkit_studio.parameters import Choice
 from hapkit_studio.workshop.sketch_calls import plain
 
 _NAMED = re.compile(r"\b(?:fast|laws)::(\w+)")
@@ -34,20 +34,19 @@ def constants(environment: Environment, values: Mapping[str, float]) -> str:
     """Return the tuned values as named constants, each with its unit and label."""
     if not environment.parameters:
         return "// This environment has nothing to tune."
-    lines = [_constant(p, values[p.key]) for p in environment.parameters]
-    width = max(len(code) for code, _ in lines)
-    rows = [f"{code:<{width}}  // {words}" for code, words in lines]
+    codes = [f"constexpr float {mangled(p.key)} = {number(values[p.key])};" for p in environment.parameters]
+    width = max(map(len, codes))
+    rows = []
+    for parameter, code in zip(environment.parameters, codes, strict=True):
+        if isinstance(parameter, Choice):
+            rows += [*comment(_options(parameter)), code]
+        else:
+            rows.append(f"{code:<{width}}  // {': '.join(filter(None, (parameter.unit, parameter.label)))}")
     return "\n".join(["namespace tuned {", *rows, "}  // namespace tuned"])
 
 
-def _constant(parameter: AnyParameter, value: float) -> tuple[str, str]:
-    """Return one constant and what it means."""
-    words = parameter.label
-    if isinstance(parameter, Choice):
-        words += ": " + ", ".join(f"{i} {option}" for i, option in enumerate(parameter.options))
-    elif parameter.unit:
-        words = f"{parameter.unit}: {words}"
-    return f"constexpr float {mangled(parameter.key)} = {number(value)};", words
+def _options(choice: Choice) -> str:
+    return f"{choice.label}: {', '.join(f'{i} {option}' for i, option in enumerate(choice.options))}"
 
 
 def law_text(environment: Environment, values: Mapping[str, float]) -> str:
@@ -70,7 +69,13 @@ def law_text(environment: Environment, values: Mapping[str, float]) -> str:
     )
     text = _helpers(text) + _WITHIN.sub("", text)
     text = text.replace("}  // namespace laws\n\nnamespace laws {\n", "")
-    return re.sub(r"\n{3,}", "\n\n", text)
+    whole = re.sub(r"\n{3,}", "\n\n", text)
+    return "\n".join(words for line in whole.split("\n") for words in _lines(line))
+
+
+def _lines(line: str) -> list[str]:
+    """Return code that has become too long in several lines; comments are short enough."""
+    return [line] if "//" in line else wrapped(line)
 
 
 def _by_hand(headers: Sequence[str]) -> str:
