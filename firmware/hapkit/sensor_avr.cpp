@@ -58,16 +58,18 @@ void begin_encoder() {
   EIMSK = _BV(INT0) | _BV(INT1);
 }
 
-// Two bytes there and back; the first is on its way.
-uint16_t rest_of_frame(uint8_t second) {
+uint8_t byte_back() {
   while (!(SPSR & _BV(SPIF))) {
   }
-  const uint8_t high = SPDR;
+  return SPDR;
+}
+
+// Two bytes there and back; the first is through.
+uint16_t finish_frame(uint8_t high, uint8_t second) {
   SPDR = second;
-  while (!(SPSR & _BV(SPIF))) {
-  }
+  const uint8_t low = byte_back();
   PORTB |= kSelect;
-  return static_cast<uint16_t>(high << 8) | SPDR;
+  return static_cast<uint16_t>(high << 8) | low;
 }
 
 // The sensor wants 350 ns between its selection and the clock, and between two frames.
@@ -110,10 +112,10 @@ ISR(ADC_vect, ISR_NOBLOCK) { hardware::reading_done(ADC, false); }
 // The first byte is through. An answer comes in the frame after its question.
 ISR(SPI_STC_vect, ISR_NOBLOCK) {
   SPCR = kSpi;
-  const uint16_t health = rest_of_frame(static_cast<uint8_t>(As5048A::kReadAngle));
+  const uint16_t health = finish_frame(SPDR, static_cast<uint8_t>(As5048A::kReadAngle));
   const uint16_t question = angle.next();
   begin_frame(question >> 8);
-  const uint16_t answer = rest_of_frame(static_cast<uint8_t>(question));
+  const uint16_t answer = finish_frame(byte_back(), static_cast<uint8_t>(question));
   const bool good = angle.take(health, answer);
   hardware::reading_done(angle.reading(), !good);
 }

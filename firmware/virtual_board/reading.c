@@ -7,10 +7,15 @@
 #include "encoder.h"
 
 #include <avr_adc.h>
+#include <avr_timer.h>
 #include <sim_core.h>
 #include <sim_irq.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 enum { REG_ADCSRA = 0x7a, REG_ADMUX = 0x7c, SENSOR_CHANNEL = 2, CLOCK_VECTOR = 11 };
+enum { REG_TIFR1 = 0x36, REG_TIMSK1 = 0x6f, COMPARE_B = 1 << 2 };
 
 static void note_reading(struct board *b, int value)
 {
@@ -63,6 +68,24 @@ static void clock_handler(avr_irq_t *irq, uint32_t running, void *param)
 		note_reading(b, b->steps);
 }
 
+static avr_timer_t *find_timer_1(avr_t *avr)
+{
+	for (avr_io_t *io = avr->io_port; io; io = io->next)
+		if (strcmp(io->kind, "timer") == 0 && ((avr_timer_t *)io)->name == '1')
+			return (avr_timer_t *)io;
+	fprintf(stderr, "virtual_board: this simavr has no timer 1 in the ATmega328P\n");
+	exit(1);
+}
+
+// An interrupt that is switched on while its flag stands comes at once; simavr forgets it.
+static void clock_mask_written(avr_irq_t *irq, uint32_t value, void *param)
+{
+	struct board *b = param;
+	(void)irq;
+	if (value & b->avr->data[REG_TIFR1] & COMPARE_B)
+		avr_raise_interrupt(b->avr, &find_timer_1(b->avr)->comp[AVR_TIMER_COMPB].interrupt);
+}
+
 static void attach_converter(struct board *b)
 {
 	avr_t *avr = b->avr;
@@ -81,6 +104,8 @@ void reading_attach(struct board *b)
 	b->spi.device = &b->hall;
 	spi_attach(&b->spi, b->avr);
 	avr_irq_register_notify(avr_get_interrupt_irq(b->avr, CLOCK_VECTOR) + AVR_INT_IRQ_RUNNING, clock_handler, b);
+	avr_irq_register_notify(avr_iomem_getirq(b->avr, REG_TIMSK1, NULL, AVR_IOMEM_IRQ_ALL), clock_mask_written,
+	                        b);
 	reading_reset(b);
 }
 
