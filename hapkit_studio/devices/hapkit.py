@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import serial
 
-from hapkit_studio.devices import discovery, talk
+from hapkit_studio.devices import discovery, exclusive, talk
 from hapkit_studio.devices.board_constants import BoardConstants
 from hapkit_studio.devices.discovery import NOWHERE, Identity, port_name
 from hapkit_studio.devices.low_latency import Latency, shorten
@@ -72,6 +72,7 @@ class HapkitBoard(BoardConstants):
         """Open the port and learn who is there; raise the DeviceError that fits. Motor off, samples off."""
         self._find()
         self._serial = _open_port(self.port)
+        exclusive.claim(self._serial)
         try:
             self.latency = shorten(self._serial, self.port, self.identity)
             self.say("Starting board…")
@@ -173,6 +174,7 @@ class HapkitBoard(BoardConstants):
 
     def _abandon(self) -> None:
         with contextlib.suppress(serial.SerialException, OSError):
+            exclusive.give_back(self._serial)
             self._serial.close()
         self._serial = None
         self._hello = None

@@ -1,5 +1,10 @@
 """The serial Hapkit against a scripted board on a pseudo-terminal."""
 
+import fcntl
+import os
+import struct
+import sys
+
 import pytest
 
 from hapkit_studio import errors
@@ -153,3 +158,20 @@ def test_unplugged_while_open(fake):
     with pytest.raises(errors.PortGoneError):
         board.start_stream()
     board.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux tells who may open a port")
+def test_others_are_kept_off_while_it_is_open(fake):
+    def claimed():
+        answer = fcntl.ioctl(line, 0x80045440, struct.pack("i", 0))  # TIOCGEXCL
+        return struct.unpack("i", answer)[0] != 0
+
+    peer = fake()
+    line = os.open(peer.path, os.O_RDWR | os.O_NOCTTY)
+    board = HapkitBoard(peer.path)
+    assert not claimed()
+    board.open()
+    assert claimed()
+    board.close()
+    assert not claimed()
+    os.close(line)
