@@ -1,4 +1,4 @@
-// What the program needs from the hardware. board_avr.cpp is the Hapkit; the tests bring their own.
+// What the program needs from the hardware. The files *_avr.cpp are the Hapkit; the tests bring their own.
 #pragma once
 
 #include <stdint.h>
@@ -8,17 +8,19 @@
 namespace board {
 
 constexpr float kTickUs = 0.5f;  // resolution of the clock [us]
+constexpr uint8_t kQueue = 127;  // bytes that can wait to be sent
 
 // One reading of the sensor.
 struct Sampling {
   uint16_t seq;      // counts every sample period, also those that had to be skipped
   uint32_t time_us;  // board clock when the sensor was sampled
   uint16_t raw;      // the sensor's reading itself
-  bool overrun;      // sample periods were skipped just before this one
+  uint8_t missed;    // sample periods that were skipped just before this one
+  uint8_t quarters;  // of a millisecond in the period that ended with this one
   bool failed;       // the sensor's own check says that the reading is wrong
 };
 
-// Set up pins, clock, sensor and serial port; the motor is off.
+// Set up clock and serial port; the motor is off. The hardware watchdog resets the board from now on.
 void begin();
 
 // Motor off; then pins, timers and sensor as the kit needs them. Main program only.
@@ -27,8 +29,14 @@ void configure(const protocol::Board& kit);
 // While on, no reading is handled: what the sample interrupt uses may change. Main program only.
 void hold(bool on);
 
+// Take a sample every so many quarters of a millisecond, from the next one on.
+void set_period(uint8_t quarters);
+
 // Called once per sample period, from an interrupt that lets other interrupts through.
 void on_sample(const Sampling& sampling);
+
+// How long ago the sample was taken that on_sample() is handling [us].
+uint16_t age_us();
 
 // Take the next received byte; false if there is none.
 bool read(uint8_t* byte);
@@ -36,8 +44,17 @@ bool read(uint8_t* byte);
 // How many bytes can be queued for sending now.
 uint8_t room();
 
-// Queue bytes for sending, for which room was found. Only for the sample interrupt.
+// Queue bytes for sending, for which room was found. Main program only.
 void send(const uint8_t* bytes, uint8_t size);
+
+// Sleep until a byte is received or this becomes true; return at once if it is so.
+void sleep_unless(const volatile bool& due);
+
+// Tell the hardware watchdog that all is well; a pause of 15 ms resets the board.
+void pat();
+
+// Why the board started: 1 power, 2 reset, 4 brown-out, 8 watchdog; 0 where the bootloader does not tell.
+uint8_t reset_cause();
 
 // Set the signed duty of the motor, -profile::kPwmTop..profile::kPwmTop, positive to the right.
 void set_motor(int16_t pwm);

@@ -1,40 +1,99 @@
-// Answers the computer and reports samples. receive() runs in the main program, sample() in the interrupt.
+// Answers the computer and moves the motor. receive() and poll() run in the main program, sample() is the
+// tick: it runs in the interrupt, and the main program never interrupts it.
 #pragma once
 
 #include <stdint.h>
 
+#include "answers.h"
 #include "board.h"
+#include "estimator.h"
 #include "frame.h"
 #include "protocol.h"
+#include "render.h"
 #include "safety.h"
+#include "sender.h"
 
 class Controller {
  public:
+  // The settings are there: start.
+  void begin();
+
   // Take one received byte and act on the message that it completes.
   void receive(uint8_t byte);
 
-  // Handle one sensor reading: watchdog, position, frames to the computer.
+  // Send what the last tick has shown and what the computer has asked for; move the scene's numbers.
+  void poll();
+
+  // Whether poll() has something to do, set by the tick once a millisecond.
+  const volatile bool& due() const { return due_; }
+
+  // Handle one sensor reading: position, velocity, safety, and the force of the board's own law.
   void sample(const board::Sampling& sampling);
 
  private:
+  static constexpr float kFastest = 5.0f;  // m/s; beyond it something is wrong
+
+  // Main program.
   void dispatch(const uint8_t* body, uint8_t size);
+  void ask(const uint8_t* body, uint8_t size);
   void command(const protocol::Force& force);
-  void drive(int16_t pwm);
+  void choose(const protocol::Scene& scene);
+  void set_loop(const protocol::Loop& loop);
+  void set_kit(const protocol::Board& kit);
+  void set_stream(const protocol::Stream& stream);
+  void refuse();
   void off();
-  uint16_t delay_since(uint16_t seq) const;
-  void send_hello();
-  void send_sample(const board::Sampling& sampling, int32_t count);
+  void redesign();
+  void start_over();
+  void report();
+  uint8_t overrun_flag();
+
+  // Either side; the main program under a Lock.
+  void drive(int16_t pwm);
+
+  // The tick: tick.cpp.
+  void adopt();
+  void watch(const board::Sampling& sampling, int32_t count);
+  void render(int32_t count);
+  void ask_law(float x);
+  void show(const board::Sampling& sampling, int32_t count);
+  void show_sample(const board::Sampling& sampling, int32_t count);
+  void show_law(const board::Sampling& sampling, int32_t count);
 
   frame::Parser parser_;
+  Sender sender_;
+  Answers answers_;
   Safety safety_;
-  volatile bool hello_wanted_ = false;
-  volatile bool streaming_ = false;
-  bool overrun_ = false;
-
-  // Written by one side, read by the other: only under a Lock.
-  uint16_t last_seq_ = 0;
-  uint32_t last_time_us_ = 0;
+  render::Renderer renderer_;
+  render::Fade fade_;
+  protocol::Loop loop_ = {};  // for the board's own laws
+  bool streaming_ = false;
+  bool lost_frame_ = false;  // the last one did not fit the queue
+  uint8_t told_overruns_ = 0;
   uint16_t answered_ = 0;
   uint16_t delay_us_ = 0;
+
+  // Handed to the tick.
+  estimator::Design next_ = {};  // taken over after a period of its length
+  volatile bool next_ready_ = false;
+  volatile bool known_ = false;  // where the handle was before; else the next tick begins to estimate anew
+
+  // The tick's; the main program reads the last four under a Lock.
+  estimator::Estimator estimator_;
+  estimator::Design design_ = {};  // of no period until there is one
+  float velocity_ = 0.0f;
+  float asked_ = 0.0f;
+  uint8_t since_shown_ = 0;  // quarters of a millisecond
+  uint16_t longest_us_ = 0;
+  uint16_t last_seq_ = 0;
+  uint32_t last_time_us_ = 0;
   int16_t pwm_ = 0;
+  volatile uint8_t overruns_ = 0;
+
+  // What a tick shows; the main program's while due_ is set.
+  volatile bool due_ = false;
+  volatile bool late_ = false;  // a tick had to show while it was
+  bool shows_law_ = false;
+  protocol::Sample sample_ = {};
+  protocol::Telemetry shown_ = {};
 };

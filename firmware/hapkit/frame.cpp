@@ -4,14 +4,22 @@ namespace frame {
 uint8_t Parser::push(uint8_t byte) {
   if (byte == 0) return finish();
   if (left_ == 0) {
-    if (started_) store(0);
-    left_ = byte - 1;
-    started_ = true;
+    begin_block(byte);
   } else {
     --left_;
     store(byte);
   }
   return 0;
+}
+
+void Parser::begin_block(uint8_t code) {
+  if (started_) {
+    store(0);
+  } else {
+    crc_ = crc::kStart;
+    started_ = true;
+  }
+  left_ = code - 1;
 }
 
 void Parser::store(uint8_t byte) {
@@ -35,7 +43,6 @@ void Parser::reset() {
   size_ = 0;
   left_ = 0;
   started_ = false;
-  crc_ = crc::kStart;
 }
 
 }  // namespace frame

@@ -12,48 +12,60 @@ constexpr uint8_t kLargestBody = 1 + protocol::kLargestFromBoard;
 constexpr uint8_t kOverhead = 4;  // CRC, one COBS code (a body stays below 252 bytes), delimiter
 static_assert(kLargestBody + kOverhead < 256, "a frame needs more than one COBS block");
 
-// Writes one frame to a sink, any callable that takes bytes and their number. A block goes out as soon as it
-// is known, so the first bytes are on their way while the rest is still being coded.
+// Writes one frame to a sink, any callable that takes bytes and their number. The first blocks go out while the
+// rest is still being coded.
 template <class Sink>
 class Writer {
  public:
   explicit Writer(Sink sink) : sink_(sink) {}
 
-  void put(uint8_t byte) {
-    crc_ = crc::update(crc_, byte);
-    stuff(byte);
-  }
+  void put(uint8_t byte) { put(&byte, 1); }
 
   void put(const void* bytes, uint8_t size) {
-    const uint8_t* next = static_cast<const uint8_t*>(bytes);
-    while (size--) put(*next++);
+    crc_ = stuff(static_cast<const uint8_t*>(bytes), size, crc_);
   }
 
   void finish() {
-    const uint16_t crc = crc_;
-    stuff(static_cast<uint8_t>(crc >> 8));
-    stuff(static_cast<uint8_t>(crc));
-    block_[0] = size_;
-    block_[size_++] = 0;
-    sink_(block_, size_);
+    const uint8_t check[] = {static_cast<uint8_t>(crc_ >> 8), static_cast<uint8_t>(crc_)};
+    stuff(check, sizeof(check), 0);
+    *code_ = static_cast<uint8_t>(end_ - code_);
+    *end_++ = 0;
+    sink_(unsent_, static_cast<uint8_t>(end_ - unsent_));
   }
 
  private:
-  // COBS: a zero becomes the distance to the next one, written before the bytes between them.
-  void stuff(uint8_t byte) {
-    if (byte != 0) {
-      block_[size_++] = byte;
-      return;
+  static constexpr uint8_t kWorthIt = 8;  // bytes for a call of the sink
+
+  // COBS: a zero becomes the distance to the next one, written before the bytes between them. Return the CRC
+  // after these bytes.
+  uint16_t stuff(const uint8_t* bytes, uint8_t size, uint16_t crc) {
+    uint8_t* end = end_;
+    uint8_t* code = code_;
+    for (; size; --size) {
+      const uint8_t byte = *bytes++;
+      crc = crc::update(crc, byte);
+      if (byte) {
+        *end++ = byte;
+        continue;
+      }
+      *code = static_cast<uint8_t>(end - code);
+      code = end++;
+      if (static_cast<uint8_t>(code - unsent_) >= kWorthIt) {
+        sink_(unsent_, static_cast<uint8_t>(code - unsent_));
+        unsent_ = code;
+      }
     }
-    block_[0] = size_;
-    sink_(block_, size_);
-    size_ = 1;
+    end_ = end;
+    code_ = code;
+    return crc;
   }
 
   Sink sink_;
   uint16_t crc_ = crc::kStart;
-  uint8_t size_ = 1;  // of the block, its code included
-  uint8_t block_[kLargestBody + kOverhead];
+  uint8_t* unsent_ = coded_;
+  uint8_t* code_ = coded_;     // of the block that is being filled
+  uint8_t* end_ = coded_ + 1;  // behind its last byte
+  uint8_t coded_[kLargestBody + kOverhead];
 };
 
 // Takes received bytes one by one and tells when a whole valid frame is there. What fits is far shorter than
@@ -72,15 +84,16 @@ class Parser {
  private:
   static constexpr uint8_t kCapacity = 1 + protocol::kLargestToBoard + 2;
 
+  void begin_block(uint8_t code);
   void store(uint8_t byte);
   uint8_t finish();
   void reset();
 
-  uint8_t body_[kCapacity];
+  uint8_t body_[kCapacity] = {};
   uint8_t size_ = 0;      // decoded bytes, CRC included; kCapacity + 1 when there were too many
   uint8_t left_ = 0;      // bytes left in the present COBS block
   bool started_ = false;  // a block has been read; before the next one comes a zero
-  uint16_t crc_ = crc::kStart;
+  uint16_t crc_ = 0;
   uint8_t bad_frames_ = 0;
 };
 

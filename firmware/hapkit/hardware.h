@@ -16,6 +16,12 @@ void set_motor(const protocol::Board& kit);
 // What the kit's sensor needs. A reading that was under way is gone. Interrupts are off.
 void set_sensor(const protocol::Board& kit);
 
+// Serial port, and sleep between its interrupts.
+void begin_serial();
+
+// Reset the board from now on after 15 ms without a pat.
+void begin_watchdog();
+
 // Start one reading of the sensor; called with interrupts off, and never before the last one is done.
 void start_reading();
 

@@ -32,3 +32,6 @@ class Lock {
 };
 
 #endif
+
+// What is written before is in memory before what is written after.
+inline void fence() { __asm__ volatile("" ::: "memory"); }

@@ -13,10 +13,13 @@ void board::on_sample(const Sampling& sampling) { controller.sample(sampling); }
 void program::begin() {
   board::begin();
   settings::load();
+  controller.begin();
 }
 
 void program::poll() {
   uint8_t byte;
-  while (board::read(&byte)) controller.receive(byte);
+  while (!controller.due() && board::read(&byte)) controller.receive(byte);
+  controller.poll();
   settings::poll();
+  board::sleep_unless(controller.due());
 }

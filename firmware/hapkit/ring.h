@@ -13,7 +13,7 @@ class Ring {
   bool push(uint8_t byte) {
     const uint8_t next = (head_ + 1) & kMask;
     if (next == tail_) return false;
-    bytes_[head_] = byte;
+    bytes_[next] = byte;
     head_ = next;
     return true;
   }
@@ -21,23 +21,30 @@ class Ring {
   // Put several bytes for which there is room; the reader sees them all at once.
   void push(const uint8_t* bytes, uint8_t size) {
     uint8_t next = head_;
-    for (; size; --size, next = (next + 1) & kMask) bytes_[next] = *bytes++;
+    for (; size; --size) {
+      next = (next + 1) & kMask;
+      bytes_[next] = *bytes++;
+    }
     head_ = next;
   }
 
   bool pop(uint8_t* byte) {
     if (head_ == tail_) return false;
-    *byte = bytes_[tail_];
-    tail_ = (tail_ + 1) & kMask;
+    const uint8_t next = (tail_ + 1) & kMask;
+    *byte = bytes_[next];
+    tail_ = next;
     return true;
   }
 
   uint8_t room() const { return static_cast<uint8_t>(tail_ - head_ - 1) & kMask; }
   bool empty() const { return head_ == tail_; }
 
- private:
+  // For a reader or writer in assembler: the bytes, then the place last written, then the place last read.
   static constexpr uint8_t kMask = Size - 1;
+  static constexpr uint16_t kHead = Size;
+  static constexpr uint16_t kTail = Size + 1;
 
+ private:
   volatile uint8_t bytes_[Size];
   volatile uint8_t head_ = 0;
   volatile uint8_t tail_ = 0;

@@ -1,9 +1,8 @@
-// Decides what the motor may do: emergency stop, watchdog, refused commands.
+// Decides whether the motor may run: emergency stop, over-speed, refusal, silence of the computer.
 #pragma once
 
 #include <stdint.h>
 
-#include "profile.h"
 #include "protocol.h"
 
 class Safety {
@@ -12,32 +11,51 @@ class Safety {
   bool command(uint8_t flags) {
     command_flags_ = flags;
     if (flags & protocol::kFlagRefused) return false;
-    silence_ = 0;
-    return !stopped_;
+    alive();
+    return !(latched_ | sensor_);
   }
 
-  // Count one sample period; return whether the silence has just become too long.
-  bool period() {
-    if (silence_ >= kPatience) return false;
-    return ++silence_ == kPatience;
+  // Note the flags of a force that the board asked for itself; one that is not a number ends the scene.
+  void rendered(uint8_t flags) {
+    command_flags_ = flags & protocol::kFlagClamped;
+    latched_ |= flags & protocol::kFlagRefused;
   }
 
-  // Take the right to drive away until the next valid command.
-  void expire() { silence_ = kPatience; }
+  // The computer has been heard.
+  void alive() { patience_ = kPatience; }
 
-  void stop() { stopped_ = true; }
-  void release() { stopped_ = false; }
+  // Count a sample period, in quarters of a millisecond. A message falls somewhere into its first period, so
+  // that the motor is off before the full time is over.
+  void period(uint8_t quarters) {
+    patience_ = patience_ > quarters ? patience_ - quarters : 0;
+    if (patience_ < quarters) patience_ = 0;
+  }
+
+  // Take the right to drive away until the next message.
+  void expire() { patience_ = 0; }
+
+  void stop() { latched_ |= protocol::kFlagStopped; }
+  void over_speed() { latched_ |= protocol::kFlagOverSpeed; }
+  void sensor(bool faulty) { sensor_ = faulty ? protocol::kFlagSensor : 0; }
+  void refuse() { latched_ |= protocol::kFlagRefused; }
+  void release() { latched_ &= protocol::kFlagRefused; }
+  void accept() {
+    latched_ &= ~protocol::kFlagRefused;
+    command_flags_ = 0;
+  }
+
+  bool refused() const { return latched_ & protocol::kFlagRefused; }
+  bool off() const { return (latched_ | sensor_) || !patience_; }
 
   uint8_t flags() const {
-    return command_flags_ | (silence_ >= kPatience ? protocol::kFlagWatchdog : 0) |
-           (stopped_ ? protocol::kFlagStopped : 0);
+    return command_flags_ | latched_ | sensor_ | (!patience_ ? protocol::kFlagWatchdog : 0);
   }
 
  private:
-  // A command falls somewhere into its first period, so the motor is off before the full time is over.
-  static constexpr uint8_t kPatience = profile::kWatchdogMs * 1000UL / profile::kPeriodUs;
+  static constexpr uint8_t kPatience = 4 * 25;  // quarters of a millisecond
 
   uint8_t command_flags_ = 0;
-  uint8_t silence_ = kPatience;
-  bool stopped_ = false;
+  uint8_t latched_ = 0;
+  uint8_t sensor_ = 0;
+  uint8_t patience_ = 0;  // left until the motor goes off
 };

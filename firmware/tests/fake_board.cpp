@@ -11,10 +11,16 @@ uint8_t lost = 0;
 bool held = false;
 protocol::Board configured = {};
 int configurations = 0;
+uint8_t quarters = 4;
+uint16_t age_us = 0;
+int pats = 0;
 std::vector<uint8_t> sent;
 
 void reset() {
   now_us = 0;
+  quarters = 4;
+  age_us = 0;
+  pats = 0;
   pwm = 0;
   room = 127;
   lost = 0;
@@ -101,3 +107,7 @@ void board::send(const uint8_t* bytes, uint8_t size) { fake::sent.insert(fake::s
 void board::set_motor(int16_t pwm) { fake::pwm = pwm; }
 uint32_t board::now_us() { return fake::now_us; }
 uint8_t board::lost_bytes() { return fake::lost; }
+void board::set_period(uint8_t quarters) { fake::quarters = quarters; }
+uint16_t board::age_us() { return fake::age_us; }
+void board::pat() { ++fake::pats; }
+uint8_t board::reset_cause() { return 8; }

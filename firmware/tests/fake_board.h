@@ -16,6 +16,9 @@ extern uint8_t lost;
 extern bool held;                  // readings are, by board::hold
 extern protocol::Board configured;  // by board::configure, which was called so often
 extern int configurations;
+extern uint8_t quarters;            // of a millisecond, by board::set_period
+extern uint16_t age_us;
+extern int pats;
 extern std::vector<uint8_t> sent;
 
 using Body = std::vector<uint8_t>;

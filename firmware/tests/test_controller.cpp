@@ -3,10 +3,9 @@
 #include <initializer_list>
 #include <cstring>
 
+#include "bench.h"
 #include "check.h"
-#include "controller.h"
 #include "fake_board.h"
-#include "fake_eeprom.h"
 #include "profile.h"
 #include "settings.h"
 #include "ring.h"
@@ -14,59 +13,6 @@
 namespace {
 
 constexpr int kWatchdogPeriods = 25;
-
-// A controller on a fresh board, with the sample periods of the test's own making.
-class Bench {
- public:
-  Bench() {
-    fake::fresh_board();
-  }
-
-  template <class Message>
-  void say(const Message& message) {
-    say_bytes(fake::frame_of(fake::body_of(message)));
-  }
-
-  void say_bytes(const std::vector<uint8_t>& bytes) {
-    for (uint8_t byte : bytes) controller_.receive(byte);
-  }
-
-  // One sample period later.
-  void period(uint16_t raw = 500, bool overrun = false) {
-    time_us_ += 1000;
-    fake::now_us = time_us_;
-    controller_.sample({++seq_, time_us_, raw, overrun, false});
-  }
-
-  // One sample period later; return what was reported.
-  protocol::Sample sample(uint16_t raw = 500, bool overrun = false) {
-    fake::sent.clear();
-    period(raw, overrun);
-    return last<protocol::Sample>();
-  }
-
-  template <class Message>
-  Message last() {
-    Message message{};
-    const auto bodies = fake::take_bodies();
-    CHECK(bodies.size() == 1);
-    const bool right = !bodies.empty() && bodies[0].size() == 1 + Message::kSize && bodies[0][0] == Message::kId;
-    CHECK(right);
-    if (right) std::memcpy(&message, bodies[0].data() + 1, Message::kSize);
-    return message;
-  }
-
-  void periods(int count) {
-    while (count--) period();
-  }
-
-  uint16_t seq() const { return seq_; }
-
- private:
-  Controller controller_;
-  uint16_t seq_ = 65533;  // wraps soon
-  uint32_t time_us_ = 0xfffff000;
-};
 
 }  // namespace
 

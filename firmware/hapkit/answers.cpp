@@ -1,0 +1,58 @@
+#include "answers.h"
+
+#include <string.h>
+
+#include "board.h"
+#include "build.h"
+#include "profile.h"
+#include "render.h"
+#include "settings.h"
+
+void Answers::send(Sender& sender) {
+  if ((wanted_ & kHello) && send_hello(sender)) wanted_ &= ~kHello;
+  if ((wanted_ & kSettings) && !settings::saving() && send_settings(sender)) wanted_ &= ~kSettings;
+  if ((wanted_ & kLaw) && send_law(sender)) wanted_ &= ~kLaw;
+}
+
+bool Answers::send_hello(Sender& sender) {
+  const protocol::Board& kit = settings::now();
+  protocol::Hello hello;
+  hello.version = protocol::kVersion;
+  hello.quantum = kit.quantum;
+  hello.max_force = kit.max_force;
+  hello.motor_constant = kit.motor_constant;
+  hello.handle_radius = kit.handle_radius;
+  hello.pulley_radius = kit.pulley_radius;
+  hello.sector_radius = kit.sector_radius;
+  hello.tick_us = board::kTickUs;
+  hello.counts_per_flip = kit.counts_per_flip;
+  hello.sample_rate = profile::kSampleRate;
+  hello.watchdog_ms = profile::kWatchdogMs;
+  hello.pwm_top = profile::kPwmTop;
+  hello.profile = kit.profile;
+  hello.laws = render::count();
+  hello.origin = settings::origin();
+  hello.reset = board::reset_cause();
+  memset(hello.build, 0, sizeof(hello.build));
+  memcpy(hello.build, HAPKIT_BUILD, sizeof(HAPKIT_BUILD) - 1);
+  static_assert(sizeof(HAPKIT_BUILD) - 1 <= sizeof(hello.build), "the build's name is too long");
+  return sender.send(hello);
+}
+
+bool Answers::send_settings(Sender& sender) {
+  protocol::Settings answer;
+  static_assert(sizeof(answer) == sizeof(protocol::Board) + 2, "Settings begins as Board");
+  memcpy(&answer, &settings::now(), sizeof(protocol::Board));
+  answer.origin = settings::origin();
+  answer.refused = refused_;
+  return sender.send(answer);
+}
+
+// A law that is not there has no name.
+bool Answers::send_law(Sender& sender) {
+  protocol::LawName name;
+  memset(&name, 0, sizeof(name));
+  name.law = law_;
+  render::describe(law_, &name);
+  return sender.send(name);
+}

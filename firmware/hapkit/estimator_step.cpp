@@ -1,0 +1,80 @@
+#pragma GCC optimize("O2")  // also for what is included
+
+#include "estimator.h"
+
+namespace estimator {
+namespace {
+
+// Return value * half / 2^32, rounded, within two units where the value is 2^16 or more.
+//
+// In bytes v3 v2 v1 v0 and h3 h2 h1 h0: what lies below the result is left out but for v1 v0 * h3 h2. The
+// compiler would take four times as long.
+inline uint32_t share(uint32_t value, uint32_t half) {
+#ifdef __AVR__
+  uint32_t result;
+  uint8_t below, zero;
+  __asm__(
+      "clr %2\n\t"
+      "mul %A3, %C4\n\tmov %1, r1\n\t"
+      "mul %B3, %D4\n\tmovw %A0, r0\n\tclr %C0\n\tclr %D0\n\t"
+      "mul %A3, %D4\n\tadd %1, r0\n\tadc %A0, r1\n\tadc %B0, %2\n\t"
+      "mul %B3, %C4\n\tadd %1, r0\n\tadc %A0, r1\n\tadc %B0, %2\n\t"
+      "lsl %1\n\tadc %A0, %2\n\tadc %B0, %2\n\tadc %C0, %2\n\t"
+      "mov r0, %C3\n\tor r0, %D3\n\tbreq 1f\n\t"
+      "mul %C3, %C4\n\tadd %A0, r0\n\tadc %B0, r1\n\tadc %C0, %2\n\tadc %D0, %2\n\t"
+      "mul %D3, %B4\n\tadd %A0, r0\n\tadc %B0, r1\n\tadc %C0, %2\n\tadc %D0, %2\n\t"
+      "mul %C3, %B4\n\tadd %A0, r1\n\tadc %B0, %2\n\tadc %C0, %2\n\tadc %D0, %2\n\t"
+      "mul %D3, %A4\n\tadd %A0, r1\n\tadc %B0, %2\n\tadc %C0, %2\n\tadc %D0, %2\n\t"
+      "mul %C3, %D4\n\tadd %B0, r0\n\tadc %C0, r1\n\tadc %D0, %2\n\t"
+      "mul %D3, %C4\n\tadd %B0, r0\n\tadc %C0, r1\n\tadc %D0, %2\n\t"
+      "mul %D3, %D4\n\tadd %C0, r0\n\tadc %D0, r1\n"
+      "1:\tclr __zero_reg__"
+      : "=&r"(result), "=&r"(below), "=&r"(zero)
+      : "r"(value), "r"(half));
+  return result;
+#else
+  const uint32_t low = value & 0xffff, high = value >> 16, coarse = half >> 16, fine = half & 0xffff;
+  const uint32_t part = low * coarse - ((low & 0xff) * (coarse & 0xff) & 0xff);
+  const uint32_t whole = (part >> 16) + ((part >> 15) & 1);
+  return whole + high * coarse + (high >> 8) * (fine >> 8) + ((high & 0xff) * (fine >> 8) >> 8) +
+         ((high >> 8) * (fine & 0xff) >> 8);
+#endif
+}
+
+}  // namespace
+
+int32_t scaled(int32_t value, uint32_t half) {
+  const bool negative = value < 0;
+  const uint32_t twice = static_cast<uint32_t>(negative ? -value : value) << 1;
+  const int32_t result = static_cast<int32_t>(share(twice, half));
+  return negative ? -result : result;
+}
+
+void Estimator::change(uint8_t quarters_before, uint8_t quarters) {
+  for (; quarters_before < quarters; quarters_before <<= 1) speed_ *= 2;
+  for (; quarters_before > quarters; quarters_before >>= 1) speed_ /= 2;
+  rest_ = 0;
+}
+
+bool Estimator::update(const Design& design, int32_t count, uint8_t periods) {
+  int32_t moved = count - last_;
+  last_ = count;
+  if (periods > 1) moved /= periods;
+  if (moved > kMostCounts || moved < -kMostCounts) {
+    speed_ = rest_ = 0;
+    return false;
+  }
+  const int32_t raw = static_cast<int32_t>(static_cast<uint32_t>(moved) << 16);
+  if (design.method == protocol::kEstimatorDifference) {
+    speed_ = raw;
+  } else if (design.method == protocol::kEstimatorIir) {
+    speed_ += scaled(raw - speed_, design.first);
+  } else {
+    const int32_t surprise = rest_ + raw - speed_;
+    rest_ = surprise - scaled(surprise, design.first);
+    speed_ += scaled(surprise, design.second);
+  }
+  return speed_ <= design.fastest && speed_ >= -design.fastest;
+}
+
+}  // namespace estimator

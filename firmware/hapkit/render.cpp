@@ -1,0 +1,125 @@
+#include "render.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "laws/table.h"
+#include "lock.h"
+
+#ifdef __AVR__
+#include <avr/pgmspace.h>
+#else
+#define memcpy_P memcpy
+#endif
+
+namespace render {
+namespace {
+
+#define LAW(name, discrete) \
+  {#name, laws::name::kParameters, laws::name::kStates, discrete, laws::name::kFingerprint, \
+   laws::name::start, laws::name::force}
+
+// The laws that fit the chip.
+const laws::Law kTable[] PROGMEM = {
+    LAW(free, 0x0), LAW(spring, 0x0), LAW(wall, 0x18), LAW(damping, 0x0), LAW(friction, 0x1),
+    LAW(hard_surface, 0x8), LAW(bump_valley, 0x1c), LAW(texture, 0x1), LAW(button, 0x0), LAW(detents, 0x0),
+    LAW(cat, 0x80),
+};
+constexpr uint8_t kCount = sizeof(kTable) / sizeof(*kTable);
+
+}  // namespace
+
+uint8_t count() { return kCount; }
+
+bool describe(uint8_t number, protocol::LawName* name) {
+  if (number >= kCount) return false;
+  laws::Law law;
+  memcpy_P(&law, &kTable[number], sizeof(law));
+  name->law = number;
+  name->parameters = law.parameters;
+  name->states = law.states;
+  name->fingerprint = law.fingerprint;
+  memcpy(name->key, law.key, sizeof(name->key));
+  return true;
+}
+
+bool Renderer::accept(const protocol::Scene& scene, bool anew) {
+  if (scene.law >= kCount) return false;
+  laws::Law law;
+  memcpy_P(&law, &kTable[scene.law], sizeof(law));
+  for (uint8_t i = 0; i < law.parameters; ++i) {
+    if (!isfinite(scene.values[i])) return false;
+  }
+  if (!anew && goes_on(scene)) {
+    move_to(scene);
+    return true;
+  }
+  const uint8_t other = bank_ ^ 1;
+  for (uint8_t i = 0; i < law.parameters; ++i) banks_[other][i] = goal_[i] = scene.values[i];
+  const Lock lock;
+  start_ = law.start;
+  force_ = law.force;
+  discrete_ = law.discrete;
+  parameters_ = law.parameters;
+  states_ = law.states;
+  turn_ = 0;
+  steps_left_ = 0;
+  bank_ = other;
+  law_ = scene.law;
+  active_ = true;
+  generation_ = scene.generation;
+  fresh_ = true;
+  return true;
+}
+
+void Renderer::leave() { active_ = false; }
+
+bool Renderer::goes_on(const protocol::Scene& scene) const {
+  if (!active_ || scene.law != law_) return false;
+  for (uint8_t i = 0; i < parameters_; ++i) {
+    if ((discrete_ >> i & 1) && scene.values[i] != goal_[i]) return false;
+  }
+  return true;
+}
+
+void Renderer::move_to(const protocol::Scene& scene) {
+  const float* now = banks_[bank_];
+  for (uint8_t i = 0; i < parameters_; ++i) {
+    goal_[i] = scene.values[i];
+    const float way = goal_[i] - now[i];
+    step_[i] = way == 0.0f ? 0.0f : way * (1.0f / kSteps);
+  }
+  steps_left_ = kSteps;
+  generation_ = scene.generation;
+}
+
+// The tick takes whichever bank is named when it begins; naming the other one is a single write.
+void Renderer::move() {
+  if (steps_left_ == 0) return;
+  const bool last = --steps_left_ == 0;
+  const float* now = banks_[bank_];
+  float* next = banks_[bank_ ^ 1];
+  for (uint8_t i = 0; i < parameters_; ++i) {
+    next[i] = last ? goal_[i] : step_[i] == 0.0f ? now[i] : now[i] + step_[i];
+  }
+  fence();
+  bank_ = bank_ ^ 1;
+}
+
+float Renderer::force(float x, float v, float period, bool* began) {
+  *began = fresh_;
+  if (fresh_) {
+    fresh_ = false;
+    start_(state_);
+  }
+  return force_(banks_[bank_], state_, x, v, period);
+}
+
+void Renderer::show_state(protocol::Telemetry* shown) {
+  if (turn_ >= states_) turn_ = 0;
+  shown->state_at = turn_;
+  shown->state = states_ ? state_[turn_] : 0.0f;
+  ++turn_;
+}
+
+}  // namespace render

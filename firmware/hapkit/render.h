@@ -1,0 +1,85 @@
+// One of the board's own laws: chosen and tuned by the main program, asked for its force by the tick.
+#pragma once
+
+#include <stdint.h>
+
+#include "protocol.h"
+
+namespace render {
+
+// How many laws there are.
+uint8_t count();
+
+// Fill the name of a law; false if there is none of this number.
+bool describe(uint8_t law, protocol::LawName* name);
+
+// A force that comes in over 30 ms.
+class Fade {
+ public:
+  void restart() { gone_ = 0; }
+
+  // Return the force, weighted, one period later.
+  float weighted(float force, uint8_t quarters) {
+    if (gone_ >= kQuarters) return force;
+    gone_ += quarters;
+    return gone_ < kQuarters ? force * (gone_ * (1.0f / kQuarters)) : force;
+  }
+
+ private:
+  static constexpr uint8_t kQuarters = 4 * 30;  // of a millisecond
+
+  uint8_t gone_ = 0;
+};
+
+class Renderer {
+ public:
+  // Main program.
+
+  // Put a scene in force; false, and nothing is changed, if it cannot be rendered. The same law with the same
+  // choices goes on, and its numbers move over 30 ms; anew: it does not go on.
+  bool accept(const protocol::Scene& scene, bool anew);
+
+  // Leave the rendering to the computer.
+  void leave();
+
+  // Let the numbers move on by a millisecond.
+  void move();
+
+  bool active() const { return active_; }
+
+  // The number that came with the scene in force.
+  uint8_t generation() const { return generation_; }
+
+  // The tick, which the main program never interrupts.
+
+  // Return the force that the law asks for in N, positive to the right, and whether it began just now.
+  float force(float x, float v, float period, bool* began);
+
+  // Fill one value of the law's state and its place; they take turns.
+  void show_state(protocol::Telemetry* shown);
+
+ private:
+  void move_to(const protocol::Scene& scene);
+  bool goes_on(const protocol::Scene& scene) const;
+
+  static constexpr uint8_t kSteps = 30;
+
+  float state_[protocol::kValues] = {};
+  float banks_[2][protocol::kValues] = {};  // parameters: one for the tick, the other to be written
+  float goal_[protocol::kValues] = {};
+  float step_[protocol::kValues] = {};
+  void (*start_)(float*) = nullptr;
+  float (*force_)(const float*, float*, float, float, float) = nullptr;
+  uint32_t discrete_ = 0;  // bit i: parameter i is a choice
+  uint8_t parameters_ = 0;
+  uint8_t states_ = 0;
+  uint8_t turn_ = 0;        // which state is shown next
+  uint8_t steps_left_ = 0;  // until the numbers are at their goal
+  uint8_t generation_ = 0;
+  volatile uint8_t bank_ = 0;
+  uint8_t law_ = 0;
+  volatile bool active_ = false;
+  volatile bool fresh_ = false;  // the next tick starts the law
+};
+
+}  // namespace render

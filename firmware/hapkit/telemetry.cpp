@@ -1,0 +1,42 @@
+// What the main program does once a millisecond: it sends what the last tick has shown.
+#include "controller.h"
+#include "lock.h"
+
+void Controller::poll() {
+  if (due_) {
+    if (streaming_) report();
+    due_ = false;
+    board::pat();
+    renderer_.move();
+    if (next_.quarters > 4) renderer_.move();
+  }
+  if (answers_.waiting()) answers_.send(sender_);
+}
+
+void Controller::report() {
+  const uint8_t rx_errors = parser_.bad_frames() + board::lost_bytes();
+  const uint8_t flags = overrun_flag();
+  if (shows_law_) {
+    shown_.flags |= flags;
+    shown_.rx_errors = rx_errors;
+    lost_frame_ = !sender_.send(shown_);
+    return;
+  }
+  {
+    const Lock lock;
+    sample_.pwm = pwm_;
+    sample_.flags |= flags | safety_.flags();
+  }
+  sample_.answered = answered_;
+  sample_.delay_us = delay_us_;
+  sample_.rx_errors = rx_errors;
+  lost_frame_ = !sender_.send(sample_);
+}
+
+// Ticks that were skipped, and ticks that were shown in vain, since the last frame.
+uint8_t Controller::overrun_flag() {
+  const bool lost = lost_frame_ || late_ || told_overruns_ != overruns_;
+  late_ = false;
+  told_overruns_ = overruns_;
+  return lost ? protocol::kFlagOverrun : 0;
+}

@@ -1,0 +1,107 @@
+// The controller's half in the interrupt: position, velocity, safety, force, motor.
+#include "controller.h"
+#include "lock.h"
+#include "motor.h"
+#include "sensor.h"
+
+void Controller::sample(const board::Sampling& sampling) {
+  if (next_ready_ && sampling.quarters == next_.quarters) adopt();
+  const int32_t count = sensor::count(sampling.raw, sampling.failed);
+  watch(sampling, count);
+  if (renderer_.active()) {
+    render(count);
+  } else if (safety_.off()) {
+    drive(0);
+  }
+  show(sampling, count);
+}
+
+// Until the length of the period has changed, the old design is the right one.
+void Controller::adopt() {
+  if (design_.quarters) estimator_.change(design_.quarters, next_.quarters);
+  design_ = next_;
+  next_ready_ = false;
+}
+
+void Controller::watch(const board::Sampling& sampling, int32_t count) {
+  last_seq_ = sampling.seq;
+  last_time_us_ = sampling.time_us;
+  for (uint8_t missed = sampling.missed; missed; --missed) safety_.period(sampling.quarters);
+  safety_.period(sampling.quarters);
+  overruns_ += sampling.missed;
+  const bool faulty = sensor::faulty();
+  safety_.sensor(faulty);
+  if (!known_ || faulty) {
+    estimator_.restart(count);
+    known_ = true;
+  } else if (sampling.quarters != design_.quarters) {
+    estimator_.skip(count);
+  } else if (!estimator_.update(design_, count, sampling.missed + 1)) {
+    safety_.over_speed();
+  }
+}
+
+void Controller::render(int32_t count) {
+  velocity_ = estimator_.velocity(design_);
+  asked_ = 0.0f;
+  if (!safety_.refused()) ask_law(static_cast<float>(count) * design_.quantum);
+  if (safety_.off()) {
+    fade_.restart();
+    return drive(0);
+  }
+  const motor::Limited limited = motor::limit(fade_.weighted(asked_, design_.quarters));
+  safety_.rendered(limited.flags);
+  drive(limited.flags & protocol::kFlagRefused ? 0 : motor::pwm_of(limited.force));
+  const uint16_t age = board::age_us();
+  if (age > longest_us_) longest_us_ = age;
+}
+
+void Controller::ask_law(float x) {
+  bool began;
+  asked_ = renderer_.force(x, velocity_, design_.period, &began);
+  if (began) fade_.restart();
+}
+
+// Once a millisecond, or at every tick if they are rarer.
+void Controller::show(const board::Sampling& sampling, int32_t count) {
+  since_shown_ += sampling.quarters;
+  if (since_shown_ < 4) return;
+  since_shown_ = 0;
+  if (due_) {
+    late_ = true;
+    return;
+  }
+  shows_law_ = renderer_.active();
+  if (shows_law_) {
+    show_law(sampling, count);
+  } else {
+    show_sample(sampling, count);
+  }
+  fence();
+  due_ = true;
+}
+
+static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }
+
+void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
+  sample_.seq = sampling.seq;
+  sample_.time_us = sampling.time_us;
+  sample_.count = count;
+  sample_.raw = sampling.raw;
+  sample_.flags = doubt_flag();
+}
+
+void Controller::show_law(const board::Sampling& sampling, int32_t count) {
+  shown_.seq = sampling.seq;
+  shown_.time_us = sampling.time_us;
+  shown_.count = count;
+  shown_.velocity = velocity_;
+  shown_.asked = asked_;
+  shown_.pwm = pwm_;
+  shown_.flags = safety_.flags() | doubt_flag();
+  shown_.delay_us = longest_us_;
+  shown_.overruns = overruns_;
+  shown_.generation = renderer_.generation();
+  renderer_.show_state(&shown_);
+  longest_us_ = 0;
+}

@@ -1,0 +1,75 @@
+// A controller on a fresh board, with the sample periods of the test's own making.
+#pragma once
+
+#include <cstring>
+#include <vector>
+
+#include "check.h"
+#include "controller.h"
+#include "fake_board.h"
+#include "fake_eeprom.h"
+
+class Bench {
+ public:
+  Bench() {
+    fake::fresh_board();
+    controller_.begin();
+  }
+
+  template <class Message>
+  void say(const Message& message) {
+    say_bytes(fake::frame_of(fake::body_of(message)));
+  }
+
+  void say_bytes(const std::vector<uint8_t>& bytes) {
+    for (uint8_t byte : bytes) controller_.receive(byte);
+  }
+
+  // One sample period later, or several with all but the last one missed; the main program sees to nothing.
+  void tick(uint16_t raw = 500, uint8_t missed = 0) {
+    const uint8_t ended = quarters_;
+    quarters_ = fake::quarters;
+    time_us_ += 250u * ended * (missed + 1);
+    seq_ = static_cast<uint16_t>(seq_ + missed + 1);
+    fake::now_us = time_us_;
+    controller_.sample({seq_, time_us_, raw, missed, ended, false});
+  }
+
+  void poll() { controller_.poll(); }
+
+  // One sample period later.
+  void period(uint16_t raw = 500, uint8_t missed = 0) {
+    tick(raw, missed);
+    poll();
+  }
+
+  // One sample period later; return what was reported.
+  protocol::Sample sample(uint16_t raw = 500, uint8_t missed = 0) {
+    fake::sent.clear();
+    period(raw, missed);
+    return last<protocol::Sample>();
+  }
+
+  template <class Message>
+  Message last() {
+    Message message{};
+    const auto bodies = fake::take_bodies();
+    CHECK(bodies.size() == 1);
+    const bool right = !bodies.empty() && bodies[0].size() == 1 + Message::kSize && bodies[0][0] == Message::kId;
+    CHECK(right);
+    if (right) std::memcpy(&message, bodies[0].data() + 1, Message::kSize);
+    return message;
+  }
+
+  void periods(int count) {
+    while (count--) period();
+  }
+
+  uint16_t seq() const { return seq_; }
+
+ private:
+  Controller controller_;
+  uint16_t seq_ = 65533;  // wraps soon
+  uint32_t time_us_ = 0xfffff000;
+  uint8_t quarters_ = 4;
+};
