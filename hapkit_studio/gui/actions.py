@@ -173,6 +173,7 @@ def _environments(environments: Iterable[Environment]) -> tuple[Action, ...]:
 _LAWS = (
     Action("environment.new", "New environment…", "Environment", lambda w: w.desk.begin_new(), "Ctrl+N"),
     Action("environment.open", "Open…", "Environment", lambda w: w.files.open(), "Ctrl+O"),
+    Action("environment.export", "Export as sketch…", "Environment", lambda w: w.show_export()),
     Action(
         "environment.law", "Law, and back to the scene", "Environment", lambda w: w.views.change_over(),
         "Ctrl+E", enabled=lambda w: w.desk.path is not None or w.desk.own.in_force is not None,

@@ -14,6 +14,7 @@ from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.editor.desk import Desk
 from hapkit_studio.gui.editor.files import Files
 from hapkit_studio.gui.editor.watch import Watch
+from hapkit_studio.gui.export_sketch import ExportSheet
 from hapkit_studio.gui.flash_sheet import FlashSheet
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
@@ -151,6 +152,10 @@ class MainWindow(QMainWindow):
     def show_flash(self) -> None:
         """Open the sheet that writes the firmware to a board."""
         FlashSheet(self.studio, self).show()
+
+    def show_export(self) -> None:
+        """Open the sheet that writes the environment as an Arduino sketch."""
+        ExportSheet(self.studio, self).show()
 
     def show_about(self) -> None:
         """Open the sheet on the studio itself."""

@@ -1,0 +1,150 @@
+"""The environment in force as an Arduino sketch: for which kit, how fast, and where the file goes."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QDir
+from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
+
+from hapkit_studio.devices import profiles
+from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.help_dialog import Sheet
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.tabs.bar import PRIMARY
+from hapkit_studio.gui.tabs.verdict_line import VerdictLine
+from hapkit_studio.haptics.board_offer import spec_on_board
+from hapkit_studio.protocol.messages import Origin
+from hapkit_studio.workshop import sketch, sketch_file
+from hapkit_studio.workshop.sketch import Kit
+
+_ABOUT = (
+    "Writes the environment, as it is tuned now, as one readable Arduino sketch. It renders on a Hapkit "
+    "without the studio and needs no library: to read, to change, to hand in."
+)
+_PRINTS = (("10 lines a second", 10), ("50 lines a second", 50), ("Nothing", 0))
+_WIDTH = 520
+
+
+class ExportSheet(Sheet):
+    """Beside the window; what is chosen in the panel meanwhile is what is written."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__("Export as sketch", parent)
+        self._studio = studio
+        self.what, self.velocity = QLabel(), QLabel()
+        self.kits, self.rates, self.prints = QComboBox(), QComboBox(), QComboBox()
+        self.verdict, self.save, self.leave = VerdictLine(""), QPushButton("Save…"), QPushButton("Close")
+        self._fill()
+        self._arrange()
+        self.save.clicked.connect(self.ask)
+        self.leave.clicked.connect(self.close)
+        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed):
+            changed.connect(self.look)
+        self.look()
+
+    def look(self) -> None:
+        """Show what would be written now."""
+        studio = self._studio
+        self.what.setText(f"{studio.environment.title}, as tuned in the panel")
+        usual = sketch.usual_rate(studio.environment, studio.values)
+        self.rates.setItemText(0, f"{usual:,} Hz, usual for this environment")
+        other = spec_on_board(studio.loop.spec) != studio.loop.spec
+        self.velocity.setText("Kalman, in place of the loop's own estimator" if other else "as in the loop")
+        self.verdict.say("")
+
+    def text(self) -> str:
+        """Return the sketch; raise ParameterError, LawError."""
+        studio = self._studio
+        return sketch.text(
+            studio.environment,
+            studio.values,
+            self.kits.currentData(),
+            self.rates.currentData() or None,
+            spec_on_board(studio.loop.spec),
+            self.prints.currentData(),
+        )
+
+    def write(self, wanted: str) -> None:
+        """Write to the path that a person has chosen, in the folder that the Arduino IDE wants."""
+        try:
+            path = sketch_file.write(wanted, self.text(), over=True)
+        except StudioError as error:
+            self.verdict.say(str(error), "triangle", "danger")
+        except OSError as error:
+            self.verdict.say(
+                f"{Path(wanted).name} cannot be written: {error.strerror}.", "triangle", "danger"
+            )
+        else:
+            where = path.parent.parent
+            words = f"Saved {path.parent.name}/{path.name} in {where}. Open it in the Arduino IDE and upload."
+            self.verdict.say(words, "check", "ok")
+
+    def ask(self) -> None:
+        """Ask for the file beside the window: nothing waits for it."""
+        dialog = QFileDialog(self, "Save the sketch", QDir.homePath(), "Arduino sketch (*.ino)")
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setDefaultSuffix("ino")
+        dialog.selectFile(f"{self._studio.environment.key}.ino")
+        dialog.fileSelected.connect(self.write)
+        dialog.setModal(False)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.show()
+
+    # putting together
+
+    def _fill(self) -> None:
+        own = connected_kit(self._studio)
+        if own is not None:
+            state = "as calibrated" if own.calibrated else "not calibrated"
+            self.kits.addItem(f"The one connected: {own.board.label}, {state}", own)
+        for kit in profiles.KITS:
+            self.kits.addItem(kit.title, Kit(kit.board))
+        self.rates.addItem("", 0)
+        for rate in sketch.RATES:
+            self.rates.addItem(f"{rate:,} Hz", rate)
+        for words, number in _PRINTS:
+            self.prints.addItem(words, number)
+
+    def _arrange(self) -> None:
+        about = QLabel(_ABOUT)
+        about.setWordWrap(True)
+        about.setMinimumWidth(_WIDTH)
+        self.column.addWidget(about)
+        self.column.addLayout(self._fields())
+        self.verdict.setContentsMargins(-16, 0, -16, 0)
+        self.column.addWidget(self.verdict)
+        dress(self.save, PRIMARY)
+        row = QHBoxLayout()
+        row.addStretch(1)
+        row.addWidget(self.save)
+        row.addWidget(self.leave)
+        self.column.addLayout(row)
+
+    def _fields(self) -> QGridLayout:
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(12)
+        grid.setColumnStretch(1, 1)
+        fields = (
+            ("Environment", self.what),
+            ("Kit", self.kits),
+            ("Loop", self.rates),
+            ("Velocity", self.velocity),
+            ("Serial monitor", self.prints),
+        )
+        for row, (words, widget) in enumerate(fields):
+            label = QLabel(words)
+            label.setProperty("role", "axis")
+            label.setBuddy(widget)
+            widget.setAccessibleName(words)
+            grid.addWidget(label, row, 0)
+            grid.addWidget(widget, row, 1)
+        return grid
+
+
+def connected_kit(studio: Studio) -> Kit | None:
+    """Return the kit of the board in use, as its settings say; None where nobody says."""
+    driver = studio.engine.driver if studio.engine is not None else None
+    if driver is None or driver.offer is None:
+        return None
+    settings = driver.offer.settings
+    return Kit(profiles.of_settings(settings), settings.origin in (Origin.STORED, Origin.UNSAVED))
