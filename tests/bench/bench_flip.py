@@ -1,4 +1,4 @@
-"""Position error of the flip tracker against the class template's, and the speed at which each loses flips."""
+"""Position error of the flip tracker against the class template's; the speed at which each loses flips."""
 
 import shutil
 import sys

@@ -89,7 +89,7 @@ def worst_error(tracker, counts: np.ndarray) -> float:
 
 
 def throw(speed: float) -> np.ndarray:
-    """Return a position (n,) in counts: gently up to a speed in counts per sample, on, gently down to a creep.
+    """Return a position (n,) in counts: gently up to a speed in counts per sample, on, down to a creep.
 
     The creep passes two more flips, so that the template measures their size anew.
     """
