@@ -15,6 +15,12 @@
 #define FAST_APART
 #endif
 #define FAST_ONCE inline FAST_APART
+// What is called most is not made small where the rest is.
+#ifdef __AVR__
+#define FAST_FAST inline __attribute__((noinline, optimize("O2")))
+#else
+#define FAST_FAST inline
+#endif
 
 namespace fast {
 
@@ -66,29 +72,22 @@ inline bool is(float x, float other) { return bits(x) == bits(other); }
 FAST_ONCE bool is_zero(float x) { return (bits(x) << 1) == 0; }
 
 // x < 0, x > 0, x <= 0, x >= 0; never so for what is not a number.
-FAST_ONCE bool below_zero(float x) {
-  const uint32_t b = bits(x);
-  return b > kSign && b <= 0xff800000UL;
-}
 FAST_ONCE bool above_zero(float x) {
   const uint32_t b = bits(x);
-  return b != 0 && b <= 0x7f800000UL;
+  const uint8_t first = b >> 24;
+  if (first & 0x80) return false;
+  return first == 0x7f ? b <= 0x7f800000UL : b != 0;
 }
-FAST_ONCE bool to_zero(float x) {
-  const uint32_t b = bits(x);
-  return b == 0 || (b >= kSign && b <= 0xff800000UL);
-}
-FAST_ONCE bool from_zero(float x) {
-  const uint32_t b = bits(x);
-  return b <= 0x7f800000UL || b == kSign;
-}
+inline bool below_zero(float x) { return above_zero(-x); }
+FAST_ONCE bool from_zero(float x) { return above_zero(x) || is_zero(x); }
+inline bool to_zero(float x) { return from_zero(-x); }
 
 inline uint8_t exponent(uint32_t b) {
   return static_cast<uint8_t>(static_cast<uint8_t>(b >> 24) << 1 | static_cast<uint8_t>(b >> 16) >> 7);
 }
 
 // x * 2^n for |n| <= 30; what is below 2^-94 is taken for 0, above 2^95 for infinite.
-FAST_ONCE float scale(float x, int8_t n) {
+FAST_FAST float scale(float x, int8_t n) {
   const uint32_t b = bits(x);
   const uint8_t e = exponent(b);
   if (e < 33) return 0.0f;
@@ -118,20 +117,23 @@ inline float power(float x) {
 
 namespace detail {
 
-// A table's value d / 2^14 of the way from one point to the next, on the straight line; bent says how far the
+// A table's value d / 2^16 of the way from one point to the next, on the straight line; bent says how far the
 // curve lies beside it: d (1 - d) times the value, as a part of 2^16.
-FAST_ONCE uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
-  const uint32_t a = read(table), b = read(table + 1);
-  const uint8_t d8 = static_cast<uint8_t>(d >> 6);
-  const uint8_t hill = static_cast<uint16_t>(static_cast<uint16_t>(d8) * static_cast<uint8_t>(255 - d8)) >> 6;
-  *bent = static_cast<uint16_t>(hill) * static_cast<uint16_t>(a >> 16);
-  return a + ((b - a) * d >> 14);
+FAST_FAST uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
+  const uint32_t a = read(table), step = read(table + 1) - a;
+  const uint8_t d8 = static_cast<uint8_t>(d >> 8);
+  const uint16_t hill = static_cast<uint16_t>(d8) * static_cast<uint8_t>(255 - d8);
+  *bent = static_cast<uint16_t>(static_cast<uint8_t>(hill >> 6)) * static_cast<uint16_t>(a >> 16);
+  // the step has 18 bits: one product of 16 by 16 bits, whose upper half is free, and one of 2 by 16
+  const uint16_t low = static_cast<uint16_t>(step);
+  const uint8_t high = static_cast<uint8_t>(step >> 16);
+  return a + (static_cast<uint32_t>(low) * d >> 16) + static_cast<uint32_t>(high) * d;
 }
 
 }  // namespace detail
 
 // The whole number below or at x.
-FAST_ONCE float floor(float x) {
+FAST_FAST float floor(float x) {
   uint32_t b = bits(x);
   const uint8_t e = exponent(b);
   if (e < 127) return (b << 1) == 0 ? x : (b & kSign) ? -1.0f : 0.0f;
@@ -164,7 +166,7 @@ FAST_ONCE float floor_division(float a, float b) {
 }
 
 // The part of a number behind the point, in 2^-32; of a negative one the rest to the next whole number.
-FAST_ONCE uint32_t phase_of(float turns) {
+FAST_FAST uint32_t phase_of(float turns) {
   const uint32_t b = bits(turns);
   uint32_t phase = (b & 0x7fffffUL) | 0x800000UL;
   int16_t shift = static_cast<int16_t>(exponent(b)) - 118;
@@ -177,11 +179,11 @@ FAST_ONCE uint32_t phase_of(float turns) {
 }
 
 // sin of a phase in 2^-32 turns, within 4e-6.
-FAST_ONCE float sine_of(uint32_t phase) {
+FAST_FAST float sine_of(uint32_t phase) {
   const bool down = phase & kSign;
   if (phase & 0x40000000UL) phase = ~phase;
   const uint8_t place = static_cast<uint8_t>(phase >> 24) & 63;
-  const uint16_t d = static_cast<uint16_t>(phase >> 10) & 0x3fff;
+  const uint16_t d = static_cast<uint16_t>(phase >> 8);
   uint16_t bent;
   const uint32_t value = detail::between(kSine + place, d, &bent);
   const float up = scaled<-23>(static_cast<float>(static_cast<int32_t>(value + (bent * 5UL >> 8))));
@@ -204,17 +206,16 @@ FAST_ONCE float sin(float x) { return sin_of_turns(x * kTurns); }
 FAST_ONCE float cos(float x) { return cos_of_turns(x * kTurns); }
 
 // e^x, within 1.5e-6 of itself for |x| <= 8, beyond that within 2e-7 |x| more.
-FAST_ONCE float exp(float x) {
+FAST_FAST float exp(float x) {
   const float y = x * 1.4426950408889634f;
   if (!(y < 128.0f)) return y != y ? y : INFINITY;
   if (y < -126.0f) return 0.0f;
-  const int32_t t = static_cast<int32_t>(scaled<21>(y)) + 1 - (y < 0.0f);
-  const int16_t whole = static_cast<int16_t>(t >> 16) >> 5;
-  const uint8_t place = static_cast<uint8_t>(static_cast<uint32_t>(t) >> 15) & 63;
-  const uint16_t d = static_cast<uint16_t>(static_cast<uint32_t>(t) >> 1) & 0x3fff;
+  const int32_t t = static_cast<int32_t>(scaled<22>(y)) - (y < 0.0f);
+  const int16_t upper = static_cast<int16_t>(t >> 16);
   uint16_t bent;
-  const uint32_t value = detail::between(kPower + place, d, &bent);
-  return number((static_cast<uint32_t>(whole + 126) << 23) + value - (bent >> 8));
+  const uint32_t value = detail::between(kPower + (upper & 63), static_cast<uint16_t>(t), &bent);
+  const uint16_t exponent = static_cast<uint16_t>((upper >> 6) + 126) << 7;
+  return number((static_cast<uint32_t>(exponent) << 16) + value - (bent >> 8));
 }
 
 // tanh within 1e-6.

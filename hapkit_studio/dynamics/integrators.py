@@ -74,8 +74,10 @@ def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, cont
         q, free, follows = advanced(
             method, x, v, before, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall
         )
-        u = projected(free, friction * h / m)
-        q += follows * (u - free)
+        u = free
+        if friction > 0.0:
+            u = projected(free, friction * h / m)
+            q += follows * (u - free)
     if abs(q) < _NOTHING:
         q = 0.0
     if abs(u) < _NOTHING:

@@ -14,9 +14,11 @@ def verlet(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wa
     half = 0.5 * h
     base = v + half * now
     touching, _, beyond = place(x, v, touch, side, speed, reach)
-    # Force falls with speed, so the sign at equal speeds says on which side of it the new velocity lies.
-    level = acceleration(x, speed, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
-    closing = 1.0 if side * (speed - base - half * level) > 0.0 else 0.0
+    closing = 0.0
+    if pad > 0.0:
+        # Force falls with speed, so the sign at equal speeds says on which side of it the new velocity lies.
+        level = acceleration(x, speed, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
+        closing = 1.0 if side * (speed - base - half * level) > 0.0 else 0.0
     damping, stiffness, force = linear(
         touching, closing, beyond, b, k, f, touch, speed, contact, pad, reach, wall
     )

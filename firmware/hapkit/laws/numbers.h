@@ -128,9 +128,12 @@ static laws::Results<float, float> verlet(float x) {
       with_side, with_speed, with_reach);
   const int8_t touching = got1_.a;
   const int8_t beyond = got1_.c;
-  const float level = numbers::acceleration(x, with_speed);
-  const int8_t closing = fast::above_zero(with_side * fast::less_product(with_speed - base, half,
-      level)) ? 1 : 0;
+  int8_t closing = 0;
+  if (fast::above_zero(with_pad)) {
+    const float level = numbers::acceleration(x, with_speed);
+    closing = fast::above_zero(with_side * fast::less_product(with_speed - base, half, level))
+        ? 1 : 0;
+  }
   const laws::Results<float, float, float> got2_ = numbers::linear(touching, closing, beyond,
       with_b, with_k, with_f);
   const float damping = got2_.a;
@@ -262,8 +265,11 @@ FAST_ONCE laws::Results<float, float, float> step() {
     q = got2_.a;
     const float free = got2_.b;
     const float follows = got2_.c;
-    u = numbers::projected(free, with_friction * with_h * inverse1_.of(with_m));
-    q = fast::plus_product(q, follows, u - free);
+    u = free;
+    if (fast::above_zero(with_friction)) {
+      u = numbers::projected(free, with_friction * with_h * inverse1_.of(with_m));
+      q = fast::plus_product(q, follows, u - free);
+    }
   }
   if (fast::magnitude(q) < 0.0f) {
     q = 0.0f;
