@@ -23,7 +23,7 @@ static const struct number NUMBERS[] = {
 	{"seconds", AT(seconds), INFINITY, 0, INFINITY, "board time to run [s]"},
 	{"slice", AT(slice), 250e-6, 50e-6, 500e-6, "board time between two looks at the clock [s]"},
 	{"answer-timeout", AT(answer_timeout), 1.0, 1e-3, 3600, "real time lockstep waits for an answer [s]"},
-	{"await", AT(awaited), 0x82, 0, 255, "identifier of the frames that are answered"},
+	{"await", AT(awaited), 0x82, 0, 255, "identifier of the frames that are answered; 0: all of them"},
 	{"log-period", AT(log_period), 0, 0, 10, "period of the log [s]; 0: at every conversion"},
 	{"mass", AT(mass), 0.044, 1e-6, 10, "mass at the handle [kg]"},
 	{"viscous", AT(viscous), 0.5, 0, 100, "viscous friction at the handle [N s/m]"},

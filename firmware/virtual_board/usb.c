@@ -57,7 +57,7 @@ static void note(struct link *l, uint8_t byte)
 	l->frame_length++;
 	if (byte != 0)
 		return;
-	l->asked |= identifier(l) == l->awaited;
+	l->asked |= l->awaited == 0 || identifier(l) == l->awaited;
 	l->frame_length = 0;
 }
 
