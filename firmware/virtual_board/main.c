@@ -69,6 +69,8 @@ static void print_summary(const struct run *r)
 	       (unsigned long long)b->longest_off, b->longest_off_pc, b->silent_offs,
 	       (unsigned long long)b->truth.rows, (unsigned long long)b->asleep);
 	printf("\"lowest_stack\": %u, ", b->lowest_stack);
+	printf("\"ports\": {\"ddrb\": %u, \"portb\": %u, \"ddrd\": %u, \"portd\": %u}, ", b->avr->data[0x24],
+	       b->avr->data[0x25], b->avr->data[0x2a], b->avr->data[0x2b]);
 	printf("\"spi_frames\": %llu, \"spi_hasty\": %u, \"spi_turned\": %llu, ",
 	       (unsigned long long)b->hall.frames, b->spi.hasty + b->spi.overwritten,
 	       (unsigned long long)b->hall.turned);

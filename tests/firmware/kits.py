@@ -19,7 +19,7 @@ NAMES = {Sensor.MAGNETORESISTIVE: "mr", Sensor.AS5048A: "as5048a", Sensor.QUADRA
 
 def board(**changes) -> Board:
     """Return the usual kit with changes; counts and quantum follow the sensor."""
-    made = replace(profiles.default().board, label="Test", **changes)
+    made = replace(profiles.default().board, **{"label": "Test", **changes})
     if "counts_per_flip" not in changes:
         made = replace(made, counts_per_flip=COUNTS[Sensor(made.sensor)])
     return replace(made, quantum=profiles.quantum_of(made))

@@ -26,7 +26,7 @@ def wave(sample):
 
 
 def drive(folder, kit, seconds=0.16, **more):
-    """Ask for the wave; return what was asked (n,) and the rows of the truth log that show what came of it."""
+    """Ask for the wave; return what was asked (n,) and the rows of the truth log with what came of it."""
     memory = folder / "eeprom"
     memory.write_bytes(kits.eeprom(kit))
     script = ("0 position 0",)  # held still

@@ -1,0 +1,165 @@
+"""Settings in the EEPROM of the real firmware: kept without power, damage noticed, power cut while saving."""
+
+import os
+import select
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices.virtual_board import VirtualBoard, firmware
+from hapkit_studio.protocol.framing import Decoder, encode
+from hapkit_studio.protocol.messages import (
+    Alive,
+    Board,
+    Origin,
+    Pins,
+    Save,
+    Sensor,
+    SettingsRequest,
+)
+from tests.firmware import kits
+from tests.firmware.vb import needs_board, run, wait_until
+
+pytestmark = needs_board
+
+BLOCK = len(kits.block(kits.board()))
+
+
+@pytest.fixture
+def memory(tmp_path):
+    return tmp_path / "eeprom"
+
+
+def settings_after(memory, **options):
+    """Switch a board on with an EEPROM, ask for its settings, switch it off."""
+    words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+    board = VirtualBoard("fast", options=("--eeprom", str(memory), *words))
+    board.open()
+    try:
+        return board.settings()
+    finally:
+        board.close()
+
+
+def of(settings):
+    """Return the part of an answer that was sent as Board."""
+    return Board(**{field.name: getattr(settings, field.name) for field in Board.layout()})
+
+
+def test_a_new_board_has_the_usual_kit_and_writes_nothing(memory):
+    settings = settings_after(memory)
+    assert settings.origin == Origin.DEFAULT
+    assert memory.read_bytes() == b"\xff" * kits.SIZE
+
+
+def test_what_is_saved_is_there_without_power_and_laid_out_as_written_here(memory):
+    # numbers that a float of the wire holds exactly
+    kit = kits.board(
+        pins=Pins.D3_D12, zero=-321, sense=-1, max_force=1.5, motor_constant=0.03125, dead_band=7
+    )
+    board = VirtualBoard("fast", options=("--eeprom", str(memory)))
+    board.open()
+    try:
+        assert board.configure(kit).origin == Origin.UNSAVED
+        stored = board.save()
+        assert stored.origin == Origin.STORED
+    finally:
+        board.close()
+    again = settings_after(memory)
+    assert again == stored
+    assert of(again).pack() == kit.pack()
+    assert memory.read_bytes()[kits.PLACES[0] :][:BLOCK] == kits.block(kit)
+
+
+def test_a_block_written_here_is_read(memory):
+    kit = kits.board(sensor=Sensor.AS5048A, label="elsewhere")
+    for place in (0, 1):
+        memory.write_bytes(kits.eeprom(kit, place))
+        settings = settings_after(memory, sensor="as5048a")
+        assert settings.origin == Origin.STORED
+        assert of(settings).pack() == kit.pack()
+
+
+def drives_d3(memory, folder):
+    """Tell which pin the board drives, without asking it."""
+    ports = run(firmware(), folder, "--seconds", "0.01", "--eeprom", str(memory)).summary["ports"]
+    # D3, D5, D6, D11 are the enables of both boards: low, and the motor's own is an output in either case
+    assert ports["ddrd"] & 0x68 == 0x68
+    assert ports["ddrb"] & 0x08
+    assert not ports["portd"] & 0x68
+    assert not ports["portb"] & 0x08
+    return bool(ports["ddrb"] & 0x10)  # D12 is an output only there
+
+
+@pytest.mark.parametrize("pins", Pins)
+def test_the_enables_of_both_boards_are_held_low(memory, tmp_path, pins):
+    memory.write_bytes(kits.eeprom(kits.board(pins=pins)))
+    assert drives_d3(memory, tmp_path) == (pins == Pins.D3_D12)
+
+
+def test_a_wrong_bit_in_any_byte_is_noticed(memory, tmp_path):
+    whole = kits.eeprom(kits.board(pins=Pins.D3_D12))
+    for at in range(BLOCK):
+        damaged = bytearray(whole)
+        damaged[kits.PLACES[0] + at] ^= 1 << at % 8
+        memory.write_bytes(damaged)
+        assert not drives_d3(memory, tmp_path), at
+
+
+def test_damage_is_told_and_the_limits_are_the_defaults(memory):
+    kit = kits.board(max_force=4.5)
+    damaged = bytearray(kits.eeprom(kit))
+    damaged[kits.PLACES[0] + 20] ^= 0x10
+    memory.write_bytes(damaged)
+    settings = settings_after(memory)
+    assert settings.origin == Origin.DAMAGED
+    assert settings.max_force == 3.0
+
+
+# --- power cuts
+def pass_time(board, message):
+    """Send a message; return once the board has handled it and 20 ms of its time are over."""
+    before = board.status()["time"]
+    os.write(board.fileno(), encode(message))
+    wait_until(lambda: board.status()["time"] > before + 0.019)
+
+
+def read(board):
+    """Return what has come from the board; its time stands still."""
+    data = b""
+    while select.select([board.fileno()], [], [], 0.0)[0]:
+        data += os.read(board.fileno(), 4096)
+    return data
+
+
+def ask(board):
+    """Return the settings in force, past the answers to earlier messages."""
+    pass_time(board, Alive())  # after a reset it is deaf for a moment
+    read(board)
+    pass_time(board, SettingsRequest())
+    (found,) = Decoder().feed(read(board))
+    return of(found)
+
+
+def test_a_reset_while_saving_leaves_old_or_new(memory):
+    # a save of 73 bytes takes 3.4 ms each: 0.25 s; in lockstep the board's time stands still between messages
+    board = VirtualBoard("lockstep", options=("--eeprom", str(memory)))
+    board.open()
+    old, seen = ask(board), []
+    try:
+        for cut in range(16):
+            new = kits.board(max_force=1.0 + 0.125 * cut, zero=1000 * cut, label=f"save {cut}" * (cut % 2))
+            pass_time(board, new)
+            pass_time(board, Save())
+            for _ in range(cut):
+                pass_time(board, Alive())
+            board.send("reset")
+            found = ask(board)
+            assert found.pack() in (old.pack(), new.pack()), cut
+            seen.append(found.pack() == new.pack())
+            old = found
+    finally:
+        board.close()
+    assert np.array_equal(seen, np.sort(seen))  # early cuts leave the old ones, late ones the new
+    assert not seen[0]
+    assert seen[-1]
