@@ -12,7 +12,7 @@ from hapkit_studio.devices import discovery, exclusive, talk
 from hapkit_studio.devices.board_constants import BoardConstants
 from hapkit_studio.devices.discovery import NOWHERE, Identity, port_name
 from hapkit_studio.devices.low_latency import Latency, shorten
-from hapkit_studio.devices.port_errors import gone, settings_refused, unopened
+from hapkit_studio.devices.port_errors import gone, no_answer, settings_refused, unopened
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.protocol.declare import Message
 from hapkit_studio.protocol.framing import encode
@@ -41,7 +41,7 @@ SAVE_TIME = 2.0
 PACKET = 62
 """Bytes of data in one packet of an FTDI chip: a full one is sent without waiting for its latency timer."""
 
-WRITE_TIME = 0.2
+WRITE_TIME = 1.0
 
 Reply = TypeVar("Reply", bound=Message)
 
@@ -185,6 +185,8 @@ class HapkitBoard(BoardConstants):
         self.fileno()
         try:
             yield self._serial
+        except serial.SerialTimeoutException as error:
+            raise no_answer(self.port, "what was sent", WRITE_TIME) from error
         except (serial.SerialException, OSError) as error:
             raise gone(self.port) from error
 

@@ -91,7 +91,7 @@ def wrong_version(firmware: int, studio: int) -> WrongProtocolError:
 
 
 def no_answer(port: str, question: str, seconds: float) -> NoDataError:
-    """Return the error of a board that did not answer a question."""
+    """Return the error of a board that did not answer a question, or did not even take it."""
     return NoDataError(
         f"The Hapkit on {port_name(port)} did not answer {question} within {seconds:g} s. "
         "Check the USB cable, then try again."
