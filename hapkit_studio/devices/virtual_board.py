@@ -2,7 +2,9 @@
 
 import json
 import os
+import tempfile
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -174,8 +176,18 @@ class VirtualBoard(HapkitBoard):
         return int(self.ask("flush"))
 
 
+@cache
+def _home() -> tempfile.TemporaryDirectory:
+    return tempfile.TemporaryDirectory(prefix="hapkit-board-")
+
+
+def listed() -> VirtualBoard:
+    """Return the board of the device list: its EEPROM outlives it, as that of a kit which is unplugged."""
+    return VirtualBoard(options=["--eeprom", os.path.join(_home().name, "eeprom")])
+
+
 def _entries() -> list[DeviceEntry]:
-    return [DeviceEntry("virtual-board", "Virtual board", VirtualBoard)] if built() else []
+    return [DeviceEntry("virtual-board", "Virtual board", listed)] if built() else []
 
 
 DEVICE = DeviceKind(1, _entries)

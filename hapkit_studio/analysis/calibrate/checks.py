@@ -22,14 +22,16 @@ _SWEEP_SECONDS = 8.0
 _ALIKE = 0.3
 _STICKY = 0.25
 _SILENCE_SECONDS = 0.12
+_PATIENCE = 3.0
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a kit; ``run`` gets the bench and says what it found."""
+    """One check of a kit, what it is about; ``run`` gets the bench and says what it found."""
 
     key: str
     title: str
+    about: str
     run: Callable[[Bench], Verdict]
     motor: bool = False
 
@@ -98,7 +100,7 @@ def _after(bench: Bench, quiet: bool) -> tuple[int, int]:
     board.start_stream()
     first = last = None
     try:
-        for sample in board.samples():
+        for sample in board.samples(_PATIENCE):
             first = sample.time_us if first is None else first
             t = ((sample.time_us - first) & 0xFFFFFFFF) * 1e-6
             last = sample
@@ -156,12 +158,18 @@ def spring(bench: Bench) -> Verdict:
 
 
 CHECKS = (
-    Check("settings", "Settings", settings),
-    Check("sensor", "Sensor", sensor),
-    Check("stopping", "Stopping", stopping, motor=True),
-    Check("direction", "Direction", direction, motor=True),
-    Check("paddle", "Mass and friction", paddle, motor=True),
-    Check("spring", "Spring", spring, motor=True),
+    Check("settings", "Settings", "What the board has stored, and whether it fits together.", settings),
+    Check("sensor", "Sensor", "Steady at rest; no sample lost.", sensor),
+    Check(
+        "stopping",
+        "Stopping",
+        "Motor off at E-stop, and when the computer falls silent.",
+        stopping,
+        motor=True,
+    ),
+    Check("direction", "Direction", "Pulses of 0.3 N at most, both ways.", direction, motor=True),
+    Check("paddle", "Mass and friction", "A gentle sweep, within ± 25 mm.", paddle, motor=True),
+    Check("spring", "Spring", "A spring of 100 N/m comes to rest.", spring, motor=True),
 )
 _NEEDED = ("stopping", "direction")
 

@@ -16,6 +16,10 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.protocol.messages import Board, BoardFlag
 
 NAMES = ("mass", "viscous", "coulomb")
+FORCE_SURE = 0.002
+"""Share of a force that the steps of its duty leave open."""
+TIME_SURE = 50e-6
+"""s by which a reading, or a force's beginning, may be off the board's own time for it."""
 _OFF = BoardFlag.STOPPED | BoardFlag.OVER_SPEED | BoardFlag.REFUSED
 _PIECES = (24, 12, 6)
 _FEWEST = 40
@@ -57,7 +61,8 @@ def recording_of(track: Track, board: Board) -> Recording:
 def paddle_of(track: Track, board: Board) -> Part:
     """Return the paddle's mass, viscous and Coulomb friction with 95 % intervals, by a board's settings."""
     recording = recording_of(track, board).check()
-    return handle(lay(recording), recording.setup, released=True)
+    part = handle(lay(recording), recording.setup, released=True)
+    return widened(part, FORCE_SURE, 0.0, TIME_SURE) if part.estimates else part
 
 
 def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
@@ -116,12 +121,18 @@ def _mean_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> np
     return windows.held(values)
 
 
-def widened(part: Part, force: float, length: float) -> Part:
-    """Return a part whose intervals also hold the relative errors (95 %) of force and length scales."""
+def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
+    """Return a part whose intervals also hold relative errors of the scales of force and length, and late s.
+
+    Where forces begin late s after what is believed, damping looks like mass and, at the motion's frequency,
+    mass like damping.
+    """
+    turn = 2.0 * math.pi * (part.hertz if math.isfinite(part.hertz) else 0.0)
+    moved = {"mass": late * part["viscous"].value, "viscous": late * turn**2 * part["mass"].value}
     made = []
     for e in part.estimates:
         scales = math.hypot(force, 0.0 if e.key == "coulomb" else 2.0 * length)
-        made.append(replace(e, half=math.hypot(e.half, scales * e.value)))
+        made.append(replace(e, half=math.hypot(e.half, scales * e.value, moved.get(e.key, 0.0))))
     return replace(part, estimates=tuple(made))
 
 

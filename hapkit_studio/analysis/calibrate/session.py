@@ -168,7 +168,7 @@ class Calibration:
         """Return a part with what the scales of force and length, as far as measured, may be off."""
         force = self.strength.half / self.strength.ratio if self.strength else 0.0
         length = self.scale.quantum_half / self.scale.quantum if self.scale else 0.0
-        return paddle.widened(part, force, length)
+        return paddle.widened(part, force, length) if part.estimates else part
 
     def _need_direction(self) -> None:
         if self.direction is None:

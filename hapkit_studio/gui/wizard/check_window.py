@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 TITLE = "Test my Hapkit"
 _SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn")}
+_WAITING, _SAID = "QLabel { font-size: 14px; color: @ink3; }", "QLabel { font-size: 14px; color: @ink; }"
 _BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."
 
 
@@ -55,9 +56,11 @@ class CheckWindow(Shell):
 
     def run(self) -> None:
         """Run every check."""
-        for sign, words in self.rows.values():
+        for check in CHECKS:
+            sign, words = self.rows[check.key]
             sign.clear()
-            words.clear()
+            dress(words, _WAITING)
+            words.setText(check.about)
 
         def said(check: Check, verdict: Verdict | None) -> None:
             self._said.emit(check.key, verdict)
@@ -74,6 +77,7 @@ class CheckWindow(Shell):
 
     def _show(self, key: str, verdict: Verdict | None) -> None:
         sign, words = self.rows[key]
+        dress(words, _SAID)
         if verdict is None:
             words.setText("…")
             return
@@ -107,11 +111,11 @@ class CheckWindow(Shell):
         grid.setColumnStretch(2, 1)
         self.bar.setRange(0, len(CHECKS))
         for line, check in enumerate(CHECKS):
-            sign, title, words = QLabel(), QLabel(check.title), QLabel()
+            sign, title, words = QLabel(), QLabel(check.title), QLabel(check.about)
             sign.setFixedWidth(22)
             words.setWordWrap(True)
             dress(title, "QLabel { font-size: 15px; font-weight: 600; }")
-            dress(words, "QLabel { font-size: 14px; }")
+            dress(words, _WAITING)
             self.rows[check.key] = (sign, words)
             for place, part in enumerate((sign, title, words)):
                 grid.addWidget(part, line, place, Qt.AlignmentFlag.AlignTop)

@@ -83,4 +83,6 @@ class PaddleStep(StepPage):
             return
         band = swept.board.dead_band
         words = f" The motor begins to turn at duty {band} of 255." if band else ""
+        if band and self.subject.strength is not None:
+            words += f" With it, the motor constant is {1e3 * self.subject.board.motor_constant:.2f} mN·m."
         self.show_verdict(passed(f"Found, each with its 95 % interval.{words}"))

@@ -18,6 +18,7 @@ def session(kit: PaddleKit) -> Calibration:
 
 def end_to_end(kit, work: Calibration, seconds=5.0, reach=0.048):
     """Move the handle from the left end to the right end and back, twice; return the verdict."""
+    walk(kit, work, -reach, 0.4)
     begin = kit.time
 
     def moving(k):
