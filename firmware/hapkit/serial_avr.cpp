@@ -18,7 +18,7 @@ constexpr uint32_t kCpu = 16000000;
 constexpr uint16_t kBaudDivisor = kCpu / 16 / protocol::kBaud - 1;
 static_assert((kBaudDivisor + 1) * 16 * protocol::kBaud == kCpu, "this baud rate is not exact");
 
-Ring<64> received;
+Ring<128> received;  // a loop and its scene come in one piece, 91 bytes
 Ring<board::kQueue + 1> to_send;
 volatile uint8_t lost = 0;
 
