@@ -23,6 +23,8 @@ _ABOUT = (
 )
 _PRINTS = (("10 lines a second", 10), ("50 lines a second", 50), ("Nothing", 0))
 _WIDTH = 520
+_ROOM = 44
+"""Height of an answer of two lines, so that nothing moves when it comes."""
 
 
 class ExportSheet(Sheet):
@@ -50,7 +52,7 @@ class ExportSheet(Sheet):
         self.rates.setItemText(0, f"{usual:,} Hz, usual for this environment")
         other = spec_on_board(studio.loop.spec) != studio.loop.spec
         self.velocity.setText("Kalman, in place of the loop's own estimator" if other else "as in the loop")
-        self.verdict.say("")
+        self.verdict.say("Not saved yet.")
 
     def text(self) -> str:
         """Return the sketch; raise ParameterError, LawError."""
@@ -112,6 +114,7 @@ class ExportSheet(Sheet):
         self.column.addWidget(about)
         self.column.addLayout(self._fields())
         self.verdict.setContentsMargins(-16, 0, -16, 0)
+        self.verdict.setMinimumHeight(_ROOM)
         self.column.addWidget(self.verdict)
         dress(self.save, PRIMARY)
         row = QHBoxLayout()

@@ -37,6 +37,8 @@ _ABOUT = (
     "Close other programs that have the port open. The motor is off meanwhile."
 )
 _WIDTH = 520
+_ROOM = 64
+"""Height of an answer of three lines, so that nothing moves when it comes."""
 
 
 class FlashSheet(Sheet):
@@ -213,6 +215,7 @@ class FlashSheet(Sheet):
         self.bar.setFixedHeight(6)
         self.bar.setAccessibleName("Progress of flashing")
         self.verdict.setContentsMargins(-16, 0, -16, 0)
+        self.verdict.setMinimumHeight(_ROOM)
         self.verdict.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.column.addWidget(self.verdict)
         self.column.addWidget(self.bar)
