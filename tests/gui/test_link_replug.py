@@ -77,6 +77,22 @@ def until_link(window, qtbot, state):
     qtbot.waitUntil(reached, timeout=PATIENCE_MS)
 
 
+def render(window, qtbot, where):
+    """Choose who renders, unless that is chosen already, and wait until it does; skip what cannot."""
+    engine = window.studio.engine
+    if window.studio.loop.where != where:
+        if engine.driver.offer is None or engine.driver.offer.refusal(window.studio.environment):
+            pytest.skip("this board's firmware renders other laws")
+        window.studio.set_loop(where=where)
+
+    def so():
+        if window.studio.fault is not None:
+            window.studio.clear_fault()
+        return engine.rendering == where
+
+    qtbot.waitUntil(so, timeout=PATIENCE_MS)
+
+
 def until_pushed(window, kit, qtbot, target):
     """Move the hand and wait until the motor pushes back; a busy machine's stale sensor is cleared."""
     kit.program.move_hand(target)
@@ -123,7 +139,9 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
     assert longest == pytest.approx(np.nanmax(np.diff(shown.x[np.isfinite(shown.x)])), abs=1e-3)
 
 
-def test_the_motor_is_off_while_the_cable_is_out(running, kit, qtbot):
+@pytest.mark.parametrize("where", ["computer", "board"])
+def test_the_motor_is_off_while_the_cable_is_out(running, kit, qtbot, where):
+    render(running, qtbot, where)
     until_pushed(running, kit, qtbot, 0.012)
     kit.unplug()
     begin = kit.program.status()["time"]
@@ -133,12 +151,15 @@ def test_the_motor_is_off_while_the_cable_is_out(running, kit, qtbot):
     until_link(running, qtbot, "gone")
     kit.plug()
     until_link(running, qtbot, "running")
+    render(running, qtbot, where)
     # without a stored zero it is where the handle was when the board came back
     until_pushed(running, kit, qtbot, 0.030)
 
 
-def test_the_emergency_stop_outlives_the_cable(running, kit, qtbot):
+@pytest.mark.parametrize("where", ["computer", "board"])
+def test_the_emergency_stop_outlives_the_cable(running, kit, qtbot, where):
     window = running
+    render(window, qtbot, where)
     until_pushed(window, kit, qtbot, 0.012)
     window.studio.stop()
     qtbot.waitUntil(lambda: kit.program.status()["duty"] == 0, timeout=PATIENCE_MS)
