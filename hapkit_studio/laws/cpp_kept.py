@@ -39,7 +39,7 @@ def kept(routines: Mapping[str, Routine]) -> Kept:
 
 def _handed_on(found: Kept, shared: Mapping[str, Routine]) -> Kept:
     """Return only what some function hands on, or is handed so."""
-    used: Kept = {name: set() for name in found}
+    used: Kept = {name: found[name] if shared[name].by_hand else set() for name in found}
     for caller, routine in shared.items():
         for called, argument, actual in _handed(routine, shared):
             if is_name(actual, argument) and argument in found[caller] & found[called]:
@@ -50,6 +50,8 @@ def _handed_on(found: Kept, shared: Mapping[str, Routine]) -> Kept:
 
 def _candidates(routine: Routine) -> set[str]:
     names = arguments(routine)
+    if routine.by_hand:
+        return set(names)
     return kinds.unchanged(routine.tree) & set(names) if len(names) > _FEW else set()
 
 

@@ -12,7 +12,7 @@ from hapkit_studio.laws.names import Names
 from hapkit_studio.laws.translate import LAW_START, rewritten
 
 # What a translation would be too slow for; the differential tests hold it to the original.
-BY_HAND = {"hapkit_studio.dynamics.events.exact": "exact.h"}
+BY_HAND = {"hapkit_studio.dynamics.integrators.step": "moving.h"}
 _SHARED = PREFIX + "shared__"
 _START = len(ast.parse(LAW_START).body)
 

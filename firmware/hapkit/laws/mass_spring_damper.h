@@ -7,7 +7,7 @@ namespace laws {
 namespace mass_spring_damper {
 
 constexpr uint8_t kParameters = 7, kStates = 6;
-constexpr uint32_t kFingerprint = 0xa41b19fd;
+constexpr uint32_t kFingerprint = 0xd3e5fedf;
 
 enum Parameter : uint8_t {
   // kg

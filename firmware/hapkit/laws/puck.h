@@ -7,7 +7,7 @@ namespace laws {
 namespace puck {
 
 constexpr uint8_t kParameters = 6, kStates = 7;
-constexpr uint32_t kFingerprint = 0xd00d36c1;
+constexpr uint32_t kFingerprint = 0x4cd76123;
 
 enum Parameter : uint8_t {
   // kg
