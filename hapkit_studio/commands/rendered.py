@@ -50,9 +50,9 @@ def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) ->
 def _wait(engine: Engine, so: Callable[[], bool]) -> None:
     limit = time.monotonic() + _PATIENCE
     while not so():
-        health = engine.health()
-        if not health.running:
-            raise DeviceError(health.message or "The device is gone.")
+        health, fault = engine.health(), engine.fault
+        if fault is not None or not health.running:
+            raise DeviceError(health.message or (fault.text if fault else "The device is gone."))
         if time.monotonic() > limit:
             raise DeviceError(f"{engine.device.title} did not begin to render within {_PATIENCE:g} s.")
         time.sleep(0.01)

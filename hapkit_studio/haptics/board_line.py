@@ -31,6 +31,7 @@ def render(r, conn, out, k, now):
             conn.numbers[way.EXCUSED] = now + way.PATIENCE
     if r.word[rig.STALE]:
         recover(r, period)
+    notice_rate(conn, sample, period, now)
     line.stamp(conn, sample, row, now)
     delays.note(conn.delays, delays.BOARD, sample[codec.DELAY])
     fill(r, conn, sample, row, position, period)
@@ -62,6 +63,16 @@ def since_last(conn, sample):
     before = conn.numbers[line.LAST_BOARD_TIME]
     passed = sample[codec.BOARD_TIME] - before
     return passed if before > 0.0 and 0.0 < passed < 1.0 else FRAME
+
+
+@internal
+def notice_rate(conn, sample, period, now):
+    """Where ticks come at another rate than the board was told, let it be said once more."""
+    rate = (1.0 + sample[codec.LOST]) / period
+    told = conn.words[way.SENT_RATE]
+    settled = now - conn.numbers[way.SAID_AT] >= way.PATIENCE and conn.words[way.WAY] == way.THERE
+    if settled and abs(rate - told) > 0.2 * told:
+        conn.words[way.SENT_RATE] = 0
 
 
 @internal

@@ -8,13 +8,14 @@ from hapkit_studio.haptics import block, line, rig, way
 from hapkit_studio.protocol import codec, scene_frames
 from hapkit_studio.protocol.scene_frames import NO_LAW, VALUES
 
-_SCENES_APART = 5e-3
+_APART = 5e-3
+_LOOP_FIRST = 3e-3
 _ALIVE_APART = 4e-3
 
 
 @compiled
 def speak(r, conn, k, now, frame):
-    """Answer frame k; more than one scene never goes out within 5 ms, the newest wins."""
+    """Answer frame k; a second long message never goes out within 5 ms, the newest wins."""
     n, words = conn.numbers, conn.words
     n[line.LAST_ANSWER] = now
     at = words[way.WAY]
@@ -88,15 +89,20 @@ def settle(r, conn, k, now, frame):
 
 @internal
 def ask(r, conn, k, now, frame):
-    """Say what to render and how fast; again where no telemetry comes."""
-    n = conn.numbers
-    if now - n[way.ASKED_AT] < way.PATIENCE:
-        return now_and_then(conn, k, frame, scene_frames.ALIVE)
-    n[way.ASKED_AT] = now
-    length = loop(r, conn, frame)
-    law = way.wanted(r, conn)
-    conn.words[way.LAW_SENT] = NO_LAW
-    return length + scene(r, conn, law, now, frame[length:])
+    """Say how fast to render, some frames later what; again where no telemetry comes.
+
+    One long message at a time: the board has room for 64 bytes that wait while it works on one.
+    """
+    n, words = conn.numbers, conn.words
+    time = conn.samples[k, codec.BOARD_TIME]
+    if now - n[way.ASKED_AT] >= way.PATIENCE:
+        n[way.ASKED_AT], n[way.ALIVE_AT] = now, time
+        words[way.SCENE_DUE] = 1
+        return loop(r, conn, now, frame)
+    if words[way.SCENE_DUE] and not 0.0 <= time - n[way.ALIVE_AT] < _LOOP_FIRST:
+        words[way.LAW_SENT] = NO_LAW
+        return scene(r, conn, way.wanted(r, conn), now, frame)
+    return codec.encode_simple(frame, scene_frames.ALIVE)
 
 
 @internal
@@ -115,19 +121,15 @@ def go_on(r, conn, k, now, frame, law):
     n, words = conn.numbers, conn.words
     if r.word[rig.STALE]:
         return now_and_then(conn, k, frame, scene_frames.HELLO_REQUEST)
-    since = now - n[way.SCENE_AT]
-    shown = int(conn.samples[k, codec.GENERATION])
-    unheard = since >= way.PATIENCE and shown != words[way.GENERATION] & 0xFF
-    if since < _SCENES_APART or not (unheard or words[way.SCENE_DUE] or news(r, conn, law)):
+    since = now - n[way.SAID_AT]
+    unheard = since >= way.PATIENCE and int(conn.samples[k, codec.GENERATION]) != words[way.GENERATION] & 0xFF
+    other, new = other_loop(r, conn), unheard or words[way.SCENE_DUE] or news(r, conn, law)
+    if since < _APART or not (other or new):
         return now_and_then(conn, k, frame, scene_frames.ALIVE)
-    faster = r.words[block.BOARD_RATE] > words[way.SENT_RATE]
-    if not (unheard or other_loop(r, conn)):
-        return scene(r, conn, law, now, frame)
-    if faster:  # a slow law never runs at a fast one's rate
-        length = scene(r, conn, law, now, frame)
-        return length + loop(r, conn, frame[length:])
-    length = loop(r, conn, frame)
-    return length + scene(r, conn, law, now, frame[length:])
+    slower = r.words[block.BOARD_RATE] <= words[way.SENT_RATE]
+    if other and (slower or not new):  # a slow law never runs at a fast one's rate
+        return loop(r, conn, now, frame)
+    return scene(r, conn, law, now, frame)
 
 
 @internal
@@ -144,8 +146,8 @@ def other_loop(r, conn):
 
 @internal
 def news(r, conn, law):
-    """Return whether law, parameters or loop are others than the board has."""
-    if conn.words[way.LAW_SENT] != law or other_loop(r, conn):
+    """Return whether law or parameters are others than the board has."""
+    if conn.words[way.LAW_SENT] != law:
         return True
     for i in range(VALUES):
         if conn.sent[i] != r.values[block.PARAMS + i]:
@@ -162,16 +164,17 @@ def scene(r, conn, law, now, frame):
     if words[way.LAW_SENT] != law:
         words[way.FIRST_OF_LAW] = words[way.GENERATION]
     words[way.LAW_SENT] = law
-    n[way.SCENE_AT] = now
+    n[way.SAID_AT] = now
     for i in range(VALUES):
         conn.sent[i] = r.values[block.PARAMS + i]
     return scene_frames.encode_scene(frame, law, words[way.GENERATION], conn.sent)
 
 
 @internal
-def loop(r, conn, frame):
+def loop(r, conn, now, frame):
     """Say how fast and with which estimator."""
     n, words = conn.numbers, conn.words
+    n[way.SAID_AT] = now
     rate, kind = r.words[block.BOARD_RATE], r.words[block.BOARD_ESTIMATOR]
     first, second = r.values[block.BOARD_FIRST], r.values[block.BOARD_SECOND]
     words[way.SENT_RATE], words[way.SENT_ESTIMATOR] = rate, kind

@@ -31,7 +31,7 @@ WORDS = 17
 # --- numbers: from 9 on
 LEFT = 9
 ASKED_AT = 10
-SCENE_AT = 11
+SAID_AT = 11
 ALIVE_AT = 12
 FADED_AT = 13
 EXCUSED = 14
