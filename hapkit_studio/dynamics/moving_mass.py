@@ -52,13 +52,16 @@ def acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall
 
 
 @compiled
-def reaction(x, v, touch, side, speed, contact, pad):
-    """Return the force in N on the handle that pushes the object, 0 where they do not touch."""
-    if x >= touch if side > 0.0 else x <= touch:
+def reaction(depth, rate, contact, pad):
+    """Return the push in N >= 0 between the handle and an object that it is inside by depth m.
+
+    rate is the speed m/s at which the two approach each other; the damper acts on the way in only.
+    """
+    if depth <= 0.0:
         return 0.0
-    if v < speed if side > 0.0 else v > speed:
-        return pad * v + contact * x - (contact * touch + pad * speed)
-    return contact * x - contact * touch
+    if rate > 0.0:
+        return contact * depth + pad * rate
+    return contact * depth
 
 
 @compiled

@@ -65,8 +65,9 @@ def force(p, s, x, v, dt):
         s.side = 1.0 if x < s.object else -1.0
     s.handle = x
     s.handle_velocity = v
-    touch = x + s.side * RADIUS
-    return reaction(s.object, s.object_velocity, touch, s.side, v, p.contact_stiffness, p.contact_damping)
+    depth = s.side * (x - s.object) + RADIUS
+    rate = s.side * (v - s.object_velocity)
+    return -s.side * reaction(depth, rate, p.contact_stiffness, p.contact_damping)
 
 
 @law(state=STATE)

@@ -7,7 +7,7 @@ namespace laws {
 namespace mass_spring_damper {
 
 constexpr uint8_t kParameters = 7, kStates = 6;
-constexpr uint32_t kFingerprint = 0xd3e5fedf;
+constexpr uint32_t kFingerprint = 0x4cf4b810;
 
 enum Parameter : uint8_t {
   // kg
@@ -62,12 +62,12 @@ inline float unwatched(const float* p, float* s, float x, float v, float dt) {
   }
   s[State::handle] = x;
   s[State::handle_velocity] = v;
-  const float push = numbers::reaction(s[State::object], s[State::object_velocity], x, 1.0f, v,
+  const float push = numbers::reaction(x - s[State::object], v - s[State::object_velocity],
       p[kContactStiffness], p[kContactDamping]);
   if (anew) {
-    s[State::object_acceleration] = -push * inverse1_.watched(p[kMass]);
+    s[State::object_acceleration] = push * inverse1_.watched(p[kMass]);
   }
-  return push;
+  return -push;
 }
 
 inline float force(const float* p, float* s, float x, float v, float dt) {

@@ -77,18 +77,12 @@ class Mass {
   FAST_APART void simple(float now) {
     const uint8_t which = static_cast<uint8_t>(method);
     const float half = fast::scaled<-1>(h);
-    float follows = half, u = v + half * now, own = 0.0f;
+    float follows = which == 0 ? 0.0f : (which == 2 || which == 5) ? h : half;
+    float u = v + (which == 0 || which == 2 ? h : half) * now;
+    float own = x + (h - follows) * v;
     switch (which) {
-      case 0:
-        follows = 0.0f;
-        u = v + h * now;
-        break;
       case 1:
         u += half * before;
-        break;
-      case 2:
-        follows = h;
-        u = v + h * now;
         break;
       case 3:
         own = x + h * u;
@@ -99,13 +93,10 @@ class Mass {
         own = runge_kutta(now, &u) - half * u;
         break;
       case 5:
-        follows = h;
-        u = settled(v, x, h, h);
+      case 6:
+        u = settled(which == 5 ? v : u, own, follows, follows);
         break;
-      default:
-        u = settled(u, x + half * v, half, half);
     }
-    if (!(which == 3 || which == 4)) own = x + (h - follows) * v;
     if (friction > 0.0f) u = stopped(u, friction * h * inverse_);
     x = own + follows * u;
     v = u;
@@ -236,8 +227,8 @@ class Mass {
     const float start = term_[1], same = speed * span_;
     const bool touched = touching_;
     const int8_t behind = beyond_;
-    // The velocity's zero parts a piece that may touch and leave something.
-    if (start * u < 0.0f && (friction > 0.0f || near(q))) {
+    // The velocity's zero parts a piece: it may touch something and leave it again, and friction turns round.
+    if (start * u < 0.0f) {
       until(1, 0.0f);
       q = at(0, share_);
       u = 0.0f;
@@ -264,12 +255,6 @@ class Mass {
     x = q;
     v = u == same ? speed : u * rate;
     return share_ * span_;
-  }
-
-  // Whether a piece that turns back may have been at the handle or a wall.
-  bool near(float q) const {
-    const float way = fast::magnitude(q - x) + fast::magnitude(term_[1]) + fast::magnitude(term_[2]);
-    return fast::magnitude(x - touch) <= way || reach - fast::magnitude(x) <= way;
   }
 
   float inverse_, damping_, stiffness_, force_, span_, share_;

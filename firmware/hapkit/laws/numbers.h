@@ -72,17 +72,15 @@ FAST_ONCE int8_t flown_apart(float x, float v) {
   return fast::magnitude(x) <= 1.0f && fast::magnitude(v) <= 10000.0f ? 0 : 1;
 }
 
-// Return the force in N on the handle that pushes the object, 0 where they do not touch.
-FAST_ONCE float reaction(float x, float v, float touch, float side, float speed, float contact,
-    float pad) {
-  if (fast::above_zero(side) ? x >= touch : x <= touch) {
+// Return the push in N >= 0 between the handle and an object that it is inside by depth m.
+FAST_ONCE float reaction(float depth, float rate, float contact, float pad) {
+  if (fast::to_zero(depth)) {
     return 0.0f;
   }
-  if (fast::above_zero(side) ? v < speed : v > speed) {
-    return fast::plus_product(pad * v, contact, x) - fast::plus_product(contact * touch, pad,
-        speed);
+  if (fast::above_zero(rate)) {
+    return fast::plus_product(contact * depth, pad, rate);
   }
-  return fast::less_product(contact * x, contact, touch);
+  return contact * depth;
 }
 
 }  // namespace numbers

@@ -7,7 +7,7 @@ namespace laws {
 namespace puck {
 
 constexpr uint8_t kParameters = 6, kStates = 7;
-constexpr uint32_t kFingerprint = 0x4cd76123;
+constexpr uint32_t kFingerprint = 0x3677aceb;
 
 enum Parameter : uint8_t {
   // kg
@@ -70,9 +70,9 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
   }
   s[State::handle] = x;
   s[State::handle_velocity] = v;
-  const float touch = fast::plus_product(x, 0.005f, s[State::side]);
-  return numbers::reaction(s[State::object], s[State::object_velocity], touch, s[State::side], v,
-      p[kContactStiffness], p[kContactDamping]);
+  const float depth = fast::plus_product(0.005f, s[State::side], x - s[State::object]);
+  const float rate = s[State::side] * (v - s[State::object_velocity]);
+  return -s[State::side] * numbers::reaction(depth, rate, p[kContactStiffness], p[kContactDamping]);
 }
 
 }  // namespace puck
