@@ -43,12 +43,25 @@ class Banner(QWidget):
         dress(self, f"#banner {{ background: @{tone}soft; {lines} }}")
         self.sign = QLabel()
         self.sign.setPixmap(icons.pixmap(notice.icon, 24, tone, self.devicePixelRatioF()))
-        self.title = QLabel(notice.title)
+        self.title, self.text = QLabel(), QLabel()
         self.title.setFont(theme.font("banner"))
-        self.text = QLabel(notice.text)
         self.text.setWordWrap(True)
-        self.buttons = [self._button(words, run) for words, run in notice.buttons]
+        self.buttons = [self._button(at, words) for at, (words, _) in enumerate(notice.buttons)]
         self._arrange()
+        self.say(notice)
+
+    def fits(self, notice: Notice) -> bool:
+        """Tell whether a notice differs in words only: it is then shown without a flicker."""
+        mine, other = (
+            (n.key, n.rank, n.tone, n.icon, [words for words, _ in n.buttons]) for n in (self.notice, notice)
+        )
+        return mine == other
+
+    def say(self, notice: Notice) -> None:
+        """Show the words of a notice that fits."""
+        self.notice = notice
+        self.title.setText(notice.title)
+        self.text.setText(notice.text)
         self.setAccessibleName(f"{notice.title} {notice.text}")
 
     def _arrange(self) -> None:
@@ -66,13 +79,12 @@ class Banner(QWidget):
         for button in self.buttons:
             row.addWidget(button)
 
-    @staticmethod
-    def _button(words: str, run: Callable[[], object]) -> QPushButton:
+    def _button(self, at: int, words: str) -> QPushButton:
         button = QPushButton(words)
         button.setProperty("tall", True)
         # it goes away when clicked, and must not take the focus along
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        button.clicked.connect(lambda: run())
+        button.clicked.connect(lambda: self.notice.buttons[at][1]())
         return button
 
 
@@ -99,7 +111,13 @@ class BannerStack(QWidget):
             self._notices.pop(key, None)
         else:
             self._notices[key] = notice
-        self._rebuild()
+        worst = self._worst()
+        pairs = list(zip(self.banners, worst, strict=False))
+        if len(self.banners) == len(worst) and all(banner.fits(shown) for banner, shown in pairs):
+            for banner, shown in pairs:
+                banner.say(shown)
+        else:
+            self._rebuild()
 
     def get(self, key: str) -> Notice | None:
         """Return the notice of a key, shown or waiting behind worse ones."""
@@ -110,14 +128,16 @@ class BannerStack(QWidget):
         """Return the height the banners take."""
         return HEIGHT * len(self.banners)
 
+    def _worst(self) -> list[Notice]:
+        return sorted(self._notices.values(), key=lambda notice: notice.rank)[:MOST]
+
     def _rebuild(self) -> None:
         before = len(self.banners)
         for banner in self.banners:
             self._column.removeWidget(banner)
             banner.hide()
             banner.deleteLater()
-        worst = sorted(self._notices.values(), key=lambda notice: notice.rank)[:MOST]
-        self.banners = [Banner(notice) for notice in worst]
+        self.banners = [Banner(notice) for notice in self._worst()]
         for banner in self.banners:
             self._column.addWidget(banner)
         self.setVisible(bool(self.banners))

@@ -13,6 +13,7 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.gui import linked, notices
+from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.plots.gaps import gaps
 from hapkit_studio.haptics.rows import HOST_TIME
 from hapkit_studio.protocol.framing import encode
@@ -237,3 +238,24 @@ def test_gaps_lie_between_the_last_and_the_first_sample():
     assert gaps(np.array([5.0, 5.1]), before=4.9) == []
     assert gaps(np.empty(0), before=1.0) == []
     assert gaps(np.empty(0)) == []
+
+
+def test_new_words_change_a_banner_in_its_place(window):
+    """A measured number changes twice a second: banner and button must not be built anew each time."""
+    done = []
+
+    def notice(words, result, *more):
+        return Notice("limit", 3, "danger", "cross", words, "…", (("Do", lambda: done.append(result)), *more))
+
+    window.banners.set("limit", notice("181 N/m", 1))
+    (banner,) = window.banners.banners
+    window.banners.set("limit", notice("182 N/m", 2))
+    assert window.banners.banners == [banner]
+    assert banner.title.text() == "182 N/m"
+    assert banner.accessibleName().startswith("182")
+    QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
+    assert done == [2]
+    window.banners.set("limit", notice("182 N/m", 2, ("Else", done.clear)))
+    assert words(window.banners.banners[0]) == ["Do", "Else"]
+    window.banners.set("limit", None)
+    assert window.banners.banners == []
