@@ -23,7 +23,7 @@ namespace {
 using reference::Bytes;
 
 constexpr std::size_t kLargest = 1 + protocol::kLargestToBoard;
-constexpr int kSilence = profile::kWatchdogMs * 1000 / profile::kPeriodUs;
+constexpr uint32_t kSilence = 1000u * profile::kWatchdogMs;
 
 // Torque at the motor that a duty gives, as the settings say; the table has its corners at eighths.
 float torque_of(const protocol::Board& kit, int pwm) {
@@ -53,11 +53,19 @@ void check_motor() {
 
 // What the board says is frames of messages that the computer knows.
 void check_sent() {
-  for (const fake::Body& body : fake::take_bodies()) {
-    CHECK(!body.empty());
+  Bytes coded, body;
+  for (uint8_t byte : fake::sent) {
+    if (byte != 0) {
+      coded.push_back(byte);
+      continue;
+    }
+    if (coded.empty()) continue;  // a delimiter that fills up
+    CHECK(reference::body_of(coded, 1 + protocol::kLargestFromBoard, &body));
     CHECK(body[0] & 0x80);
-    CHECK(body.size() <= 1 + protocol::kLargestFromBoard);
+    coded.clear();
   }
+  CHECK(coded.empty());
+  fake::sent.clear();
 }
 
 class Board {
@@ -70,6 +78,7 @@ class Board {
     fake::erase_eeprom();
     settings::load();
     sensor::start(settings::now());
+    controller_.begin();
   }
 
   void receive(uint8_t byte) {
@@ -78,23 +87,34 @@ class Board {
   }
 
   void sample(uint16_t raw) {
-    fake::now_us = ++seq_ * profile::kPeriodUs;
-    fake::room = static_cast<uint8_t>(raw);
-    const bool odd = raw & 0x4000;
-    controller_.sample({seq_, fake::now_us, static_cast<uint16_t>(raw & 1023), odd, !odd && raw & 0x2000});
+    const uint8_t quarters = quarters_;  // a new length begins with the next period
+    quarters_ = fake::quarters;
+    const uint8_t missed = raw & 0x4000 ? 1 : 0;
+    const bool failed = !missed && raw & 0x2000;
+    seq_ = static_cast<uint16_t>(seq_ + 1 + missed);
+    fake::now_us += (1u + missed) * quarters * 250u;
+    fake::room = static_cast<uint8_t>(raw >> 4);
+    controller_.sample({seq_, fake::now_us, static_cast<uint16_t>(raw & 1023), missed, quarters, failed});
     check_motor();
+    if (raw & 0x1000) poll();
+  }
+
+  void poll() {
+    controller_.poll();
+    settings::poll();
     check_sent();
   }
 
   // Silence: the motor is off in time.
   void fall_silent() {
-    for (int k = 0; k < kSilence; ++k) sample(static_cast<uint16_t>(500));
+    for (uint32_t until = fake::now_us + kSilence; fake::now_us < until;) sample(500);
     CHECK(fake::pwm == 0);
   }
 
  private:
   Controller controller_;
   uint16_t seq_ = 0;
+  uint8_t quarters_ = 4;
 };
 
 Bytes framed(const uint8_t* data, std::size_t size) {

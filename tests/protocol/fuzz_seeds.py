@@ -1,12 +1,14 @@
-"""Write first inputs for the firmware's fuzzer: every message of the computer's, as body and as line."""
+"""Write first inputs for the firmware's fuzzer: every message of the computer's, as body and as line, and every law."""
 
 import argparse
 from pathlib import Path
 
 import numpy as np
 
+from hapkit_studio import environments
+from hapkit_studio.environments.base import Environment
 from hapkit_studio.protocol.framing import frame
-from hapkit_studio.protocol.messages import MESSAGES
+from hapkit_studio.protocol.messages import MESSAGES, VALUES, Scene
 
 FRAMED = 0x80
 
@@ -19,7 +21,16 @@ def inputs() -> dict[str, bytes]:
         body = bytes([kind.ID]) + rng.bytes(kind.size())
         found[f"framed-{kind.__name__}"] = bytes([FRAMED]) + stream_on + bytes([len(body)]) + body
         found[f"line-{kind.__name__}"] = b"\x0c" + frame(b"\x05\x01\x00") + frame(body)
+    for law, key in enumerate(environments.discover()):
+        scene = _scene(law, environments.named(key))
+        found[f"scene-{key}"] = bytes([FRAMED]) + stream_on + (bytes([len(scene)]) + scene + b"\x01\x09") * 2
     return found
+
+
+def _scene(law: int, environment: Environment) -> bytes:
+    """Return the body of a scene with the usual numbers, in the order of the board's laws."""
+    numbers = [float(environment.values()[p.key]) for p in environment.parameters]
+    return Scene(law, 1, tuple(numbers + [0.0] * (VALUES - len(numbers)))).pack()
 
 
 def main() -> None:
