@@ -1,4 +1,4 @@
-"""Write first inputs for the firmware's fuzzer: every message of the computer's, as body and as line, and every law."""
+"""Write first inputs for the fuzzer: every message to the board, as body and as line; every law."""
 
 import argparse
 from pathlib import Path
