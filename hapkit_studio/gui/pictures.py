@@ -36,6 +36,7 @@ class Pictures(QObject):
         super().__init__()
         self._warnings = warnings
         self._studio, self._live, self._centre, self._status = studio, live, centre, status
+        self._seen: np.ndarray | None = None
         self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
         self._since.start()
         self._bar.timeout.connect(self._show_preparing)
@@ -83,7 +84,10 @@ class Pictures(QObject):
         self._status.show_clamp(clamped, self.max_force)
 
     def show_health(self, health: "Health") -> None:
-        """Show the loop's health in the status bar."""
+        """Show the loop's health in the status bar; without frames the pictures follow it as well."""
+        if self._live.last is None or self._live.last is self._seen:
+            self._centre.refresh()
+        self._seen = self._live.last
         if self._studio.link.state == "running":
             self._status.show_health(health)
             self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
