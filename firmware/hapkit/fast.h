@@ -15,12 +15,6 @@
 #define FAST_APART
 #endif
 #define FAST_ONCE inline FAST_APART
-// What is called most is not made small where the rest is.
-#ifdef __AVR__
-#define FAST_FAST inline __attribute__((noinline, optimize("O2")))
-#else
-#define FAST_FAST inline
-#endif
 
 namespace fast {
 
@@ -87,7 +81,7 @@ inline uint8_t exponent(uint32_t b) {
 }
 
 // x * 2^n for |n| <= 30; what is below 2^-94 is taken for 0, above 2^95 for infinite.
-FAST_FAST float scale(float x, int8_t n) {
+FAST_ONCE float scale(float x, int8_t n) {
   const uint32_t b = bits(x);
   const uint8_t e = exponent(b);
   if (e < 33) return 0.0f;
@@ -119,7 +113,7 @@ namespace detail {
 
 // A table's value d / 2^16 of the way from one point to the next, on the straight line; bent says how far the
 // curve lies beside it: d (1 - d) times the value, as a part of 2^16.
-FAST_FAST uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
+FAST_ONCE uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
   const uint32_t a = read(table), step = read(table + 1) - a;
   const uint8_t d8 = static_cast<uint8_t>(d >> 8);
   const uint16_t hill = static_cast<uint16_t>(d8) * static_cast<uint8_t>(255 - d8);
@@ -133,7 +127,7 @@ FAST_FAST uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
 }  // namespace detail
 
 // The whole number below or at x.
-FAST_FAST float floor(float x) {
+FAST_ONCE float floor(float x) {
   uint32_t b = bits(x);
   const uint8_t e = exponent(b);
   if (e < 127) return (b << 1) == 0 ? x : (b & kSign) ? -1.0f : 0.0f;
@@ -166,7 +160,7 @@ FAST_ONCE float floor_division(float a, float b) {
 }
 
 // The part of a number behind the point, in 2^-32; of a negative one the rest to the next whole number.
-FAST_FAST uint32_t phase_of(float turns) {
+FAST_ONCE uint32_t phase_of(float turns) {
   const uint32_t b = bits(turns);
   uint32_t phase = (b & 0x7fffffUL) | 0x800000UL;
   int16_t shift = static_cast<int16_t>(exponent(b)) - 118;
@@ -179,7 +173,7 @@ FAST_FAST uint32_t phase_of(float turns) {
 }
 
 // sin of a phase in 2^-32 turns, within 4e-6.
-FAST_FAST float sine_of(uint32_t phase) {
+FAST_ONCE float sine_of(uint32_t phase) {
   const bool down = phase & kSign;
   if (phase & 0x40000000UL) phase = ~phase;
   const uint8_t place = static_cast<uint8_t>(phase >> 24) & 63;
@@ -206,7 +200,7 @@ FAST_ONCE float sin(float x) { return sin_of_turns(x * kTurns); }
 FAST_ONCE float cos(float x) { return cos_of_turns(x * kTurns); }
 
 // e^x, within 1.5e-6 of itself for |x| <= 8, beyond that within 2e-7 |x| more.
-FAST_FAST float exp(float x) {
+FAST_ONCE float exp(float x) {
   const float y = x * 1.4426950408889634f;
   if (!(y < 128.0f)) return y != y ? y : INFINITY;
   if (y < -126.0f) return 0.0f;

@@ -49,7 +49,6 @@ class Expressions:
         self.routine, self.routines, self.places, self.small = routine, routines, places, small
         self.kept, self.own = small.kept, small.kept.get(routine.name, set())
         self.truths, self.signs = kinds.truths(routine.tree), kinds.signs(routine.tree)
-        self.unchanged = kinds.unchanged(routine.tree)
         self.inverses: list[str] = []
 
     @staticmethod
@@ -243,9 +242,7 @@ class Expressions:
             assert isinstance(right.value, float)
             return self._arithmetic(ast.BinOp(left, ast.Mult(), ast.Constant(1.0 / right.value)))
         bare = right.args[0] if _calls(right, "_divisor") else right  # type: ignore[attr-defined]
-        lasts = (isinstance(bare, ast.Name) and bare.id in self.unchanged) or (
-            isinstance(bare, ast.Subscript) and isinstance(bare.value, ast.Name) and bare.value.id == "p"
-        )
+        lasts = isinstance(bare, ast.Subscript) and is_name(bare.value, "p")
         if lasts:
             watch = "of" if bare is right else "watched"
             return Text(f"{self.value(left, PRODUCT)} * {self._inverse(bare, watch)}", PRODUCT)

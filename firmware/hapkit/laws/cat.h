@@ -7,7 +7,7 @@ namespace laws {
 namespace cat {
 
 constexpr uint8_t kParameters = 8, kStates = 12;
-constexpr uint32_t kFingerprint = 0xfaf06cc1;
+constexpr uint32_t kFingerprint = 0x8afbfeaf;
 
 enum Parameter : uint8_t {
   // N
