@@ -5,17 +5,19 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hapkit_studio.commands.base import Command, Result
 from hapkit_studio.commands.flash import avrdude_option, flash_and_greet
 from hapkit_studio.devices import avrdude, hex_image
-from hapkit_studio.errors import DeviceError, LawError
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import DeviceError, LawError, ParameterError
+from hapkit_studio.laws import Law
 from hapkit_studio.laws import firmware as headers
 from hapkit_studio.workshop import asking
 from hapkit_studio.workshop.firmware import default_folder
-from hapkit_studio.workshop.own import OwnEnvironment, built_in
+from hapkit_studio.workshop.own import built_in
 
 _TOOLS = ("avr-g++", "make")
 _GET = "sudo apt install gcc-avr avr-libc arduino-core-avr make"
@@ -31,6 +33,12 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="Python files of your own environments",
     )
+    command.add_argument(
+        "--laws",
+        nargs="+",
+        metavar="KEY",
+        help="which of the studio's own stay, to make room; all by default",
+    )
     command.add_argument("--trust", action="store_true", help="execute files that you have read")
     command.add_argument("-o", "--output", metavar="PATH", default="hapkit.hex", help="where the image goes")
     command.add_argument("--flash", metavar="PORT", help="write it to the board on this port")
@@ -42,14 +50,15 @@ def run(options: argparse.Namespace) -> Result:
     sources = _sources()
     if options.flash:
         avrdude.find(options.avrdude)  # said before a minute of compiling
+    kept = _kept(options.laws)
     own = [asking.environment(file, options.trust) for file in options.own]
+    laws = {environment.key: environment.force for environment in [*kept, *own]}
     with tempfile.TemporaryDirectory(prefix="hapkit-firmware-") as folder:
-        said = _build(sources, Path(folder), own)
+        said = _build(sources, Path(folder), laws)
         output = Path(options.output)
         shutil.copyfile(Path(folder) / "build" / "hapkit.hex", output)
-    keys = [environment.key for environment in own]
-    lines = [f"wrote {output}: {len(built_in())} laws{' and ' + ', '.join(keys) if keys else ''}", *said]
-    found = {"written": str(output), "own": keys, "bytes": len(hex_image.read(output).data)}
+    lines = [f"wrote {output} with {', '.join(laws)}", *said]
+    found = {"written": str(output), "laws": list(laws), "bytes": len(hex_image.read(output).data)}
     if not options.flash:
         return Result("\n".join(lines), found)
     flashed = flash_and_greet(options.flash, str(output), options.avrdude)
@@ -71,11 +80,18 @@ def _sources() -> Path:
     return folder
 
 
-def _build(sources: Path, folder: Path, own: Sequence[OwnEnvironment]) -> list[str]:
+def _kept(keys: Sequence[str] | None) -> list[Environment]:
+    """Return the studio's own environments that stay on the board; raise ParameterError."""
+    every = built_in()
+    unknown = [key for key in keys or () if key not in every]
+    if unknown:
+        raise ParameterError(f"There is no law {', '.join(unknown)}; there are: {', '.join(every)}.")
+    return [environment for key, environment in every.items() if keys is None or key in keys]
+
+
+def _build(sources: Path, folder: Path, laws: Mapping[str, Law]) -> list[str]:
     """Compile a copy of the sources with the laws in it; return the sizes. Raise LawError, DeviceError."""
     shutil.copytree(sources, folder / "firmware", ignore=shutil.ignore_patterns("build"))
-    laws = {key: environment.force for key, environment in built_in().items()}
-    laws |= {environment.key: environment.force for environment in own}
     headers.write(headers.headers(laws), folder / "firmware" / "hapkit")
     words = ["make", "-C", str(folder / "firmware"), f"BUILD={folder / 'build'}", "hex"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
@@ -90,7 +106,7 @@ def _refused(errors: str, sizes: list[str]) -> Exception:
     full = "will not fit" in errors or "overflowed" in errors or any(_over(line) for line in sizes)
     if full:
         room = "; ".join(sizes) or "the chip's memory is full"
-        return LawError(f"There is no room for these laws on the board ({room}). Export a sketch instead.")
+        return LawError(f"These laws do not fit the board ({room}). Keep fewer (--laws), or export a sketch.")
     first = next((line for line in errors.split("\n") if "error" in line.lower()), "make failed")
     return DeviceError(f"The firmware does not compile: {first.strip()}")
 

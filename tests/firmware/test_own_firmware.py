@@ -12,12 +12,11 @@ import pytest
 from hapkit_studio.commands import firmware
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
-from hapkit_studio.errors import AvrdudeMissingError, DeviceError, LawError
+from hapkit_studio.errors import AvrdudeMissingError, DeviceError, LawError, ParameterError
 from hapkit_studio.laws.cpp import CppLaw
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import VALUES, Alive, Scene
 from hapkit_studio.workshop import reading
-from hapkit_studio.workshop.own import built_in
 from tests.firmware import sketches
 from tests.firmware.test_sketch import OWN
 from tests.firmware.vb import QUANTUM
@@ -33,7 +32,14 @@ LAW = OWN.replace(" - 2.0 * v", "")
 
 
 def given(file, output, **more):
-    usual = {"own": [str(file)], "trust": True, "output": str(output), "flash": None, "avrdude": None}
+    usual = {
+        "own": [str(file)],
+        "laws": ["wall"],
+        "trust": True,
+        "output": str(output),
+        "flash": None,
+        "avrdude": None,
+    }
     return SimpleNamespace(**(usual | more))
 
 
@@ -49,14 +55,14 @@ def own(tmp_path):
 def test_the_board_has_and_renders_a_persons_own_law(own, tmp_path):
     image, script, log = tmp_path / "own.hex", tmp_path / "script.txt", tmp_path / "truth.f64"
     done = firmware.run(given(own, image))
-    assert done.as_json["own"] == ["ramp"]
+    assert done.as_json["laws"] == ["wall", "ramp"]
     assert "of 32256 bytes" in done.text
     script.write_text("0.05 position 0.004 0.1\n0.3 position 0.02 0.2\n0.6 position 0.008 0.2")
     board = VirtualBoard("fast", firmware=image, script=script, log=log)
     board.open()
     try:
         laws = board.laws()
-        assert set(laws) == {*built_in(), "ramp"}
+        assert set(laws) == {"wall", "ramp"}
         assert laws["ramp"].fingerprint == CppLaw(reading.load_text(LAW, own).force, "ramp").fingerprint
         board.write(encode(Scene(laws["ramp"].law, 1, (SLOPE, *[0.0] * (VALUES - 1)))))
         until = time.monotonic() + 20.0
@@ -78,6 +84,12 @@ def test_a_law_that_nobody_can_translate_is_refused_before_anything_is_built(tmp
     file.write_text(LAW.replace("s.far = x", "s.far = open('x')"))
     with pytest.raises(LawError, match=r"ramp\.py, line"):
         firmware.run(given(file, tmp_path / "out.hex"))
+
+
+def test_a_law_that_the_studio_does_not_have_is_named(own, tmp_path, monkeypatch):
+    monkeypatch.setattr(firmware, "_sources", lambda: tmp_path)
+    with pytest.raises(ParameterError, match="There is no law wal; there are: free, spring"):
+        firmware.run(given(own, tmp_path / "out.hex", laws=["wall", "wal"]))
 
 
 def test_without_sources_or_tools_it_is_one_line(own, tmp_path, monkeypatch):
