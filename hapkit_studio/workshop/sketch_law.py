@@ -1,6 +1,7 @@
 """A law as a sketch has it: the translator's C++ with the tuned values by name, and its helpers."""
 
 import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from hapkit_studio import resources
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws.cpp import CppLaw, translate_cpp
-from hapkit_studio.laws.cpp_words import comment, constant_name, mangled, number, wrapped
+from hapkit_studio.laws.cpp_words import WIDTH, comment, constant_name, mangled, number, wrapped
 from hapkit_studio.parameters import Choice
 from hapkit_studio.workshop.sketch_calls import plain
 
@@ -25,6 +26,7 @@ _OF_STATE = (
     re.compile(r"^inline void start\(float\*\) {}\n", re.MULTILINE),
     re.compile(r"float\*(?: s)?, |(?<=\()s, "),
 )
+_COMMENT_WIDTH = 105
 _DIRECTIVE = re.compile(r"^#(?:pragma|include).*\n", re.MULTILINE)
 _INVERSE = re.compile(r"static laws::Inverse (\w+) ")
 _RESULTS = re.compile(r"\bResults<([^<>]*)>")
@@ -74,8 +76,12 @@ def law_text(environment: Environment, values: Mapping[str, float]) -> str:
 
 
 def _lines(line: str) -> list[str]:
-    """Return code that has become too long in several lines; comments are short enough."""
-    return [line] if "//" in line else wrapped(line)
+    """Return a line that has become too long in several."""
+    if len(line) <= WIDTH or (own := line.find("//")) < 0:
+        return wrapped(line)
+    if line[:own].strip():  # a comment behind code
+        return [line]
+    return textwrap.wrap(line, _COMMENT_WIDTH, subsequent_indent=line[:own] + "// ")
 
 
 def _by_hand(headers: Sequence[str]) -> str:
@@ -112,6 +118,7 @@ def namespace(environment: Environment) -> str:
 def _helpers(text: str) -> str:
     """Return the helpers that a law uses, in the file's order; raise LawError for one that is not there."""
     wanted = set(_NAMED.findall(text)) - {"Results"}
+    wanted |= {"Inverse"} if "Inverse " in text else set()  # by hand it is named without where it stands
     wanted |= {"divisor"} if "Inverse" in wanted else set()
     wanted |= {"checked"} if wanted & {"divisor", "index", "spent"} else set()
     whole = resources.path("sketch", "helpers.txt").read_text("utf-8")

@@ -1,7 +1,9 @@
 """Exported sketches, built as the Arduino IDE does: what the pins render against the Python law."""
 
 import shutil
+import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices import profiles, virtual_board
 from hapkit_studio.errors import LawError, ParameterError
+from hapkit_studio.laws.cpp_program import BY_HAND
 from hapkit_studio.protocol.messages import MotorMap
 from hapkit_studio.workshop import reading, sketch, sketch_file
 from tests.firmware import sketches
@@ -180,6 +183,16 @@ def test_a_force_that_is_no_number_and_a_handle_too_fast_switch_the_motor_off(ar
 
 
 # --- without a board
+def test_what_is_written_by_hand_for_the_board_is_in_the_wheel():
+    root = Path(__file__).resolve().parents[2]
+    included = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"][
+        "wheel"
+    ]
+    for header in set(BY_HAND.values()):
+        place = included["force-include"][f"firmware/hapkit/laws/{header}"]
+        assert place == f"hapkit_studio/assets/sketch/{header}"
+
+
 @pytest.mark.parametrize("key", environments.discover())
 def test_a_sketch_names_what_was_tuned_and_stands_alone(key):
     environment = environments.named(key)
