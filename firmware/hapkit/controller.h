@@ -55,7 +55,7 @@ class Controller {
   void adopt();
   void watch(const board::Sampling& sampling, int32_t count);
   void render(int32_t count);
-  void ask_law(float x);
+  void follow(float force);
   void show(const board::Sampling& sampling, int32_t count);
   void show_sample(const board::Sampling& sampling, int32_t count);
   void show_law(const board::Sampling& sampling, int32_t count);

@@ -7,13 +7,26 @@ namespace crc {
 
 constexpr uint16_t kStart = 0xffff;
 
+// The CRC in two bytes, as a chip of eight bits has them.
+struct Crc {
+  uint8_t high = kStart >> 8;
+  uint8_t low = kStart & 0xff;
+
+  void add(uint8_t byte) {
+    uint8_t mix = high ^ byte;
+    mix ^= mix >> 4;
+    high = low ^ static_cast<uint8_t>(mix << 4) ^ (mix >> 3);
+    low = mix ^ static_cast<uint8_t>(mix << 5);
+  }
+};
+
 // Return the CRC after one more byte. After a body and its CRC, high byte first, it is zero.
 inline uint16_t update(uint16_t crc, uint8_t byte) {
-  uint8_t mix = static_cast<uint8_t>(crc >> 8) ^ byte;
-  mix ^= mix >> 4;
-  const uint8_t high = static_cast<uint8_t>(crc) ^ static_cast<uint8_t>(mix << 4) ^ (mix >> 3);
-  const uint8_t low = mix ^ static_cast<uint8_t>(mix << 5);
-  return static_cast<uint16_t>(high << 8) | low;
+  Crc next;
+  next.high = static_cast<uint8_t>(crc >> 8);
+  next.low = static_cast<uint8_t>(crc);
+  next.add(byte);
+  return static_cast<uint16_t>(next.high << 8) | next.low;
 }
 
 }  // namespace crc

@@ -27,8 +27,8 @@ bool design(const protocol::Loop& loop, float quantum, float fastest, Design* ma
   made->scale = quantum / (period * kOne);
   made->quantum = quantum;
   made->period = period;
-  const float limit = fastest / made->scale;
-  made->fastest = limit < kMostCounts * kOne ? static_cast<int32_t>(limit) : kMostCounts * 65536L;
+  const float limit = fastest * period / quantum;
+  made->fastest = limit < kMostCounts ? static_cast<int16_t>(limit) + 1 : kMostCounts;
   return true;
 }
 

@@ -13,7 +13,7 @@ struct Design {
   uint8_t quarters;  // of a millisecond in one period
   uint32_t first;    // half of the coefficients, in 2^-32
   uint32_t second;
-  int32_t fastest;  // limit of the speed, in 2^-16 counts per period
+  int16_t fastest;  // limit of the speed, in counts per period
   float scale;      // m/s in 2^-16 counts per period
   float quantum;    // m in a count
   float period;     // s
@@ -24,9 +24,6 @@ constexpr float kOne = 65536.0f;       // a count
 
 // Fill a design; return false, with nothing changed, for what no loop can have. quantum in m, fastest in m/s.
 bool design(const protocol::Loop& loop, float quantum, float fastest, Design* made);
-
-// Return value times twice a half coefficient, rounded alike on both sides of zero.
-int32_t scaled(int32_t value, uint32_t half);
 
 class Estimator {
  public:

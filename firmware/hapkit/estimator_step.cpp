@@ -41,14 +41,15 @@ inline uint32_t share(uint32_t value, uint32_t half) {
 #endif
 }
 
-}  // namespace
-
+// Return value times twice a half coefficient, rounded alike on both sides of zero.
 int32_t scaled(int32_t value, uint32_t half) {
   const bool negative = value < 0;
   const uint32_t twice = static_cast<uint32_t>(negative ? -value : value) << 1;
   const int32_t result = static_cast<int32_t>(share(twice, half));
   return negative ? -result : result;
 }
+
+}  // namespace
 
 void Estimator::change(uint8_t quarters_before, uint8_t quarters) {
   for (; quarters_before < quarters; quarters_before <<= 1) speed_ *= 2;
@@ -60,21 +61,25 @@ bool Estimator::update(const Design& design, int32_t count, uint8_t periods) {
   int32_t moved = count - last_;
   last_ = count;
   if (periods > 1) moved /= periods;
-  if (moved > kMostCounts || moved < -kMostCounts) {
+  const int16_t steps = static_cast<int16_t>(moved);
+  if (steps != moved || steps > kMostCounts || steps < -kMostCounts) {
     speed_ = rest_ = 0;
     return false;
   }
-  const int32_t raw = static_cast<int32_t>(static_cast<uint32_t>(moved) << 16);
+  int32_t speed = speed_;
+  const int32_t surprise = static_cast<int32_t>(static_cast<uint32_t>(steps) << 16) - speed;
   if (design.method == protocol::kEstimatorDifference) {
-    speed_ = raw;
+    speed += surprise;
   } else if (design.method == protocol::kEstimatorIir) {
-    speed_ += scaled(raw - speed_, design.first);
+    speed += scaled(surprise, design.first);
   } else {
-    const int32_t surprise = rest_ + raw - speed_;
-    rest_ = surprise - scaled(surprise, design.first);
-    speed_ += scaled(surprise, design.second);
+    const int32_t all = surprise + rest_;
+    rest_ = all - scaled(all, design.first);
+    speed += scaled(all, design.second);
   }
-  return speed_ <= design.fastest && speed_ >= -design.fastest;
+  speed_ = speed;
+  const int16_t whole = static_cast<int16_t>(speed >> 16);
+  return whole < design.fastest && whole >= -design.fastest;
 }
 
 }  // namespace estimator

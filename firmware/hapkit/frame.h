@@ -26,8 +26,8 @@ class Writer {
   }
 
   void finish() {
-    const uint8_t check[] = {static_cast<uint8_t>(crc_ >> 8), static_cast<uint8_t>(crc_)};
-    stuff(check, sizeof(check), 0);
+    const uint8_t check[] = {crc_.high, crc_.low};
+    stuff(check, sizeof(check), crc_);
     *code_ = static_cast<uint8_t>(end_ - code_);
     *end_++ = 0;
     sink_(unsent_, static_cast<uint8_t>(end_ - unsent_));
@@ -38,12 +38,12 @@ class Writer {
 
   // COBS: a zero becomes the distance to the next one, written before the bytes between them. Return the CRC
   // after these bytes.
-  uint16_t stuff(const uint8_t* bytes, uint8_t size, uint16_t crc) {
+  crc::Crc stuff(const uint8_t* bytes, uint8_t size, crc::Crc crc) {
     uint8_t* end = end_;
     uint8_t* code = code_;
     for (; size; --size) {
       const uint8_t byte = *bytes++;
-      crc = crc::update(crc, byte);
+      crc.add(byte);
       if (byte) {
         *end++ = byte;
         continue;
@@ -61,7 +61,7 @@ class Writer {
   }
 
   Sink sink_;
-  uint16_t crc_ = crc::kStart;
+  crc::Crc crc_;
   uint8_t* unsent_ = coded_;
   uint8_t* code_ = coded_;     // of the block that is being filled
   uint8_t* end_ = coded_ + 1;  // behind its last byte

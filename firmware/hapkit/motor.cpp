@@ -146,7 +146,9 @@ void set(const protocol::Board& kit) {
   set_pieces(kit);
 }
 
-// Floats of one sign are in the order of their bits.
+// Floats of one sign are in the order of their bits; what is not finite comes last.
+bool allows(float force) { return (bits_of(force) & ~kSign) <= most; }
+
 Limited limit(float force) {
   const uint32_t bits = bits_of(force);
   const uint32_t size = bits & ~kSign;

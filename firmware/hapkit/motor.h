@@ -16,6 +16,9 @@ struct Limited {
 // Prepare for a kit: limit, motor map, dead band. Only while no reading of the sensor is handled.
 void set(const protocol::Board& kit);
 
+// Whether a force is within the limit as it is: the quick answer of the usual case.
+bool allows(float force);
+
 // Cut a force to the limit; a force that is not finite becomes zero.
 Limited limit(float force);
 

@@ -106,11 +106,11 @@ void Renderer::move() {
   bank_ = bank_ ^ 1;
 }
 
-float Renderer::force(float x, float v, float period, bool* began) {
-  *began = fresh_;
+float Renderer::force(float x, float v, float period, Fade* fade) {
   if (fresh_) {
     fresh_ = false;
     start_(state_);
+    fade->restart();
   }
   return force_(banks_[bank_], state_, x, v, period);
 }

@@ -52,8 +52,8 @@ class Renderer {
 
   // The tick, which the main program never interrupts.
 
-  // Return the force that the law asks for in N, positive to the right, and whether it began just now.
-  float force(float x, float v, float period, bool* began);
+  // Return the force that the law asks for in N, positive to the right; a law that begins fades in.
+  float force(float x, float v, float period, Fade* fade);
 
   // Fill one value of the law's state and its place; they take turns.
   void show_state(protocol::Telemetry* shown);

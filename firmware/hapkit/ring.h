@@ -21,9 +21,12 @@ class Ring {
   // Put several bytes for which there is room; the reader sees them all at once.
   void push(const uint8_t* bytes, uint8_t size) {
     uint8_t next = head_;
+    volatile uint8_t* place = bytes_ + next;
     for (; size; --size) {
+      ++place;
+      if (next == kMask) place = bytes_;
       next = (next + 1) & kMask;
-      bytes_[next] = *bytes++;
+      *place = *bytes++;
     }
     head_ = next;
   }

@@ -10,8 +10,10 @@ void Controller::sample(const board::Sampling& sampling) {
   watch(sampling, count);
   if (renderer_.active()) {
     render(count);
-  } else if (safety_.off()) {
-    drive(0);
+  } else {
+    last_seq_ = sampling.seq;
+    last_time_us_ = sampling.time_us;
+    if (safety_.off()) drive(0);
   }
   show(sampling, count);
 }
@@ -24,8 +26,6 @@ void Controller::adopt() {
 }
 
 void Controller::watch(const board::Sampling& sampling, int32_t count) {
-  last_seq_ = sampling.seq;
-  last_time_us_ = sampling.time_us;
   for (uint8_t missed = sampling.missed; missed; --missed) safety_.period(sampling.quarters);
   safety_.period(sampling.quarters);
   overruns_ += sampling.missed;
@@ -42,24 +42,28 @@ void Controller::watch(const board::Sampling& sampling, int32_t count) {
 }
 
 void Controller::render(int32_t count) {
-  velocity_ = estimator_.velocity(design_);
-  asked_ = 0.0f;
-  if (!safety_.refused()) ask_law(static_cast<float>(count) * design_.quantum);
+  const float velocity = estimator_.velocity(design_);
+  const float x = static_cast<float>(count) * design_.quantum;
+  const float asked = safety_.refused() ? 0.0f : renderer_.force(x, velocity, design_.period, &fade_);
+  velocity_ = velocity;
+  asked_ = asked;
   if (safety_.off()) {
     fade_.restart();
     return drive(0);
   }
-  const motor::Limited limited = motor::limit(fade_.weighted(asked_, design_.quarters));
-  safety_.rendered(limited.flags);
-  drive(limited.flags & protocol::kFlagRefused ? 0 : motor::pwm_of(limited.force));
+  follow(fade_.weighted(asked, design_.quarters));
   const uint16_t age = board::age_us();
   if (age > longest_us_) longest_us_ = age;
 }
 
-void Controller::ask_law(float x) {
-  bool began;
-  asked_ = renderer_.force(x, velocity_, design_.period, &began);
-  if (began) fade_.restart();
+void Controller::follow(float force) {
+  if (motor::allows(force)) {
+    safety_.rendered(0);
+    return drive(motor::pwm_of(force));
+  }
+  const motor::Limited limited = motor::limit(force);
+  safety_.rendered(limited.flags);
+  drive(motor::pwm_of(limited.force));
 }
 
 // Once a millisecond, or at every tick if they are rarer.
