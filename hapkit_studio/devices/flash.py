@@ -64,7 +64,7 @@ def flash(
     found = avrdude.find(program)
     checked = hex_image.read(image or shipped())
     if len(checked.data) > hex_image.OLD_FLASH_BYTES:
-        speeds = tuple(speed for speed in speeds if speed == SPEEDS[0])  # the old boot loader is in its way
+        speeds = tuple(speed for speed in speeds if speed != SPEEDS[1])  # the old boot loader is in its way
     progress(CONNECTING, 0.0)
     _wait_for_port(port, patience, progress)
     speed = _at_any_speed(found, port, checked.path, progress, speeds)

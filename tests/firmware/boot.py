@@ -24,11 +24,11 @@ _NO_SPM = (0x95E8, 0x0000)
 _OTHER_SIGNATURE = (0xE985, 0xE984)  # ldi r24, 0x95 becomes ldi r24, 0x94
 
 
-def optiboot(folder: Path) -> Path:
+def optiboot(folder: Path, baud: int = 115200) -> Path:
     """Compile the Arduino Uno's boot loader; its lights would make it too large with this compiler."""
     sources, elf, image = BOOT_LOADERS / "optiboot", folder / "optiboot.elf", folder / "optiboot.hex"
     flags = ["-Os", "-fno-inline-small-functions", "-fno-split-wide-types", "-mshort-calls", "-w"]
-    flags += ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DLED_START_FLASHES=0", "-DBAUD_RATE=115200"]
+    flags += ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DLED_START_FLASHES=0", f"-DBAUD_RATE={baud}"]
     place = [f"-Wl,--section-start=.text={START:#x},--section-start=.version=0x7ffe", "-Wl,--relax"]
     words = ["avr-gcc", *flags, *place, "-nostartfiles", "-nostdlib", "-o", elf, sources / "optiboot.c"]
     subprocess.run(words, check=True)

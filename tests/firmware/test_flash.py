@@ -1,11 +1,16 @@
 """Flashing with the real avrdude, the real boot loaders in the virtual board, and boards that fail."""
 
+from dataclasses import replace
+
 import pytest
 
 from hapkit_studio.devices import flash as flashing
-from hapkit_studio.devices.flash import flash, greet, shipped
+from hapkit_studio.devices import profiles, virtual_board
+from hapkit_studio.devices.flash import flash
 from hapkit_studio.devices.flash_output import CONNECTING, VERIFYING, WRITING
+from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import FlashError
+from hapkit_studio.protocol.messages import Origin
 from tests.firmware import boot
 from tests.firmware.vb import Host
 
@@ -26,22 +31,45 @@ def start(tmp_path):
         board.end()
 
 
-def test_the_shipped_firmware_is_written_verified_and_says_hello(start, tmp_path):
-    board, seen = start(boot.optiboot(tmp_path)), []
-    done = flash(board.port, progress=lambda stage, part: seen.append((stage, part)))
-    assert done.speed == 115200
-    assert done.size == len(flashing.hex_image.read(shipped()).data)
+SOON = 1_000_000
+"""bit/s of a boot loader that takes a whole firmware in little time."""
+
+
+def newest():
+    """Return the image that was built beside the virtual board, else the one that ships."""
+    beside = virtual_board.program().with_name("hapkit.hex")
+    return beside if beside.is_file() else flashing.shipped()
+
+
+def test_a_firmware_is_written_verified_and_says_hello_and_the_kits_settings_stay(tmp_path):
+    board, seen, image = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), newest()), [], newest()
+    try:
+        label = saved_label(board.port)
+        done = flash(board.port, image, None, lambda stage, part: seen.append((stage, part)), (SOON,))
+        kit = HapkitBoard(board.port)
+        kit.open()
+        settings, build = kit.settings(), kit.hello.build
+        kit.close()
+    finally:
+        board.end()
+    assert (settings.label, settings.origin) == (label, Origin.STORED)
+    assert done.size == len(flashing.hex_image.read(image).data)
+    assert build.encode() in flashing.hex_image.read(image).data
     assert seen[0] == (CONNECTING, 0.0)
     assert {(WRITING, 1.0), (VERIFYING, 1.0)} <= set(seen)
     order = [(CONNECTING, WRITING, VERIFYING).index(stage) + part for stage, part in seen]
     assert order == sorted(order)
-    assert len(seen) > 40  # a bar that moves
-    hello = greet(board.port)
-    assert hello.build.encode() in shipped_bytes()
+    assert len(set(seen)) > 40  # a bar that moves
 
 
-def shipped_bytes():
-    return flashing.hex_image.read(shipped()).data
+def saved_label(port):
+    """Keep settings of its own on the board; return their label."""
+    kit = HapkitBoard(port)
+    kit.open()
+    kit.configure(replace(profiles.of_settings(kit.settings()), label="Mine"))
+    assert kit.save().origin == Origin.STORED
+    kit.close()
+    return "Mine"
 
 
 def test_the_boot_loader_of_older_boards_is_reached_at_its_own_speed(start, tmp_path):
@@ -74,9 +102,9 @@ def test_a_cable_pulled_in_the_middle_leaves_a_board_that_can_be_flashed_again(s
             board.send("unplug")
 
     with pytest.raises(FlashError, match="went away before the firmware was whole"):
-        flash(board.port, progress=pull)
+        flash(board.port, newest(), progress=pull)
     board.plug()
-    assert flash(board.port, boot.small_image(tmp_path)).size > 100
+    assert flash(board.port, boot.small_image(tmp_path)).speed == 115200
     host = Host(board.port)
     host.read(20)
     host.close()
