@@ -84,7 +84,7 @@ class Controller {
   float velocity_ = 0.0f;
   float asked_ = 0.0f;
   uint8_t since_shown_ = 0;  // quarters of a millisecond
-  uint16_t longest_us_ = 0;
+  uint16_t delays_us_ = 0;  // summed up since a tick was shown
   uint16_t last_seq_ = 0;
   uint32_t last_time_us_ = 0;
   int16_t pwm_ = 0;

@@ -201,7 +201,7 @@ struct __attribute__((packed)) Telemetry {
   float velocity;  // as the board estimates it, positive to the right [m/s]
   float asked;  // force that the law asked for, positive to the right [N]
   int16_t pwm;  // signed duty in force, of pwm_top
-  uint16_t delay_us;  // longest from a sampling to its force since the last frame [us]
+  uint16_t delay_us;  // mean from a sampling to its force since the last frame [us]
   uint8_t flags;  // BoardFlag
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
   uint8_t overruns;  // ticks that were skipped so far, wraps at 256

@@ -53,7 +53,7 @@ void Controller::render(int32_t count) {
   }
   follow(fade_.weighted(asked, design_.quarters));
   const uint16_t age = board::age_us();
-  if (age > longest_us_) longest_us_ = age;
+  delays_us_ += age;
 }
 
 void Controller::follow(float force) {
@@ -103,9 +103,10 @@ void Controller::show_law(const board::Sampling& sampling, int32_t count) {
   shown_.asked = asked_;
   shown_.pwm = pwm_;
   shown_.flags = safety_.flags() | doubt_flag();
-  shown_.delay_us = longest_us_;
+  const uint8_t ticks = 4 / sampling.quarters;
+  shown_.delay_us = ticks == 4 ? delays_us_ / 4 : ticks == 2 ? delays_us_ / 2 : delays_us_;
   shown_.overruns = overruns_;
   shown_.generation = renderer_.generation();
   renderer_.show_state(&shown_);
-  longest_us_ = 0;
+  delays_us_ = 0;
 }
