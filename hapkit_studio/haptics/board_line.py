@@ -35,7 +35,8 @@ def render(r, conn, out, k, now):
     line.stamp(conn, sample, row, now)
     delays.note(conn.delays, delays.BOARD, sample[codec.DELAY])
     fill(r, conn, sample, row, position, period)
-    row[rows.FLAGS] = flags_of(r, conn, sample, now, lost_frames(conn, sample, period))
+    lost = lost_frames(conn, sample, period)
+    row[rows.FLAGS] = flags_of(r, conn, sample, now, lost > 0 or period > 1.5 * frame_of(conn))
     r.word[rig.FLAGS] = int(row[rows.FLAGS])
     if r.word[rig.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
         r.real[rig.APPLIED] = row[rows.APPLIED]
@@ -76,12 +77,19 @@ def notice_rate(conn, sample, period, now):
 
 
 @internal
+def frame_of(conn):
+    """Return the time in s from one frame of telemetry to the next."""
+    rate = conn.words[way.SENT_RATE]
+    return max(FRAME, 1.0 / rate) if rate > 0 else FRAME
+
+
+@internal
 def lost_frames(conn, sample, period):
     """Return how many frames are missing before this one, and count them; ticks are not all shown."""
     rate = conn.words[way.SENT_RATE]
     if sample[codec.LOST] <= 0.0 or rate <= 0:
         return 0
-    lost = max(int(period / max(FRAME, 1.0 / rate) + 0.5) - 1, 0)
+    lost = max(int(period / frame_of(conn) + 0.5) - 1, 0)
     conn.reader[codec.LOST_FRAMES] += lost
     return lost
 
@@ -129,8 +137,11 @@ def take_state(r, conn, sample, row):
 
 
 @internal
-def flags_of(r, conn, sample, now, lost):
-    """Return the row's flags; what the board latched is latched here, with words."""
+def flags_of(r, conn, sample, now, gap):
+    """Return the row's flags; what the board latched is latched here, with words.
+
+    gap: frames are missing before this one, or were not shown. What the sensor left out is one as well.
+    """
     n, said = conn.numbers, int(sample[codec.FLAGS])
     missed = (int(sample[codec.OVERRUNS]) - conn.words[way.OVERRUNS]) & 0xFF
     if missed and conn.words[way.WAY] >= way.THERE:
@@ -138,7 +149,7 @@ def flags_of(r, conn, sample, now, lost):
         conn.words[way.SKIPPED] += missed
     conn.words[way.OVERRUNS] = int(sample[codec.OVERRUNS])
     latch_what_is_said(r, n, said, sample, now)
-    flags = rows.GAP if lost else 0
+    flags = rows.GAP if gap or said & codec.FLAG_SENSOR else 0
     if said & codec.FLAG_CLAMPED:
         flags |= rows.CLAMPED
     if said & codec.FLAG_STOPPED:
