@@ -3,6 +3,8 @@
 from hapkit_studio.devices.calibration import Limits
 from hapkit_studio.devices.virtual_board import VirtualBoard
 
+PATIENCE = 30.0
+"""s: a busy machine may simulate slowly, and nothing here depends on it."""
 FOLLOWS = 0.004
 """s in which the hand is where it was led: nobody jumps."""
 
@@ -11,7 +13,7 @@ class StudentBoard(VirtualBoard):
     """Answers to ``hand`` (m, None lets go), ``weight`` (N) and ``student``, called at every sample."""
 
     def __init__(self, *options, eeprom=None):
-        words = ["--answer-timeout", "0.1", *options]
+        words = ["--answer-timeout", "0.02", *options]
         words += ["--eeprom", str(eeprom)] if eeprom else []
         super().__init__("lockstep", options=words)
         self.time, self.x, self.v = 0.0, 0.0, 0.0
@@ -42,8 +44,11 @@ class StudentBoard(VirtualBoard):
         self._weight = force
         self.send(f"force {force:.6f}")
 
-    def samples(self, silence=1.0):
-        for sample in super().samples(silence):
+    def request(self, message, reply, seconds=PATIENCE):
+        return super().request(message, reply, PATIENCE)
+
+    def samples(self, silence=PATIENCE):
+        for sample in super().samples(PATIENCE):
             self.time = 1e-6 * sample.time_us
             self.student(self)
             yield sample

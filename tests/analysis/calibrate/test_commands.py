@@ -1,0 +1,95 @@
+"""The commands: a board's settings shown and changed; a test of a kit with its verdicts, for programs too."""
+
+import json
+
+import pytest
+
+from hapkit_studio import cli
+from hapkit_studio.commands import check_hapkit
+from hapkit_studio.devices import calibration_file
+from hapkit_studio.devices.profiles import named
+from hapkit_studio.protocol.messages import Origin
+from tests.devices.fake_board import FakeBoard
+from tests.devices.fake_kit import FakeKit
+from tests.devices.paddle_kit import PaddleKit
+
+
+@pytest.fixture
+def kit():
+    return FakeKit()
+
+
+@pytest.fixture
+def port(kit):
+    board = FakeBoard(kit)
+    yield board.path
+    board.unplug()
+
+
+def run(capsys, *words):
+    """Run a command; return its exit code, and what it printed as JSON or, failing that, its complaint."""
+    code = cli.main([*words, "--json"])
+    said = capsys.readouterr()
+    return code, json.loads(said.out) if code == 0 else said.err
+
+
+def test_settings_are_shown_and_left_alone(capsys, port, kit):
+    code, shown = run(capsys, "calibrate", port)
+    assert code == 0
+    assert shown["label"] == "fake kit"
+    assert shown["sensor"] == "MAGNETORESISTIVE"
+    assert kit.stored is None
+
+
+def test_a_kit_is_put_on_the_board_and_kept(capsys, port, kit):
+    code, shown = run(capsys, "calibrate", port, "--kit", "hapkit3-short", "--label", "red 7")
+    assert code == 0
+    assert shown["handle_radius"] == pytest.approx(0.070)
+    assert kit.stored.label == "red 7"
+
+
+def test_a_file_is_put_on_the_board(capsys, port, kit, tmp_path, monkeypatch):
+    monkeypatch.setenv(calibration_file.VARIABLE, str(tmp_path))
+    path = calibration_file.write(named("hapkit2013").board, {})
+    code, shown = run(capsys, "calibrate", port, "--from", str(path), "--write")
+    assert code == 0
+    assert kit.stored.sector_radius == pytest.approx(0.0732)
+    assert calibration_file.read(shown["written"]).pulley_radius == pytest.approx(0.00419)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--kit", "nokit"], "There is no kit"),
+        (["--from", "nowhere.toml"], "Cannot read"),
+        (["--kit", "hapkit3", "--from", "x"], "not both"),
+        (["--label", "much too long a name"], "12"),
+    ],
+)
+def test_bad_input_is_one_line_and_changes_nothing(capsys, port, kit, words, said):
+    code, complaint = run(capsys, "calibrate", port, *words)
+    assert code == 2
+    assert said in complaint
+    assert complaint.count("\n") == 1
+    assert kit.stored is None
+
+
+def test_a_simulated_device_has_no_board(capsys):
+    for command in ("check", "calibrate"):
+        code, complaint = run(capsys, command, "simulated")
+        assert code == 2
+        assert "no board" in complaint
+
+
+def test_check_says_a_verdict_for_each(capsys, monkeypatch):
+    kit = PaddleKit(direction=-1)
+    kit.origin = Origin.STORED
+    monkeypatch.setattr(check_hapkit, "board_named", lambda key: kit)
+    code, found = run(capsys, "check", "port")
+    assert code == 0
+    assert found["pass"] is False
+    assert found["checks"]["direction"]["key"] == "opposite"
+    assert cli.main(["check", "port"]) == 0
+    text = capsys.readouterr().out
+    assert "direction  LOOK" in text
+    assert "Look at: direction" in text
