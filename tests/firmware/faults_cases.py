@@ -4,7 +4,7 @@ Times are the board's, in s. A medium hand leads the handle of a spring to and f
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -151,4 +151,6 @@ FLOOD = [
     Case("line full of valid commands", spam=_forces, lossy=True, extra=(FOREIGN,)),
 ]
 
-CASES = [Case("none"), *DAMAGE, *LATENCY, *STALLS, *ENDS, *SENSOR, *FLOOD]
+COMPUTER = [Case("none"), *DAMAGE, *LATENCY, *STALLS, *ENDS, *SENSOR, *FLOOD]
+BOARD = [replace(case, name=f"{case.name}, board renders", board=True) for case in COMPUTER]
+CASES = [*COMPUTER, *BOARD]

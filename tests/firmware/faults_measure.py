@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapkit_studio.haptics import rows
-from tests.firmware.faults_cases import END, START
+from tests.firmware.faults_cases import END, START, STIFFNESS
 from tests.firmware.faults_run import Run
 from tests.firmware.vb import FULL_FORCE, QUANTUM
 
@@ -14,6 +14,11 @@ NOT_RENDERED = rows.STALE | rows.STOPPED | rows.FAULT | rows.FADING
 MARKED = rows.STALE | rows.STOPPED | rows.FAULT
 COUNTS = 1.1
 """Counts between record and truth that are none: one of the sensor's steps, a tenth of the log's 0.1 ms."""
+STEP = 0.05
+"""N: two steps of the duty at 1 N."""
+LATELY = 20
+"""Log rows in which a position may have been sampled, sent, answered."""
+BRIDGED = 0.01
 LONGEST_WAY = 0.40
 """s that a command may have been under way: the longest stall and what had queued behind it."""
 
@@ -96,10 +101,14 @@ def time_back(run: Run) -> float:
 
 
 def errors(run: Run, found: np.ndarray, start: float) -> np.ndarray:
-    """Return by how many counts rows differ from the truth; the board's clock began at start."""
+    """Return by how many counts rows differ from the truth since the first one that counts; n,
+
+    where the board's clock began at start.
+    """
     time = found[:, rows.BOARD_TIME] + start
-    true = np.interp(time, run.truth.time, run.truth.position)
-    return (found[:, rows.POSITION] - found[0, rows.POSITION] - (true - true[0])) / QUANTUM
+    error = found[:, rows.POSITION] - np.interp(time, run.truth.time, run.truth.position)
+    first = np.argmin(found[:, rows.FLAGS].astype(int) & MARKED)
+    return (error - error[first]) / QUANTUM
 
 
 def start_of_clock(run: Run) -> float:
@@ -111,13 +120,18 @@ def start_of_clock(run: Run) -> float:
     return float(np.mean(tried[spread < spread.min() + 0.01]))
 
 
+def start_of_connection(run: Run, number: int) -> float:
+    """Return when the board's clock of a connection began: at the start, or at its reset."""
+    reset = number == 1 and any("reset" in words for words in run.case.script)
+    return start_of_clock(run) + (START if reset else 0.0)
+
+
 def wrong_rows(run: Run, number: int) -> int:
     """Count the rows of a connection whose position is not the truth's and that nothing marks."""
     found = run.rows[number]
     if not len(found):
         return 0
-    reset = number == 1 and any("reset" in words for words in run.case.script)
-    start = start_of_clock(run) + (START if reset else 0.0)
+    start = start_of_connection(run, number)
     time, error = found[:, rows.BOARD_TIME] + start, errors(run, found, start)
     marked = (found[:, rows.FLAGS].astype(int) & MARKED) != 0
     if run.case.wrong:
@@ -140,6 +154,44 @@ def late_ticks(found: np.ndarray) -> int:
 
 
 def foreign(run: Run) -> int:
+    """Count log rows with a force that nobody asked for: the loop lately, or the board's own law."""
+    return foreign_to_the_law(run) if run.case.board else foreign_to_the_loop(run)
+
+
+def foreign_to_the_law(run: Run) -> int:
+    """Count log rows whose force does not lie between none and the spring's, where the handle was lately.
+
+    Forces that the computer sends, while it renders still, are the same spring's. Every connection has its
+    own zero, and the sensor may say wrong things while it is at fault.
+    """
+    truth, case = run.truth, run.case
+    held = np.isnan(truth.time)
+    if case.wrong:
+        held |= (truth.time >= START) & (truth.time <= END + BRIDGED)
+    spring = np.array([-STIFFNESS * (truth.position - zero) for zero in zeros(run)])
+    most = _lately(np.maximum(spring.max(axis=0), 0.0), np.max)
+    least = _lately(np.minimum(spring.min(axis=0), 0.0), np.min)
+    beyond = (truth.motor_force > most + STEP) | (truth.motor_force < least - STEP)
+    return int(np.count_nonzero(beyond & ~held))
+
+
+def zeros(run: Run) -> list[float]:
+    """Return where in m the zero of each connection lies."""
+    found = []
+    for number, some in enumerate(run.rows):
+        first = some[np.argmin(some[:, rows.FLAGS].astype(int) & MARKED)]
+        time = first[rows.BOARD_TIME] + start_of_connection(run, number)
+        found.append(float(np.interp(time, run.truth.time, run.truth.position)))
+    return found
+
+
+def _lately(values: np.ndarray, what) -> np.ndarray:
+    """Return the largest or smallest value of the last LATELY rows at each row."""
+    padded = np.concatenate((np.full(LATELY, values[0]), values))
+    return what(np.lib.stride_tricks.sliding_window_view(padded, LATELY + 1), axis=1)
+
+
+def foreign_to_the_loop(run: Run) -> int:
     """Count log rows with a duty that answers no force sent lately, within a step."""
     times = np.array([t for t, _ in run.forces])
     sent = duty_of(np.array([f for _, f in run.forces]))

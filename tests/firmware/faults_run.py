@@ -7,17 +7,30 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.haptics import histogram, line, rig, ring, serial_loop
+from hapkit_studio.haptics import board_offer, histogram, line, rig, ring, serial_loop
+from hapkit_studio.haptics.board_offer import Offer
 from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.protocol import codec
 from hapkit_studio.protocol.framing import Decoder, encode
-from hapkit_studio.protocol.messages import Force, Release, Stream
+from hapkit_studio.protocol.messages import (
+    Force,
+    Hello,
+    HelloRequest,
+    LawName,
+    LawRequest,
+    Release,
+    Settings,
+    SettingsRequest,
+    Stream,
+)
 from tests.firmware.faults_cases import HOLD, STIFFNESS, Case
 from tests.firmware.faults_turns import Turns, lead
 from tests.firmware.vb import QUANTUM
 from tests.haptics.support import Bench
 
 ROWS = 1 << 12
+SPRING = environments.named("spring")
+VALUES = {"stiffness": STIFFNESS}
 
 
 @dataclass
@@ -36,20 +49,33 @@ class Run:
 class Session:
     """The host's side over all of its connections."""
 
-    def __init__(self, turns: Turns):
-        self.turns = turns
-        self.bench = Bench(environments.named("spring"), {"stiffness": STIFFNESS}, full=False)
+    def __init__(self, turns: Turns, board: bool):
+        self.turns, self.board = turns, board
+        self.bench = Bench(SPRING, VALUES, full=False)
         self.late = histogram.new_histogram()
         self.out = ring.new_ring(self.bench.r.control, ROWS)
         self.reader = ring.RingReader(self.out)
         self.spec = serial_loop.new_spec()
         turns.quit = lambda: store_release(self.bench.r.control, rig.QUIT, 1)
 
+    def offer(self, conn: line.Line) -> None:
+        """Learn what the board can render and want it to, as the engine does."""
+        laws, settings = {}, self.turns.ask(SettingsRequest(), Settings)
+        for number in range(self.turns.ask(HelloRequest(), Hello).laws):
+            name = self.turns.ask(LawRequest(number), LawName)
+            laws[name.key] = name
+        way = Offer(laws, settings).way(SPRING, SPRING.values(VALUES), "difference", QUANTUM)
+        board_offer.tell(conn, settings, 255)
+        self.bench.set(SPRING, VALUES, board=way)
+
     def connect(self, hold: float) -> tuple[np.ndarray, float]:
         """Render until the line or the time ends; return the rows and the count at zero."""
         r, conn = self.bench.r, line.new_line(QUANTUM)
+        self.turns.say(encode(Stream(0, 0)) + encode(Release()))
+        if self.board:
+            self.offer(conn)
         rig.restart(r, hold)
-        self.turns.say(encode(Stream(0, 0)) + encode(Release()) + encode(Stream(1, 0)))
+        self.turns.say(encode(Stream(1, 0)))
         serial_loop.run(r, conn, self.out, self.late, self.turns.fd, self.spec)
         self.bad_frames = int(conn.reader[codec.BAD_FRAMES])
         self.rx_errors = int(conn.samples[0, codec.RX_ERRORS])
@@ -89,7 +115,7 @@ def run_case(case: Case, folder: Path) -> Run:
     turns = Turns(folder, sorted([*case.hand, *case.script], key=when), case.options)
     lead(turns)
     run = Run(case, np.empty(0))
-    session = Session(turns)
+    session = Session(turns, case.board)
     _render(run, session)
     run.summary = turns.end()
     run.truth = virtual_board.truth(turns.log)

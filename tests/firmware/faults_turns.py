@@ -6,6 +6,7 @@ depends on how fast either side is.
 """
 
 import ctypes
+import json
 import os
 import select
 from pathlib import Path
@@ -15,6 +16,8 @@ import numpy as np
 
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.devices.board_program import BoardProgram
+from hapkit_studio.protocol.declare import Message
+from hapkit_studio.protocol.framing import Decoder, encode
 
 _POLLIN, _POLLHUP = 1, 16
 _EDGE = 1e-9
@@ -30,8 +33,8 @@ class Turns:
     def __init__(self, folder: Path, script, options=(), firmware=None, log_period=1e-4):
         log, commands = folder / "truth.f64", folder / "script.txt"
         commands.write_text("\n".join(script))
-        words = [virtual_board.program(), firmware or virtual_board.firmware(), "--turns", "--log", log]
-        words += ["--script", commands, "--log-period", log_period, *options]
+        words = [virtual_board.program(), firmware or virtual_board.firmware(), "--turns", "--await", "0"]
+        words += ["--log", log, "--script", commands, "--log-period", log_period, *options]
         self.board = BoardProgram([str(w) for w in words])
         self.log = log
         self.time = 0.0
@@ -76,14 +79,21 @@ class Turns:
         if self.time >= self.until:
             self.quit()
 
+    def ask(self, message: Message, kind: type[Message]) -> Message:
+        """Send a message before the loop runs; return the board's answer."""
+        decoder, found = Decoder(), []
+        self.say(encode(message))
+        while not found:
+            self.turn()
+            found = [m for m in decoder.feed(self._take(4096)) if isinstance(m, kind)]
+        return found[0]
+
     def alone(self, until: float) -> None:
         """Let the board go on with nobody there."""
         while self.time < until:
             self.turn()
 
     def end(self) -> dict:
-        import json
-
         self.unplug()
         return json.loads(self.board.end())
 
@@ -113,13 +123,17 @@ class Turns:
         return any(event & _POLLHUP for _, event in watch.poll(0))
 
     def read(self, _fd: int, address: int, size: int) -> int:
+        data = self._take(size)
+        ctypes.memmove(address, data, len(data))
+        return len(data)
+
+    def _take(self, size: int) -> bytes:
         want, data = min(size, self._handed - self._taken), b""
         while len(data) < want:
             select.select([self.fd], [], [], 10.0)
             data += os.read(self.fd, want - len(data))
         self._taken += len(data)
-        ctypes.memmove(address, data, len(data))
-        return len(data)
+        return data
 
     def write(self, _fd: int, address: int, size: int) -> int:
         try:
