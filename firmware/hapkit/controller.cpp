@@ -97,13 +97,23 @@ void Controller::command(const protocol::Force& force) {
   delay_us_ = age < kForever / profile::kPeriodUs && delay < kForever ? static_cast<uint16_t>(delay) : kForever;
 }
 
+void Controller::leave_law() {
+  renderer_.leave();
+  fade_.stay();
+  safety_.accept();
+  off();
+  redesign();
+}
+
+// The computer renders once the board's force has gone out, poll() sees to it; told again, it does so at once.
 // A scene that cannot be rendered leaves nothing that could be: the motor is off until the next one.
 void Controller::choose(const protocol::Scene& scene) {
   if (scene.law == protocol::kNoLaw) {
-    renderer_.leave();
-    safety_.accept();
-    off();
-  } else if (renderer_.accept(scene, safety_.refused())) {
+    const bool felt = renderer_.active() && !safety_.off();
+    return felt && !fade_.leaving() ? fade_.leave() : leave_law();
+  }
+  if (renderer_.accept(scene, safety_.refused())) {
+    fade_.stay();
     safety_.accept();
     safety_.alive();
   } else {

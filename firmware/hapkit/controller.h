@@ -42,6 +42,7 @@ class Controller {
   void set_kit(const protocol::Board& kit);
   void set_stream(const protocol::Stream& stream);
   void refuse();
+  void leave_law();
   void off();
   void redesign();
   void start_over();

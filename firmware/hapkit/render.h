@@ -13,22 +13,34 @@ uint8_t count();
 // Fill the name of a law; false if there is none of this number.
 bool describe(uint8_t law, protocol::LawName* name);
 
-// A force that comes in over 30 ms.
+// A force that comes in over 30 ms, and may go out again.
 class Fade {
  public:
   void restart() { gone_ = 0; }
 
+  // The force goes out, or comes in after all.
+  void leave() { leaving_ = true; }
+  void stay() { leaving_ = false; }
+  bool leaving() const { return leaving_; }
+  bool out() const { return leaving_ && gone_ == 0; }
+
   // Return the force, weighted, one period later.
   float weighted(float force, uint8_t quarters) {
-    if (gone_ >= kQuarters) return force;
-    gone_ += quarters;
+    if (leaving_) {
+      gone_ = gone_ > kQuarters ? kQuarters : gone_ > quarters ? gone_ - quarters : 0;
+    } else if (gone_ >= kQuarters) {
+      return force;
+    } else {
+      gone_ += quarters;
+    }
     return gone_ < kQuarters ? force * (gone_ * (1.0f / kQuarters)) : force;
   }
 
  private:
   static constexpr uint8_t kQuarters = 4 * 30;  // of a millisecond
 
-  uint8_t gone_ = 0;
+  volatile uint8_t gone_ = 0;
+  volatile bool leaving_ = false;
 };
 
 class Renderer {

@@ -4,6 +4,7 @@
 
 void Controller::poll() {
   if (due_) {
+    if (fade_.out()) leave_law();
     if (streaming_) report();
     due_ = false;
     board::pat();
