@@ -75,7 +75,8 @@ static_assert(sizeof(Stream) == Stream::kSize, "Stream has gaps");
 // Choose what is rendered: a law of the board with all its parameters, or the computer's forces.
 //
 // The same law again: its state stays, its numbers move over 30 ms. Another one, or another choice: the
-// force fades in from zero over 30 ms.
+// force fades in from zero over 30 ms. NO_LAW: the force fades out over 30 ms, then samples come; said twice
+// it goes off at once.
 struct __attribute__((packed)) Scene {
   static constexpr uint8_t kId = 0x06;
   static constexpr uint8_t kSize = 66;

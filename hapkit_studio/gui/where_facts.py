@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.delays import Measured
 
 WAYS = COMPUTER, BOARD = "computer", "board"
-ROWS = "Delay, ms", "Rate, Hz", "Stiffness limit, N/m", "Ticks missed"
+ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed"
 HINTS = (
     "From a sample to its force in the motor's register, as the board measured it: mean and standard "
     "deviation of the last seconds",
     "How often the force is computed anew",
-    "Exact boundary for a released handle at this delay, rate and velocity estimator, with the scene's own "
-    "damping",
-    "Computer: answers that came too late. Board: ticks it had no time for, by its own count",
+    "Stiffness limit: the exact boundary for a released handle at this delay, rate and velocity estimator, "
+    "with the scene's own damping",
+    "Ticks missed. Computer: answers that came too late. Board: ticks it had no time for, by its own count",
 )
 UNKNOWN = "–"
 

@@ -194,8 +194,13 @@ def now_and_then(conn, k, frame, word):
 
 @compiled
 def last_act(conn, frame):
-    """Take the board's law away, then command zero: the last act of a loop while the board renders."""
-    length = scene_frames.encode_scene(frame, NO_LAW, conn.words[way.GENERATION] + 1, conn.sent)
+    """Take the board's law away, then command zero: the last act of a loop while the board renders.
+
+    Told twice the board does so at once; told once it lets its force go out over 30 ms.
+    """
+    generation = conn.words[way.GENERATION] + 1
+    length = scene_frames.encode_scene(frame, NO_LAW, generation, conn.sent)
+    length += scene_frames.encode_scene(frame[length:], NO_LAW, generation, conn.sent)
     return length + codec.encode_force(frame[length:], 0, 0.0)
 
 

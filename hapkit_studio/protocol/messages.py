@@ -124,7 +124,8 @@ class Scene(Message, id=0x06):
     """Choose what is rendered: a law of the board with all its parameters, or the computer's forces.
 
     The same law again: its state stays, its numbers move over 30 ms. Another one, or another choice: the
-    force fades in from zero over 30 ms.
+    force fades in from zero over 30 ms. NO_LAW: the force fades out over 30 ms, then samples come; said twice
+    it goes off at once.
     """
 
     law: int = wire("B", "number of the law, NO_LAW: the computer renders")

@@ -11,7 +11,7 @@ __all__ = ["ALIVE", "HELLO_REQUEST", "NO_LAW", "ROOM", "VALUES", "signed"]
 ALIVE = Alive.ID
 HELLO_REQUEST = HelloRequest.ID
 
-ROOM = 3 * (CRC_SIZE + 3) + Board.size() + Loop.size() + Scene.size() + 2 * codec.FRAME_SIZE
+ROOM = 3 * (CRC_SIZE + 3) + Board.size() + 2 * Scene.size() + 2 * codec.FRAME_SIZE
 """Bytes that one answer takes at most: settings, loop and scene, a stop, one word more."""
 
 BOARD_BODY = 1 + Board.size()
