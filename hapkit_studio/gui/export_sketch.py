@@ -3,15 +3,12 @@
 from pathlib import Path
 
 from PySide6.QtCore import QDir
-from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QPushButton, QWidget
 
 from hapkit_studio.devices import profiles
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.help_dialog import Sheet
+from hapkit_studio.gui.form_sheet import FormSheet
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.tabs.bar import PRIMARY
-from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 from hapkit_studio.haptics.board_offer import spec_on_board
 from hapkit_studio.protocol.messages import Origin
 from hapkit_studio.workshop import sketch, sketch_file
@@ -22,24 +19,20 @@ _ABOUT = (
     "without the studio and needs no library: to read, to change, to hand in."
 )
 _PRINTS = (("10 lines a second", 10), ("50 lines a second", 50), ("Nothing", 0))
-_WIDTH = 520
-_ROOM = 44
-"""Height of an answer of two lines, so that nothing moves when it comes."""
 
 
-class ExportSheet(Sheet):
+class ExportSheet(FormSheet):
     """Beside the window; what is chosen in the panel meanwhile is what is written."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
-        super().__init__("Export as sketch", parent)
+        super().__init__("Export as sketch", _ABOUT, parent)
         self._studio = studio
         self.what, self.velocity = QLabel(), QLabel()
         self.kits, self.rates, self.prints = QComboBox(), QComboBox(), QComboBox()
-        self.verdict, self.save, self.leave = VerdictLine(""), QPushButton("Save…"), QPushButton("Close")
+        self.save = QPushButton("Save…")
         self._fill()
         self._arrange()
         self.save.clicked.connect(self.ask)
-        self.leave.clicked.connect(self.close)
         for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed):
             changed.connect(self.look)
         self.look()
@@ -108,25 +101,6 @@ class ExportSheet(Sheet):
             self.prints.addItem(words, number)
 
     def _arrange(self) -> None:
-        about = QLabel(_ABOUT)
-        about.setWordWrap(True)
-        about.setMinimumWidth(_WIDTH)
-        self.column.addWidget(about)
-        self.column.addLayout(self._fields())
-        self.verdict.setContentsMargins(-16, 0, -16, 0)
-        self.verdict.setMinimumHeight(_ROOM)
-        self.column.addWidget(self.verdict)
-        dress(self.save, PRIMARY)
-        row = QHBoxLayout()
-        row.addStretch(1)
-        row.addWidget(self.save)
-        row.addWidget(self.leave)
-        self.column.addLayout(row)
-
-    def _fields(self) -> QGridLayout:
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(12)
-        grid.setColumnStretch(1, 1)
         fields = (
             ("Environment", self.what),
             ("Kit", self.kits),
@@ -134,14 +108,9 @@ class ExportSheet(Sheet):
             ("Velocity", self.velocity),
             ("Serial monitor", self.prints),
         )
-        for row, (words, widget) in enumerate(fields):
-            label = QLabel(words)
-            label.setProperty("role", "axis")
-            label.setBuddy(widget)
-            widget.setAccessibleName(words)
-            grid.addWidget(label, row, 0)
-            grid.addWidget(widget, row, 1)
-        return grid
+        self.add_fields((words, widget, None) for words, widget in fields)
+        self.add_verdict(2)
+        self.add_buttons(self.save)
 
 
 def connected_kit(studio: Studio) -> Kit | None:

@@ -4,28 +4,16 @@ from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QFileDialog,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QProgressBar,
-    QPushButton,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QProgressBar, QPushButton, QWidget
 
 from hapkit_studio.devices import DeviceEntry, avrdude, discovery, flash
 from hapkit_studio.devices.flash import Flashed
 from hapkit_studio.devices.flash_output import CONNECTING, VERIFYING, WRITING
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import AvrdudeMissingError
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.help_dialog import Sheet
+from hapkit_studio.gui.form_sheet import FormSheet
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.tabs.bar import PRIMARY
 from hapkit_studio.gui.tabs.job import Job, Progress
-from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 
 STAGES = (CONNECTING, WRITING, VERIFYING)
 _WORDS = ("Looking for the boot loader…", "Writing…", "Verifying…")
@@ -36,27 +24,20 @@ _ABOUT = (
     "Writes the studio's firmware to the board, then reads it back. Calibration and profile of the kit stay. "
     "Close other programs that have the port open. The motor is off meanwhile."
 )
-_WIDTH = 520
-_ROOM = 64
-"""Height of an answer of three lines, so that nothing moves when it comes."""
 
 
-class FlashSheet(Sheet):
+class FlashSheet(FormSheet):
     """Beside the window; while it writes it stays open, and the window has let go of the port."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
-        super().__init__("Flash firmware", parent)
+        super().__init__("Flash firmware", _ABOUT, parent)
         self._studio = studio
         self._program: str | None = None
         self._flashed: Flashed | None = None
         self.job = Job(self, needs="")
         self.ports, self.where, self.choose = QComboBox(), QLabel(), QPushButton("Choose…")
-        self.verdict, self.bar = VerdictLine(""), QProgressBar()
-        self.again, self.write, self.leave = (
-            QPushButton("Look again"),
-            QPushButton("Flash"),
-            QPushButton("Close"),
-        )
+        self.bar = QProgressBar()
+        self.again, self.write = QPushButton("Look again"), QPushButton("Flash")
         self._arrange()
         self._join()
         self.look()
@@ -196,7 +177,6 @@ class FlashSheet(Sheet):
         self.write.clicked.connect(self.begin)
         self.again.clicked.connect(self.look)
         self.choose.clicked.connect(self._ask_program)
-        self.leave.clicked.connect(self.close)
         self.job.progressed.connect(self._follow)
         self.job.running_changed.connect(self._look_at_job)
         self.job.finished.connect(self._written)
@@ -205,38 +185,12 @@ class FlashSheet(Sheet):
         self._studio.engine_changed.connect(self._look_at_link)
 
     def _arrange(self) -> None:
-        about = QLabel(_ABOUT)
-        about.setWordWrap(True)
-        about.setMinimumWidth(_WIDTH)
-        self.column.addWidget(about)
-        self.column.addLayout(self._fields())
+        self.add_fields((("Port", self.ports, None), ("avrdude", self.where, self.choose)))
+        self.add_verdict(3)
+        self.verdict.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.bar.setRange(0, _WHOLE * (len(STAGES) - 1))
         self.bar.setTextVisible(False)
         self.bar.setFixedHeight(6)
         self.bar.setAccessibleName("Progress of flashing")
-        self.verdict.setContentsMargins(-16, 0, -16, 0)
-        self.verdict.setMinimumHeight(_ROOM)
-        self.verdict.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.column.addWidget(self.verdict)
         self.column.addWidget(self.bar)
-        dress(self.write, PRIMARY)
-        row = QHBoxLayout()
-        row.addWidget(self.again)
-        row.addStretch(1)
-        row.addWidget(self.write)
-        row.addWidget(self.leave)
-        self.column.addLayout(row)
-
-    def _fields(self) -> QGridLayout:
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(12)
-        grid.setColumnStretch(1, 1)
-        for row, (words, widget) in enumerate((("Port", self.ports), ("avrdude", self.where))):
-            label = QLabel(words)
-            label.setProperty("role", "axis")
-            label.setBuddy(widget)
-            grid.addWidget(label, row, 0)
-            grid.addWidget(widget, row, 1)
-        self.ports.setAccessibleName("Port to flash")
-        grid.addWidget(self.choose, 1, 2)
-        return grid
+        self.add_buttons(self.write, (self.again,))
