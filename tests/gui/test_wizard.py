@@ -166,6 +166,25 @@ def test_another_device_chosen_meanwhile_gets_the_window_back(played, qtbot):
     qtbot.waitUntil(lambda: studio.engine is not None, timeout=PATIENCE_MS)
 
 
+def test_the_hand_of_a_board_that_has_one_is_dragged_on_the_rail(played, qtbot):
+    play = played()
+    shell, kit = play.shell, play.kit
+    led = []
+    kit.move_hand = led.append
+    shell.go(2)
+    rail = shell.step.rail
+    middle = rail.rect().center()
+    qtbot.mouseClick(rail, Qt.MouseButton.LeftButton, pos=middle)
+    assert led == []
+    kit.hand = True
+    rail.show_hand(shell.desk.hand_is_ours)
+    qtbot.mousePress(rail, Qt.MouseButton.LeftButton, pos=middle)
+    assert led[-1] == pytest.approx(0.0, abs=3e-4)
+    qtbot.mouseDClick(rail, Qt.MouseButton.LeftButton, pos=middle)
+    assert led[-1] is None
+    kit.hand = None
+
+
 @pytest.mark.parametrize("size", [(860, 560), (1060, 672)])
 def test_words_are_whole_and_controls_named(played, qtbot, size):
     play = played()

@@ -70,6 +70,16 @@ class Desk(QObject):
         if self.bench is not None:
             self.bench.release()
 
+    @property
+    def hand_is_ours(self) -> bool:
+        """Say whether the board has a hand that the window moves."""
+        return self.bench is not None and bool(getattr(self.bench.board, "hand", None) is True)
+
+    def lead(self, place: float | None) -> None:
+        """Hold the virtual board's hand at a place in m; None lets go."""
+        if self.bench is not None and self.hand_is_ours:
+            self.bench.board.move_hand(place)
+
     def samples(self) -> "list[Sample]":
         """Return the samples of the last minute, oldest first."""
         return list(self.bench.seen) if self.bench is not None else []

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from hapkit_studio.analysis.calibrate.session import Calibration
     from hapkit_studio.gui.wizard.desk import Desk
+    from hapkit_studio.gui.wizard.rail import Rail
 
 _SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn")}
 _NEUTRAL = ("circle", "ink2")
@@ -155,6 +156,12 @@ class StepPage(QWidget):
         row.addWidget(drawing, 1)
         row.addWidget(rail, 1)
         self.column.addLayout(row, 1)
+
+    def with_hand(self, rail: "Rail") -> "Rail":
+        """Let the rail move the hand of a board that has one."""
+        rail.led.connect(self.desk.lead)
+        self.desk.opened.connect(lambda _subject: rail.show_hand(self.desk.hand_is_ours))
+        return rail
 
     def button(self, words: str, press: Callable[[], object], primary: bool = False) -> QPushButton:
         """Return a button of the step."""

@@ -1,7 +1,7 @@
 """The handle on its rail, where the board says it is: the marks, and the force that the motor makes."""
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from hapkit_studio.gui.theme import number, theme
@@ -10,15 +10,23 @@ SPAN = 0.065
 """m from the middle to either end of the picture."""
 _HEIGHT = 150
 _END = 0.062
+_REACH = 0.055
 _PER_NEWTON = 90.0
 
 
 class Rail(QWidget):
-    """Draws position in m, marks in m with whether each is taken, force in N; None: not known yet."""
+    """Draws position in m, marks in m with whether each is taken, force in N; None: not known yet.
+
+    ``led(place)``: a person drags the hand of a board that has one, in m; None lets go, by a double click.
+    """
+
+    led = Signal(object)
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self.position: float | None = None
+        self.hand: float | None = None
+        self.takes_hand = False
         self.force = 0.0
         self.marks: tuple[tuple[float, bool], ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
@@ -29,6 +37,28 @@ class Rail(QWidget):
         """Show where the handle is in m, and what pushes it in N."""
         self.position, self.force = position, force
         self.update()
+
+    def show_hand(self, taken: bool) -> None:
+        """Say whether the board has a hand that can be dragged here."""
+        self.takes_hand = taken
+        self.setCursor(Qt.CursorShape.PointingHandCursor if taken else Qt.CursorShape.ArrowCursor)
+
+    def lead(self, place: float | None) -> None:
+        """Hold the hand at a place in m; None lets go."""
+        self.hand = None if place is None else min(max(place, -_REACH), _REACH)
+        self.led.emit(self.hand)
+        self.update()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self.mouseMoveEvent(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self.takes_hand and event.buttons() & Qt.MouseButton.LeftButton:
+            self.lead((event.position().x() - self.width() / 2) / (self.width() / 2 - 24) * SPAN)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        if self.takes_hand:
+            self.lead(None)
 
     def show_marks(self, marks: tuple[tuple[float, bool], ...]) -> None:
         """Show places in m, and whether they are taken."""
@@ -50,6 +80,8 @@ class Rail(QWidget):
         base = self.height() - 36.0
         self._rail(painter, base)
         self._marks(painter, base)
+        if self.takes_hand:
+            self._hand(painter, base)
         if self.position is not None:
             self._handle(painter, base, self._x(max(min(self.position, _END), -_END)))
 
@@ -65,6 +97,21 @@ class Rail(QWidget):
                 painter.setPen(theme.color("axis"))
                 words = number(tick, 0) + (" mm" if tick == 60 else "")
                 painter.drawText(QRectF(x - 30, base + 10, 60, 18), Qt.AlignmentFlag.AlignCenter, words)
+
+    def _hand(self, painter: QPainter, base: float) -> None:
+        painter.setFont(theme.font("hint"))
+        painter.setPen(theme.color("accent"))
+        words = "Drag here: the virtual hand. Double click: let go."
+        painter.drawText(
+            QRectF(10, self.height() - 18, self.width() - 20, 16), Qt.AlignmentFlag.AlignLeft, words
+        )
+        if self.hand is None:
+            return
+        at = QPointF(self._x(self.hand), base - 84)
+        painter.setPen(QPen(theme.color("accent"), 2.5))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawEllipse(at, 9, 9)
+        painter.drawPoint(at)
 
     def _marks(self, painter: QPainter, base: float) -> None:
         for place, taken in self.marks:

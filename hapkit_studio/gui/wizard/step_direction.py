@@ -19,7 +19,7 @@ class DirectionStep(StepPage):
             "Now plug in the motor's 12 V supply. Put the handle in the middle, hands off, then press Push: "
             "pulses of 0.1 N, 0.3 N at most, 80 ms long. A wrong sign would make a spring run away."
         )
-        self.rail = Rail()
+        self.rail = self.with_hand(Rail())
         self.pictures(KitDrawing(usb=True, supply=True), self.rail)
         self.push = self.button("Push", self.begin, primary=True)
         self.search = self.button("Look for a dead band", self.look)

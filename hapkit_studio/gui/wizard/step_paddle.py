@@ -32,7 +32,7 @@ class PaddleStep(StepPage):
             f"{moves.SWEEP_SECONDS:g} s the motor moves the handle by itself, within ± 25 mm and "
             f"{moves.SWEEP_LIMITS.force:g} N. It stops at any doubt."
         )
-        self.plot, self.rail = PositionPlot(), Rail()
+        self.plot, self.rail = PositionPlot(), self.with_hand(Rail())
         self.column.addWidget(self.plot, 1)
         self.column.addWidget(self.rail)
         self.sweep = self.button("Sweep", self.begin, primary=True)

@@ -31,7 +31,7 @@ class ScaleStep(StepPage):
             "Mark 0 in the middle and 20 mm to either side, at the handle, with a ruler. Hold the handle "
             "still at each mark and press Take. The middle comes twice: that shows whether the cable slips."
         )
-        self.rail = Rail()
+        self.rail = self.with_hand(Rail())
         self.column.addWidget(self.rail)
         self.place, self.take = (
             Millimetres("Mark", -60.0, 60.0, 1),

@@ -23,7 +23,7 @@ class SensorStep(StepPage):
             "The motor is off. Hold the handle at its left end, press Start, then move it slowly to the "
             "right end and back, twice."
         )
-        self.plot, self.rail = SensorPlot(), Rail()
+        self.plot, self.rail = SensorPlot(), self.with_hand(Rail())
         self.column.addWidget(self.plot, 1)
         self.column.addWidget(self.rail)
         self.begin = self.button(f"Start ({SECONDS:g} s)", self.start, primary=True)

@@ -45,7 +45,7 @@ class StrengthStep(StepPage):
         self.words.setWordWrap(True)
         dress(self.words, BIG)
         self.column.addWidget(self.words)
-        self.rail = Rail()
+        self.rail = self.with_hand(Rail())
         self.pictures(KitDrawing(usb=True, supply=True, weight=True), self.rail)
         self.column.addWidget(self._weights())
         self.column.addWidget(self._scale())

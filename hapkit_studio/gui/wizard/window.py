@@ -12,6 +12,7 @@ from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.wizard.page import Seen, StepPage
+from hapkit_studio.gui.wizard.rail import Rail
 from hapkit_studio.gui.wizard.shell import Shell
 from hapkit_studio.gui.wizard.step_connect import ConnectStep
 from hapkit_studio.gui.wizard.step_direction import DirectionStep
@@ -75,6 +76,9 @@ class WizardWindow(Shell):
     def go(self, index: int) -> None:
         """Show a step."""
         self.pages.setCurrentIndex(index)
+        self.desk.lead(None)
+        for rail in self.findChildren(Rail):
+            rail.hand = None
         self.list.show_current(index)
         self.back.setEnabled(index > 0)
         last = index == len(self.steps) - 1

@@ -2,6 +2,7 @@
 
 from hapkit_studio.devices.calibration import Limits
 from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.protocol.messages import Alive, Save
 
 PATIENCE = 30.0
 """s: a busy machine may simulate slowly, and nothing here depends on it."""
@@ -43,6 +44,15 @@ class StudentBoard(VirtualBoard):
     def weight(self, force):
         self._weight = force
         self.send(f"force {force:.6f}")
+
+    def open(self, *words):
+        super().open(*words)
+        self._serial.write_timeout = PATIENCE
+
+    def save(self):
+        # in lockstep every frame buys some time of the board, and writing takes a third of a second
+        self.tell(Save(), *[Alive()] * 60)
+        return self.settings()
 
     def request(self, message, reply, seconds=PATIENCE):
         return super().request(message, reply, PATIENCE)
