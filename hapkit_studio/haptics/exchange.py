@@ -45,6 +45,7 @@ def row_of(r, conn, out, k, now):
         board_line.render(r, conn, out, k, now)
         return True
     if conn.words[way.WAY] == way.SETTING:
+        conn.words[way.UNSHOWN] = 1
         return False
     if conn.words[way.WAY] == way.RETURNING:
         board_line.come_back(r, conn, conn.samples[k, codec.COUNT])

@@ -196,8 +196,9 @@ def render(r, line, out, k, now):
         row[rows.APPLIED] = r.real[rig.APPLIED] = force
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.FADING
     stamp(line, sample, row, now)
-    if sample[codec.LOST] > 0.0 or said & codec.FLAG_SENSOR:
+    if sample[codec.LOST] > 0.0 or said & codec.FLAG_SENSOR or line.words[way.UNSHOWN]:
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.GAP
+        line.words[way.UNSHOWN] = 0
     if said & codec.FLAG_CLAMPED:
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.CLAMPED
     store_release(r.control, rig.LOST_FRAMES, line.reader[codec.LOST_FRAMES])

@@ -26,7 +26,8 @@ CONFIGURABLE = 13  # the board's settings are known and can be changed
 CALIBRATED = 14  # its zero is one that was stored
 SKIPPED = 15  # ticks that the board skipped since it was opened
 OBEYED = 16  # the computer's forces have reached the board
-WORDS = 17
+UNSHOWN = 17  # samples were left out of the record since the last row
+WORDS = 18
 
 # --- numbers: from 9 on
 LEFT = 9
