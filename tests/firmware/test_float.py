@@ -1,0 +1,71 @@
+"""The firmware's own multiplication, in the simulated chip, against the computer's."""
+
+import subprocess
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices.virtual_board import VirtualBoard
+from tests.firmware.test_firmware import SKETCH
+from tests.firmware.vb import CHIPS, Host, needs_compiler
+
+pytestmark = needs_compiler
+
+EDGES = np.array(
+    [0.0, -0.0, 1.0, -1.0, 2.0, 0.5, 1.0000001, 1.9999999, 3.4e38, -3.4e38, 1.2e-38, 1e-20, 1e20, 8388607.0,
+     16777215.0, 0.1, -0.3], dtype=np.float32
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def multiply(tmp_path_factory):
+    """Return a function that multiplies in the chip: (n,) float32 times (n,) float32."""
+    folder = tmp_path_factory.mktemp("chip")
+    elf, still = folder / "multiply.elf", folder / "still.txt"
+    still.write_text("0 freeze")
+    words = ["avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=gnu11", "-o", elf]
+    subprocess.run([*words, CHIPS / "multiply.c", SKETCH / "float_avr.S"], check=True)
+    board = VirtualBoard("fast", firmware=elf, script=still)
+    board.start()
+    host = Host(board.port)
+    board.send("resume")
+    assert host.read(1) == b"R"
+
+    def product(a, b):
+        out = []
+        for x, y in zip(a.tobytes().hex(" ", 4).split(), b.tobytes().hex(" ", 4).split(), strict=True):
+            host.write(bytes.fromhex(x))
+            assert host.read(1) == b"A"
+            host.write(bytes.fromhex(y))
+            out.append(host.read(4))
+        return np.frombuffer(b"".join(out), np.float32)
+
+    yield product
+    host.close()
+    board.end()
+
+
+def test_products_are_the_nearest_float_or_its_neighbour(multiply):
+    rng = np.random.default_rng(7)
+    a, b = (np.float32(rng.normal(size=800) * 10.0 ** rng.uniform(-8, 8, 800)) for _ in range(2))
+    got, wanted = multiply(a, b), a * b
+    apart = np.abs(got.view(np.int32).astype(np.int64) - wanted.view(np.int32))
+    assert apart.max() <= 1
+    assert np.mean(apart == 0) > 0.97
+
+
+def test_edges(multiply):
+    a, b = (m.ravel() for m in np.meshgrid(EDGES, EDGES))
+    with np.errstate(all="ignore"):
+        got, wanted = multiply(a, b), a * b
+    small, large = np.abs(wanted) < 1.2e-38, ~np.isfinite(wanted)
+    assert np.all(got[small] == 0.0)
+    assert np.all(np.isnan(got[large]))
+    rest = ~(small | large)
+    np.testing.assert_allclose(got[rest], wanted[rest], rtol=1.3e-7)
+    assert np.all(np.signbit(got[rest]) == np.signbit(wanted[rest]))
+
+
+def test_what_is_not_finite_is_not_a_number(multiply):
+    odd = np.array([np.nan, np.inf, -np.inf, 2.0], dtype=np.float32)
+    assert np.all(np.isnan(multiply(odd[[0, 1, 2, 3, 3, 3]], odd[[3, 3, 3, 0, 1, 2]])))
