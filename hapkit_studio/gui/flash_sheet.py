@@ -102,6 +102,7 @@ class FlashSheet(FormSheet):
     def _written(self, result: Flashed) -> None:
         """Reach for the board again; what it says comes with the link."""
         self._flashed = result
+        self._look_at_job(False)
         port = self.ports.currentData()
         self.verdict.say(f"{result.size:,} bytes written and verified. Starting the board…")
         entry = next((e for e in self._studio.entries() if e.key == port), None)

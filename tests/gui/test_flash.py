@@ -77,11 +77,13 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp
         assert not sheet.close()  # half a firmware is none
         qtbot.waitUntil(lambda: not sheet.job.running, timeout=PATIENCE_MS)
         assert sheet.bar.value() == sheet.bar.maximum()
+        assert not sheet.write.isEnabled()  # the board has not said who it is yet
         assert len(seen) > 4
         assert seen == sorted(seen)
         qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
         build = window.studio.engine.device.hello.build
         assert f"The board says: build {build}, protocol version 2" in sheet.verdict.words.text()
+        assert sheet.write.isEnabled()
         assert sheet.close()
     finally:
         window.close()
