@@ -13,10 +13,8 @@ FOLLOWS = 0.004
 class StudentBoard(VirtualBoard):
     """Answers to ``hand`` (m, None lets go), ``weight`` (N) and ``student``, called at every sample."""
 
-    def __init__(self, *options, eeprom=None):
-        words = ["--answer-timeout", "0.02", *options]
-        words += ["--eeprom", str(eeprom)] if eeprom else []
-        super().__init__("lockstep", options=words)
+    def __init__(self, *options):
+        super().__init__("lockstep", options=("--answer-timeout", "0.02", *options))
         self.time, self.x, self.v = 0.0, 0.0, 0.0
         self.student = lambda kit: None
         self._hand, self._weight = None, 0.0
