@@ -34,6 +34,10 @@ def _all_used(values: Values) -> Mapping[str, str]:
     return {}
 
 
+def _usual_rate(values: Values) -> int:
+    return 1000
+
+
 def _no_warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     return ()
 
@@ -75,6 +79,7 @@ class Environment:
     outcomes: tuple[str, ...] = ()
     hands: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    board_rate: Callable[[Values], int] = _usual_rate
     order: int = 100
     state_names: tuple[str, ...] = field(init=False)
 

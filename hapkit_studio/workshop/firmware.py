@@ -28,11 +28,18 @@ def laws(files: Sequence[Path] = ()) -> dict[str, Law]:
     return found
 
 
+def by_hand() -> dict[str, str]:
+    """Return the sketch's headers that laws need besides the generated ones, by their names in its folder."""
+    names = ("fast.h", "laws/law.h", "laws/moving.h")
+    return {name: (default_folder() / name).read_text(encoding="utf-8") for name in names}
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Write the headers; with --check only tell whether they are up to date."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=default_folder(), help="the sketch's folder")
-    parser.add_argument("--with", dest="own", type=Path, nargs="+", default=[], metavar="FILE")
+    parser.add_argument("--out", type=Path, default=default_folder(), help="the sketch's folder; another one gets what the laws need")
+    parser.add_argument("--with", dest="own", type=Path, nargs="+", default=[], metavar="FILE",
+                        help="own environments to add; their files are executed")
     parser.add_argument("--check", action="store_true", help="write nothing, exit 1 if a file differs")
     options = parser.parse_args(arguments)
     try:
@@ -41,7 +48,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return 2
     if not options.check:
-        firmware.write(files, options.out)
+        firmware.write(by_hand() | files, options.out)
         return 0
     changed = firmware.outdated(files, options.out)
     print("\n".join(changed), end="\n" if changed else "")

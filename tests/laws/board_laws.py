@@ -78,10 +78,10 @@ def run(driver: Path, jobs: list[Job]) -> list[tuple[np.ndarray, np.ndarray]]:
     return found
 
 
-def by_python(job: Job) -> tuple[np.ndarray, np.ndarray]:
+def by_python(job: Job, exact: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Return (force (n,), state after (n, k)) of a job by the compiled law, in double precision.
 
-    Where the job brings states, each row starts from its own.
+    Where the job brings states, each row starts from its own. Rows are rounded unless they are exact.
     """
     law = job.environment.force.compiled()
     function = _Law(law.address)
@@ -91,7 +91,8 @@ def by_python(job: Job) -> tuple[np.ndarray, np.ndarray]:
     places = (p.ctypes.data_as(_reals), s.ctypes.data_as(_reals))
     size, period = len(s) - 1, float(np.float32(job.period))
     force, after = np.empty(len(job.rows)), np.empty((len(job.rows), size))
-    for k, (x, v) in enumerate(single(job.rows).tolist()):
+    rows = job.rows if exact else single(job.rows)
+    for k, (x, v) in enumerate(rows.tolist()):
         if job.states is not None:
             s[:size] = job.states[k]
         fault[:] = 0

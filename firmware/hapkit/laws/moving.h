@@ -182,14 +182,31 @@ class Mass {
     term_[1] = v * span_;
     term_[2] = fast::scaled<-1>(acting * inverse_ * span_ * span_);
     order_ = 2;
+    end_ = x + term_[1] + term_[2];
+    rate_ = term_[1] + fast::scaled<1>(term_[2]);
     // the n-th derivative * span^n / n!, until two in a row move the mass by less than a nanometre
+    float n = 3.0f;
     while (order_ < kOrders) {
-      const float one = term_[order_], n = order_ + 1;
-      const float next = -(once * one + twice * term_[order_ - 1] / order_) / n;
+      const float one = term_[order_];
+      const float next = -(once * one + twice * term_[order_ - 1] * part(order_)) * part(order_ + 1);
       term_[++order_] = next;
-      if (fast::magnitude(next) + fast::magnitude(one) * 0.25f < 1e-9f) break;
+      end_ += next;
+      rate_ += n * next;
+      n += 1.0f;
+      if (fast::magnitude(next) < 1e-9f && fast::magnitude(one) < 4e-9f) break;
     }
     return true;
+  }
+
+  // 1 / n for n from 2 on: dividing takes three times as long.
+  static float part(uint8_t n) {
+    static const float kParts[] PROGMEM = {0.5f,        0.33333333f, 0.25f,       0.2f, 0.16666667f,
+                                           0.14285714f, 0.125f,      0.11111111f, 0.1f};
+#ifdef __AVR__
+    return pgm_read_float(kParts + n - 2);
+#else
+    return kParts[n - 2];
+#endif
   }
 
   // Return position (0), velocity * span (1) or acceleration * span^2 (2) at a share of the span.
@@ -223,7 +240,7 @@ class Mass {
   // Move to the end of the piece, or to the first event before; return the time that took.
   FAST_APART float advance() {
     share_ = 1.0f;
-    float q = at(0, 1.0f), u = at(1, 1.0f);
+    float q = end_, u = rate_;
     const float start = term_[1], same = speed * span_;
     const bool touched = touching_;
     const int8_t behind = beyond_;
@@ -251,13 +268,12 @@ class Mass {
       q = wall_at;
     }
     if (touching_ != touched || beyond_ != behind) u = at(1, share_);
-    const float rate = 1.0f / span_;
     x = q;
-    v = u == same ? speed : u * rate;
+    v = u == same ? speed : u / span_;
     return share_ * span_;
   }
 
-  float inverse_, damping_, stiffness_, force_, span_, share_;
+  float inverse_, damping_, stiffness_, force_, span_, share_, end_, rate_;
   float term_[kOrders + 1];
   uint8_t order_;
   bool touching_, closing_, damped_;

@@ -13,7 +13,7 @@ static laws::Results<float, float, int8_t> sticking_tether(float x, float before
   const float shock = damping / dt;
   const float pull = fast::plus_product(stiffness * (anchor - x), shock, before - x);
   const bool turned = fast::below_zero(pull * (anchor - before));
-  const bool held = stuck > 0.5f || turned || fast::magnitude(pull) < 0.999999f * kinetic;
+  const bool held = stuck > 0.5f || turned || fast::magnitude(pull) < 0.9997f * kinetic;
   if (held && fast::magnitude(pull) <= fast::most(static_, kinetic)) {
     return laws::Results<float, float, int8_t>{pull, anchor, 1};
   }
