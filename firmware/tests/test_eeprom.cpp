@@ -69,7 +69,7 @@ TEST(what_is_there_already_is_not_written) {
   CHECK(save() == 0 && settings::origin() == protocol::kOriginStored);
 }
 
-TEST(two_hundred_saves_are_found_in_their_order) {
+TEST(six_hundred_saves_are_found_in_their_order) {
   fresh_board();
   for (int i = 0; i < 600; ++i) {  // the number of a save wraps at 256
     settings::accept(named("mine", static_cast<float>(i) * 0.005f));
@@ -159,6 +159,33 @@ TEST(a_power_cut_during_a_save_leaves_old_or_new) {
       }
     }
   }
+}
+
+// Whether a place holds a mark with a wrong block behind it.
+static bool is_wreck(int place) {
+  const auto begin = fake::eeprom.begin() + place;
+  const std::vector<uint8_t> block(begin, begin + 2 + Board::kSize + 2);
+  return block[0] != 0xff && fake::crc_of(block) != 0;
+}
+
+TEST(two_whole_blocks_are_old_and_new_and_neither_is_ever_a_wreck) {
+  fresh_board();
+  float force = 0.25f;
+  for (int turn = 0; turn < 6; ++turn) {
+    force += 0.25f;
+    settings::accept(named("mine", force));
+    settings::save();
+    const uint16_t mark = turn % 2 ? 272 : 16;
+    fake::eeprom_last = 0;
+    // up to the new mark; the old one is not erased any more
+    for (int poll = 0; poll < 200 && (fake::eeprom_last != mark || fake::eeprom[mark] != 1); ++poll) {
+      settings::poll();
+      CHECK(!is_wreck(16) && !is_wreck(272));
+    }
+    power_on();
+    CHECK(settings::origin() == protocol::kOriginStored && settings::now().max_force == force);
+  }
+  CHECK(fake::eeprom[16] == 1 && fake::eeprom[272] == 1);
 }
 
 TEST(a_change_during_a_save_ends_it) {
