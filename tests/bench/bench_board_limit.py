@@ -1,0 +1,74 @@
+"""Computer or board: the delay of each way, how stiff a spring each holds still, what their streams take."""
+
+import sys
+from collections.abc import Callable
+
+from hapkit_studio.devices import virtual_board
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import BAUD, Alive, Force, Message, Sample, Telemetry
+from tests.bench import board_limit
+from tests.bench.board_limit import Swing
+from tests.bench.frame import Row
+
+NAME = "board_limit"
+ORDER = 41
+SECONDS = 4.0
+INSIDE, OUTSIDE, TOLERANCE = 0.97, 1.03, 0.03
+ALIVE_EVERY = 4
+"""Telemetry frames on one word that the computer is there, about."""
+
+
+def run() -> list[Row]:
+    """Return delays, limits measured against theory, and bytes a second; nothing where it is not built."""
+    if not virtual_board.built():
+        print("  the virtual board is not built: make firmware", file=sys.stderr)
+        return []
+    rows = _streams()
+    for spec, damping in (("difference", 0.0), ("kalman", 1.0)):
+        given = (damping, spec, SECONDS)
+        rows += _way("computer", 1000, *given[:2], lambda k, g=given: board_limit.on_computer(k, *g))
+        rows += _way("board", 1000, *given[:2], lambda k, g=given: board_limit.on_board(k, *g, 1000))
+        rows += _way("board", 4000, *given[:2], lambda k, g=given: board_limit.on_board(k, *g, 4000))
+    return rows
+
+
+def measured(limit: float, swing: Callable[[float], Swing]) -> float:
+    """Return the stiffness in N/m at which a swing neither grows nor dies out, near a limit in N/m."""
+    inside, outside = (swing(share * limit).rate for share in (INSIDE, OUTSIDE))
+    return limit * (INSIDE - (OUTSIDE - INSIDE) * inside / (outside - inside))
+
+
+def _way(name: str, rate: int, damping: float, spec: str, swing: Callable[[float], Swing]) -> list[Row]:
+    first = swing(300.0)
+    limit = board_limit.theory(damping, spec, rate, first.delay)
+    found = measured(limit, swing)
+    scene = f"{name} {rate:,} Hz, {spec}, B = {damping:g}"
+    apart = found / limit - 1.0
+    skipped = f" ({first.skipped} ticks skipped)" if first.skipped else ""
+    return [
+        Row(f"{scene}: delay{skipped}", 1e6 * first.delay, "µs"),
+        Row(
+            f"{scene}: stiffness held", found, "N/m", "theory", limit, found / limit,
+            f"within {100 * TOLERANCE:.0f} %", abs(apart) < TOLERANCE,
+        ),
+    ]  # fmt: skip
+
+
+def _streams() -> list[Row]:
+    """Return what goes over the line each second; a byte takes ten bits."""
+    up, down = _bytes(Sample) * 1000, _bytes(Force) * 1000
+    told, alive = _bytes(Telemetry) * 1000, _bytes(Alive) * 1000 // ALIVE_EVERY
+    return [
+        Row("computer renders: up", up / 1000, "kB/s", "line", BAUD / 10_000, 10 * up / BAUD),
+        Row("computer renders: down", down / 1000, "kB/s", "line", BAUD / 10_000, 10 * down / BAUD),
+        Row("board renders: up", told / 1000, "kB/s", "line", BAUD / 10_000, 10 * told / BAUD),
+        Row("board renders: down", alive / 1000, "kB/s", "line", BAUD / 10_000, 10 * alive / BAUD),
+    ]
+
+
+def _bytes(kind: type[Message]) -> int:
+    """Return how many bytes a frame of a message takes on the line."""
+    values = {
+        wire.name: "" if wire.code.endswith("s") else 1.1 if wire.code == "f" else 1 for wire in kind.layout()
+    }
+    return len(encode(kind(**values)))

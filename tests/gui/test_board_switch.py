@@ -1,0 +1,158 @@
+"""The switch between computer and board, its facts, and the other way's trace in the plots."""
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.gui import where_facts
+from hapkit_studio.gui.both_ways import movement
+from hapkit_studio.gui.history import CHANNELS, History
+from hapkit_studio.gui.plots.held import Held, held
+from hapkit_studio.haptics import drivers, rows, way
+from tests.devices.fake_board import FakeBoard
+from tests.gui.window_support import PATIENCE_MS, SIMULATED
+from tests.haptics.board_support import RendersItself
+
+
+@pytest.fixture
+def scripted():
+    board = FakeBoard(RendersItself(changed=("friction",)))
+    yield board
+    board.unplug()
+
+
+@pytest.fixture
+def board_window(make_window, qtbot, monkeypatch, scripted):
+    """Return a window on a scripted board that renders; nothing is streamed, so nothing depends on time."""
+    monkeypatch.setattr(drivers, "HOLD_SECONDS", 0.0)
+    entry = DeviceEntry("board", "Board", lambda: HapkitBoard(scripted.path))
+    window = make_window((SIMULATED, entry))
+    window.studio.open(entry)
+    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    return window
+
+
+def column(window, index):
+    return [label.text() for label in window.loop.where.facts.values[index]]
+
+
+def test_the_simulated_hapkit_has_no_switch(window):
+    assert window.loop.where.isHidden()
+    assert "no board" in window.studio.engine.board_refusal()
+
+
+def test_a_board_has_one_and_the_engine_follows_it(board_window):
+    switch, engine = board_window.loop.where, board_window.studio.engine
+    assert switch.isVisibleTo(board_window)
+    assert engine.where == "computer"
+    switch.switch.button(1).click()
+    assert engine.where == board_window.studio.loop.where == "board"
+    assert engine.board_way.rate == where_facts.ways(board_window.studio, None)[1].rate
+    switch.switch.button(0).click()
+    assert engine.where == "computer"
+
+
+def test_the_boards_rate_is_chosen_beside_it(board_window):
+    switch, studio = board_window.loop.where, board_window.studio
+    studio.set_loop(where="board")
+    switch.rate.changed.emit("board_rate", 4.0)
+    assert studio.engine.board_way.rate == 500
+    assert column(board_window, 1)[1] == "500"
+
+
+def test_a_scene_that_the_board_has_not_stays_with_the_computer(board_window):
+    switch, studio = board_window.loop.where, board_window.studio
+    studio.set_loop(where="board")
+    studio.choose("friction")
+    assert studio.environment.key == "friction"
+    assert switch.switch.index == 0
+    assert not switch.switch.button(1).isEnabled()
+    assert "Update firmware" in switch.note.text()
+    studio.choose("wall")
+    assert switch.switch.index == 1
+
+
+def test_what_the_board_does_not_do_is_said(board_window):
+    studio, note = board_window.studio, board_window.loop.where.note
+    studio.set_loop(estimator="butterworth", delay=0.002, controller=True, where="board")
+    for words in ("Kalman in its place", "Added delay", "passivity controller"):
+        assert words in note.text()
+    studio.set_loop(where="computer")
+    assert not note.text()
+
+
+def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
+    studio, switch = board_window.studio, board_window.loop.where
+    delays = studio.engine.driver.conn.delays
+    for which, delay in ((0, 1.0e-3), (1, 0.2e-3)):
+        delays.values[which, :500] = delay
+        delays.counts[which] = 500
+    board_window.live.look()
+    assert column(board_window, 0)[0] == "1.00 ± 0.00"
+    assert column(board_window, 1)[0] == "0.20 ± 0.00"
+    qtbot.waitUntil(lambda: column(board_window, 1)[2] != where_facts.UNKNOWN, timeout=PATIENCE_MS)
+    here, there = (int(column(board_window, i)[2].replace(",", "")) for i in (0, 1))
+    ways = where_facts.ways(studio, switch._loop.setting())
+    assert ways[0].setting.delay == pytest.approx(1e-3)
+    assert there > here > 0
+
+
+def test_the_limit_in_force_is_the_one_of_who_renders(board_window, qtbot):
+    studio, card = board_window.studio, board_window.stability
+    conn = studio.engine.driver.conn
+    for which, delay in ((0, 1.0e-3), (1, 0.2e-3)):
+        conn.delays.values[which, :500], conn.delays.counts[which] = delay, 500
+    board_window.live.look()
+    assert (card.facts.setting().rate, card.facts.setting().delay) == (1000.0, pytest.approx(1e-3))
+    studio.set_loop(where="board")
+    conn.words[way.WAY] = way.THERE
+    board_window.live.look()
+    setting = card.facts.setting()
+    assert setting.rate == studio.engine.board_way.rate
+    assert setting.delay == pytest.approx(0.2e-3)
+
+
+def filled(seconds=4.0):
+    history, n = History(60.0, 1000.0), int(1000 * seconds)
+    table = np.zeros((n, rows.ROW_WIDTH))
+    table[:, rows.TICK] = np.arange(n)
+    table[:, rows.HOST_TIME] = 10.0 + np.arange(n) * 1e-3
+    table[:, rows.POSITION] = 0.01 * np.sin(np.arange(n) * 1e-2)
+    history.append(table)
+    return history
+
+
+def test_a_held_stretch_is_the_past_moved_on():
+    past = held(filled(), "on the computer", 11.0, 12.0, shift=2.0)
+    assert past.time[[0, -1]] == pytest.approx([11.0, 12.0], abs=2e-3)
+    x, y = past.part("position", 13.2, 13.3, 1000)
+    assert x[[0, -1]] == pytest.approx([13.2, 13.3], abs=2e-3)
+    assert y == pytest.approx(0.01 * np.sin((x - 2.0 - 10.0) * 10.0), abs=1e-9)
+
+
+def test_a_dense_held_stretch_keeps_its_peaks():
+    past = held(filled(), "", 10.0, 14.0)
+    x, y = past.part("position", 10.0, 14.0, 100)
+    assert len(x) <= 2 * 101
+    assert (y.min(), y.max()) == pytest.approx((-0.01, 0.01), abs=1e-6)
+    assert held(filled(), "", 100.0, 101.0) is None
+
+
+def test_the_plots_show_what_is_held_and_name_it(plots):
+    time = np.linspace(0.0, 1.0, 50)
+    plots.set_held(Held("on the board", time, {name: np.zeros(50) for name in CHANNELS}))
+    label = plots.headers[0].held[-1]
+    assert label.isVisibleTo(plots)
+    assert label.text() == "on the board"
+    plots.set_held(None)
+    assert not label.isVisibleTo(plots)
+
+
+@pytest.mark.parametrize(
+    ("hands", "name"), [(("released", "press"), "press"), (("sweep", "released"), "sweep"), ((), "press")]
+)
+def test_the_movement_is_one_of_the_scenes_own(hands, name):
+    from hapkit_studio.dynamics.hand import hand_named
+
+    assert movement(hands) is hand_named(name)
