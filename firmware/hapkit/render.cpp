@@ -15,6 +15,10 @@
 namespace render {
 namespace {
 
+#ifdef LAWS_CHOSEN  // somebody has said which laws are to be on the board
+using laws::kCount;
+using laws::kTable;
+#else
 #define LAW(name, discrete) \
   {#name, laws::name::kParameters, laws::name::kStates, discrete, laws::name::kFingerprint, \
    laws::name::start, laws::name::force}
@@ -26,6 +30,7 @@ const laws::Law kTable[] PROGMEM = {
     LAW(cat, 0x80),
 };
 constexpr uint8_t kCount = sizeof(kTable) / sizeof(*kTable);
+#endif
 
 }  // namespace
 

@@ -20,6 +20,8 @@ from hapkit_studio.workshop.firmware import default_folder
 from hapkit_studio.workshop.own import built_in
 
 _TOOLS = ("avr-g++", "make")
+_CHOSEN = "#define LAWS_CHOSEN\n"
+"""Tells the firmware to take these laws, whatever else it would have."""
 _GET = "sudo apt install gcc-avr avr-libc arduino-core-avr make"
 
 
@@ -92,7 +94,9 @@ def _kept(keys: Sequence[str] | None) -> list[Environment]:
 def _build(sources: Path, folder: Path, laws: Mapping[str, Law]) -> list[str]:
     """Compile a copy of the sources with the laws in it; return the sizes. Raise LawError, DeviceError."""
     shutil.copytree(sources, folder / "firmware", ignore=shutil.ignore_patterns("build"))
-    headers.write(headers.headers(laws), folder / "firmware" / "hapkit")
+    files = headers.headers(laws)
+    files["laws/table.h"] += _CHOSEN
+    headers.write(files, folder / "firmware" / "hapkit")
     words = ["make", "-C", str(folder / "firmware"), f"BUILD={folder / 'build'}", "hex"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     sizes = [line for line in done.stdout.split("\n") if " bytes (" in line]
