@@ -1,13 +1,18 @@
 """Every kit through the real firmware: the right pins, the right direction, the force that was asked for."""
 
+import os
+
 import numpy as np
 import pytest
 
 from hapkit_studio.devices import profiles
+from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import MotorMap, Pins, Sensor
 from tests.firmware import kits
 from tests.firmware.vb import chip, needs_board, needs_compiler, run
-from tests.firmware.vb_host import rows_of, session
+from tests.firmware.vb_host import exchange, rows_of, session
 
 pytestmark = needs_board
 
@@ -118,3 +123,43 @@ def test_an_unknown_mode_of_timer_2_ends_the_virtual_board_loudly(tmp_path, a, b
     assert outcome.code == 3
     assert f"D3 is driven by timer 2 in a mode that is not modelled: TCCR2A = 0x{a:02x}" in outcome.errors
     assert run(elf, tmp_path, "--seconds", "0.1").code == 0  # on D5 nobody minds
+
+
+def test_new_settings_switch_the_motor_off_and_hold_at_once(tmp_path):
+    board = VirtualBoard("lockstep", log=tmp_path / "truth.f64")
+    board.open()
+    try:
+        board.start_stream()
+        exchange(board.fileno(), 0.02, lambda s: 1.0)
+        assert board.status()["motor_force"] > 0.9
+        board.stop_stream()
+        board.configure(kits.board(direction=-1))
+        assert board.status()["duty"] == 0
+        board.start_stream()
+        exchange(board.fileno(), 0.02, lambda s: 1.0)
+        assert board.status()["motor_force"] < -0.9  # the virtual board's wiring has not changed
+        os.write(board.fileno(), encode(kits.board(pins=Pins.D3_D12)))
+        exchange(board.fileno(), 0.02, lambda s: 1.0)
+        assert board.status()["duty"] == 0
+    finally:
+        board.close()
+
+
+def test_settings_that_no_kit_has_change_nothing(tmp_path):
+    board = VirtualBoard("lockstep")
+    board.open()
+    try:
+        before = board.settings()
+        for wrong in (
+            kits.board(pins=Pins.D3_D12, sensor=Sensor.AS5048A),
+            kits.board(max_force=5.05),
+            kits.board(motor_constant=float("nan")),
+            kits.board(table=(32, 64, 96, 95, 159, 191, 223, 255)),
+        ):
+            with pytest.raises(ParameterError):
+                board.configure(wrong)
+            assert board.settings().origin == before.origin
+        again = board.settings()
+        assert again.pack()[:-1] == before.pack()[:-1]
+    finally:
+        board.close()
