@@ -23,8 +23,7 @@ RATES = (250, 500, 1000, 2000)
 USUAL_RATE = 1000
 SLOWER = {"rk4": 500, "implicit_euler": 500, "trapezoid": 500, "exact": 250}
 """Hz that laws with so much arithmetic have time for; measured in the simulated chip."""
-MOST_PRINTS = 50
-_WIDTH = 105
+MOST_PRINTS, _WIDTH = 50, 105
 _LEVER = """\
 // N*m on the motor for 1 N on the handle: the gear multiplies the motor's torque, the handle divides it.
 constexpr float kLever = kHandleRadius * kPulleyRadius / kSectorRadius;"""
@@ -41,8 +40,8 @@ _UPRIGHT = (
     "takes the handle's place as position 0. Then give the motor its supply."
 )
 _NEAR = (
-    "Before the board starts, hold the handle near its zero, within {reach:.0f} mm: the sensor repeats "
-    "itself, and of the repeats of the calibrated zero the nearest counts. Then give the motor its supply."
+    "Before the board starts, hold the handle near its zero, within {reach:.0f} mm: the sensor repeats itself, "
+    "and the repeat of the calibrated zero that is nearest counts. Then give the motor its supply."
 )
 
 
@@ -75,8 +74,8 @@ def text(
     memory = "state, " if environment.force.state_names else ""
     name = f"laws::{sketch_law.namespace(environment)}"
     return _piece("sketch").substitute(
-        title=environment.title,
-        about=_comment(environment.summary),
+        title=sketch_law.one_line(environment.title),
+        about=_comment(sketch_law.one_line(environment.summary)),
         version=version("hapkit-studio"),
         before_start=_comment(_start_words(kit)),
         rate=rate,
@@ -176,7 +175,7 @@ def _rows(rows: Sequence[tuple[str, str, str]]) -> str:
 
 def _whose(kit: Kit) -> str:
     known = profiles.numbered(kit.board.profile)
-    name = kit.board.label or (known.title if known else "Hapkit")
+    name = sketch_law.one_line(kit.board.label) or (known.title if known else "Hapkit")
     if kit.calibrated:
         return f"{name}, as calibrated."
     return f"{name}, the usual numbers of this kind of kit: measure your own."

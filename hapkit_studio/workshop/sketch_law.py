@@ -43,8 +43,15 @@ def constants(environment: Environment, values: Mapping[str, float]) -> str:
         if isinstance(parameter, Choice):
             rows += [*comment(_options(parameter)), code]
         else:
-            rows.append(f"{code:<{width}}  // {': '.join(filter(None, (parameter.unit, parameter.label)))}")
+            rows.append(
+                f"{code:<{width}}  // {one_line(': '.join(filter(None, (parameter.unit, parameter.label))))}"
+            )
     return "\n".join(["namespace tuned {", *rows, "}  // namespace tuned"])
+
+
+def one_line(words: str) -> str:
+    """Return a person's words so that they cannot end a comment or go on into the next line."""
+    return " ".join(words.split()).replace("\\", "/")
 
 
 def _options(choice: Choice) -> str:

@@ -242,6 +242,16 @@ def test_a_name_that_the_ide_refuses_is_refused(name, tmp_path):
         sketch_file.place(tmp_path / name)
 
 
+@needs_ide
+def test_a_persons_words_stay_comments(archive, tmp_path):
+    nasty = OWN.replace('"Ramp"', r'"Ramp \\\n#error"').replace('"Remembers"', r'"a \\\n#error b\\"')
+    nasty = nasty.replace('"Slope"', r'"Slope\n#error \\"')
+    environment = reading.load_text(nasty, tmp_path / "ramp.py")
+    assert "\n" in environment.title
+    kit = sketch.Kit(replace(profiles.default().board, label="a\n#error\\"))
+    sketches.build(sketch.text(environment, {}, kit), archive, tmp_path)
+
+
 def test_a_law_with_what_no_sketch_has_is_refused(monkeypatch):
     monkeypatch.setattr(sketch.sketch_law, "plain", lambda text: text.replace("floorf(", "fast::novel("))
     environment = environments.named("detents")
