@@ -112,7 +112,8 @@ uint8_t board::room() { return to_send.room(); }
 void board::send(const uint8_t* bytes, uint8_t size) {
   to_send.push(bytes, size);
   const Lock lock;  // the interrupt changes this register too
-  UCSR0B |= _BV(UDRIE0);
+  // A tick in between may have let all of it go; the interrupt sends without a look whether anything is left.
+  if (!to_send.empty()) UCSR0B |= _BV(UDRIE0);
 }
 
 // Interrupts come on again with the instruction before the sleep, so none is missed between look and sleep.
