@@ -124,7 +124,9 @@ class LoopPanel(QWidget):
 
     def _rate(self) -> float:
         engine = self._studio.engine
-        return engine.loop.rate if engine is not None else self._studio.loop.rate
+        if engine is None:
+            return self._studio.loop.rate
+        return engine.loop.rate if engine.board_way is None else float(engine.board_way.rate)
 
     def _allow(self) -> None:
         engine = self._studio.engine

@@ -96,5 +96,6 @@ def cells(way: Way, limit: float | None) -> tuple[str, ...]:
 
 def line(way: Way, limit: float | None) -> str:
     """Return a way in one line, for where room is short."""
-    delay, rate, stiffness, _ = cells(way, limit)
+    _, rate, stiffness, _ = cells(way, limit)
+    delay = UNKNOWN if way.delay is None else number(1e3 * way.delay.mean, 2)
     return f"{delay} ms · {rate} Hz · limit {stiffness} N/m"

@@ -68,7 +68,7 @@ def offered(device: HapkitBoard) -> Offer | None:
 
 def board_rate(environment: Environment, values: Values, wish: float | None = None) -> int:
     """Return the rate in Hz at which the board renders a law: the wish, but no faster than it can."""
-    fastest = getattr(environment, "board_rate", lambda _values: 1000)(values)
+    fastest = environment.board_rate(values)
     return next(r for r in RATES if r <= fastest and (wish is None or r <= max(wish, RATES[-1])))
 
 
