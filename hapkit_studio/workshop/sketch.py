@@ -40,7 +40,7 @@ _UPRIGHT = (
     "takes the handle's place as position 0. Then give the motor its supply."
 )
 _NEAR = (
-    "Before the board starts, hold the handle near its zero, within {reach:.0f} mm: the sensor repeats itself, "
+    "Before the board starts, hold the handle near zero, within {reach:.0f} mm: its sensor repeats itself, "
     "and the repeat of the calibrated zero that is nearest counts. Then give the motor its supply."
 )
 
