@@ -99,11 +99,6 @@ inline float scaled(float x) {
 inline float least(float a, float b) { return b < a ? b : a; }
 inline float most(float a, float b) { return b > a ? b : a; }
 
-// Sums with a product, both rounded as they would be alone: one call instead of two.
-inline float plus_product(float x, float a, float b) { return x + a * b; }
-inline float less_product(float x, float a, float b) { return x - a * b; }
-inline float product_less(float x, float a, float b) { return a * b - x; }
-
 template <uint8_t n>
 inline float power(float x) {
   return n == 2 ? x * x : n == 3 ? x * x * x : (x * x) * (x * x);

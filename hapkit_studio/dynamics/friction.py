@@ -7,8 +7,8 @@ import math
 
 from hapkit_studio.dynamics.jit import compiled
 
-# A dragged tether is as taut as can be, rounding aside: the board's single precision knows a handle's place to
-# 4 nm. It is slack by less than a sensor ever shows.
+# A dragged tether is as taut as can be, rounding aside: the board's single precision knows a handle's place
+# to 4 nm. It is slack by less than a sensor ever shows.
 SLACK = 3e-4
 
 

@@ -55,7 +55,9 @@ class CppLaw:
         own = (r for r in self.program.helpers.values() if not r.shared)
         small_here = small(self.program, numbers.small, choice_places(self.law.parameters))
         helpers = [helper_text(r, self.program.helpers, small_here, self.burns, "static") for r in own]
-        return "\n\n".join([*filter(None, [self._indices()]), *helpers, self._start(), *self._force(small_here)])
+        return "\n\n".join(
+            [*filter(None, [self._indices()]), *helpers, self._start(), *self._force(small_here)]
+        )
 
     @property
     def _states(self) -> int:

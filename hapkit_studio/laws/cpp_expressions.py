@@ -8,29 +8,14 @@ import ast
 from typing import NamedTuple
 
 from hapkit_studio.laws import cpp_kinds as kinds
+from hapkit_studio.laws.cpp_cheap import AND, ATOM, CHOICE, OR, PRODUCT, SUM, UNARY, Cheap, Text, calls
 from hapkit_studio.laws.cpp_kept import arguments, is_name
 from hapkit_studio.laws.cpp_program import Routine
 from hapkit_studio.laws.cpp_small import Small
 from hapkit_studio.laws.cpp_words import constant_name, mangled, number
 from hapkit_studio.laws.helpers import PREFIX
 
-
-class Text(NamedTuple):
-    """An expression and how tightly it binds."""
-
-    words: str
-    level: int
-
-
-ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, AND, OR, CHOICE = range(9, 0, -1)
 _BINARY = {ast.Add: ("+", SUM), ast.Sub: ("-", SUM), ast.Mult: ("*", PRODUCT), ast.Div: ("/", PRODUCT)}
-_COMPARE = {ast.Eq: ("==", EQUAL), ast.NotEq: ("!=", EQUAL), ast.Lt: ("<", ORDER), ast.LtE: ("<=", ORDER)}
-_COMPARE |= {ast.Gt: (">", ORDER), ast.GtE: (">=", ORDER)}
-_FUSED = {ast.Add: "fast::plus_product", ast.Sub: "fast::less_product"}
-_MIRRORED = {ast.Eq: ast.Eq, ast.NotEq: ast.NotEq, ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt}
-_MIRRORED |= {ast.GtE: ast.LtE}
-_WITH_ZERO = {ast.Eq: "fast::is_zero({})", ast.NotEq: "!fast::is_zero({})", ast.Lt: "fast::below_zero({})"}
-_WITH_ZERO |= {ast.Gt: "fast::above_zero({})", ast.LtE: "fast::to_zero({})", ast.GtE: "fast::from_zero({})"}
 _PLAIN = {"_divisor": "laws::divisor", "abs": "fast::magnitude"}
 _TWO = {"min": "fast::least", "max": "fast::most"}
 
@@ -42,7 +27,7 @@ class Places(NamedTuple):
     states: tuple[str, ...] = ()
 
 
-class Expressions:
+class Expressions(Cheap):
     """Writes the expressions of one function."""
 
     def __init__(self, routine: Routine, routines: dict[str, Routine], places: Places, small: Small):
@@ -148,7 +133,7 @@ class Expressions:
         index, size = place.right.args[:2]
         assert isinstance(size, ast.Constant)
         name = self._named("s", place.left.value)
-        return Text(f"s[{name} + laws::index({self.value(index)}, {size.value})]", ATOM)
+        return Text(f"s[{name} + laws::index({self.value(index)}, {size.value!r})]", ATOM)
 
     def _named(self, array: str, place: object) -> str:
         assert isinstance(place, int)
@@ -161,24 +146,6 @@ class Expressions:
             parts.append(self._compared(left, op, right))
         return parts[0] if len(parts) == 1 else Text(" && ".join(p.words for p in parts), AND)
 
-    def _compared(self, left: ast.expr, op: ast.cmpop, right: ast.expr) -> Text:
-        """Return one comparison: of whole numbers, or by bits with what has few of them."""
-        word, level = _COMPARE[type(op)]
-        names = [n for n in (left, right) if isinstance(n, ast.Name)]
-        if names and self.small.holds(left, self.routine) and self.small.holds(right, self.routine):
-            return Text(f"{self.whole(left, SUM)} {word} {self.whole(right, SUM)}", level)
-        if isinstance(left, ast.Constant) and not isinstance(right, ast.Constant):
-            left, op, right = right, _MIRRORED[type(op)](), left
-        if isinstance(right, ast.Constant) and isinstance(right.value, float):
-            words = self.value(left)
-            if type(op) in (ast.Eq, ast.NotEq) and right.value != 0.0:
-                test = f"fast::is({words}, {number(right.value)})"
-                return Text(test if isinstance(op, ast.Eq) else f"!{test}", UNARY)
-            if right.value == 0.0:
-                return Text(_WITH_ZERO[type(op)].format(words), UNARY)
-        word, level = _COMPARE[type(op)]
-        return Text(f"{self.value(left, SUM)} {word} {self.value(right, SUM)}", level)
-
     def _arithmetic(self, node: ast.BinOp) -> Text:
         if isinstance(node.op, ast.Mult):
             for factor, other in ((node.left, node.right), (node.right, node.left)):
@@ -189,71 +156,9 @@ class Expressions:
             return self._quotient(node)
         if type(node.op) not in _BINARY:
             return self._rare(node)
-        fused = self._with_product(node)
-        if fused:
-            return fused
         word, level = _BINARY[type(node.op)]
         right = self.value(node.right, level + 1)
         return Text(f"{self.value(node.left, level)} {word} {right}", level)
-
-    def _with_product(self, node: ast.BinOp) -> Text | None:
-        """Return a sum with a product as one call, None for another; two calls take half as much again."""
-        if not isinstance(node.op, ast.Add | ast.Sub):
-            return None
-        if self._is_product(node.right):
-            name, rest, product = _FUSED[type(node.op)], node.left, node.right
-        elif self._is_product(node.left):
-            name = "fast::plus_product" if isinstance(node.op, ast.Add) else "fast::product_less"
-            rest, product = node.right, node.left
-        else:
-            return None
-        assert isinstance(product, ast.BinOp)
-        words = ", ".join(self.value(n) for n in (rest, product.left, product.right))
-        return Text(f"{name}({words})", ATOM)
-
-    def _is_product(self, node: ast.expr) -> bool:
-        """Return whether an expression is a product that has no cheaper way."""
-        if not (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult)):
-            return False
-        return not any(
-            kinds.is_sign(n, self.signs)
-            or (isinstance(n, ast.Constant) and kinds.power_of_two(n.value) is not None)  # type: ignore
-            for n in (node.left, node.right)
-        )
-
-    def _product(self, factor: ast.expr, other: ast.expr) -> Text | None:
-        """Return a product with a power of two, or with a sign, None for another factor."""
-        if isinstance(factor, ast.Constant) and isinstance(factor.value, float):
-            power = kinds.power_of_two(factor.value)
-            if power is None or abs(power) > 30:
-                return None
-            words = self.value(other) if power else self.value(other, ATOM)
-            words = f"fast::scaled<{power}>({words})" if power else words
-            return Text(f"-{words}", UNARY) if factor.value < 0.0 else Text(words, ATOM)
-        if kinds.is_sign(factor, self.signs):
-            if self.small.holds(factor, self.routine):
-                return Text(f"fast::flipped_by({self.value(other)}, {self.whole(factor)})", ATOM)
-            return Text(f"fast::flipped({self.value(other)}, {self.value(factor)})", ATOM)
-        return None
-
-    def _quotient(self, node: ast.BinOp) -> Text:
-        left, right = node.left, node.right
-        if isinstance(right, ast.Constant) and right.value:
-            assert isinstance(right.value, float)
-            return self._arithmetic(ast.BinOp(left, ast.Mult(), ast.Constant(1.0 / right.value)))
-        bare = right.args[0] if _calls(right, "_divisor") else right  # type: ignore[attr-defined]
-        lasts = isinstance(bare, ast.Subscript) and is_name(bare.value, "p")
-        if lasts:
-            watch = "of" if bare is right else "watched"
-            return Text(f"{self.value(left, PRODUCT)} * {self._inverse(bare, watch)}", PRODUCT)
-        return Text(f"{self.value(left, PRODUCT)} / {self.value(right, UNARY)}", PRODUCT)
-
-    def _inverse(self, node: ast.expr, watch: str) -> str:
-        """Return the inverse of what seldom changes, kept from tick to tick."""
-        words = self.value(node)
-        if words not in self.inverses:
-            self.inverses.append(words)
-        return f"inverse{self.inverses.index(words) + 1}_.{watch}({words})"
 
     def _rare(self, node: ast.BinOp) -> Text:
         left, right = node.left, node.right
@@ -299,7 +204,7 @@ class Expressions:
             turns = kinds.without_turn(args[0])
             if turns is not None:
                 return Text(f"fast::{name}_of_turns({self.value(turns)})", ATOM)
-        if name == "fmod" and _calls(args[1], "_divisor"):
+        if name == "fmod" and calls(args[1], "_divisor"):
             return Text(f"fast::remainder({self.value(args[0])}, {self.value(args[1])})", ATOM)
         name = {"fmod": "remainder", "pow": "power_of", "copysign": "signed_as"}.get(name, name)
         return Text(f"fast::{name}({', '.join(self.value(a) for a in args)})", ATOM)
@@ -332,7 +237,3 @@ def _is_helper_call(node: ast.AST) -> bool:
 def parameter_names(keys: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names of a law's parameters as indices."""
     return tuple(constant_name(key) for key in keys)
-
-
-def _calls(node: ast.expr, name: str) -> bool:
-    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == name

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from hapkit_studio.laws.cpp_expressions import Places, kept_name
 from hapkit_studio.laws.cpp_kept import arguments, kept
 from hapkit_studio.laws.cpp_program import Program, Routine
-from hapkit_studio.laws.cpp_small import choice_places, small_numbers, Small
+from hapkit_studio.laws.cpp_small import Small, choice_places, small_numbers
 from hapkit_studio.laws.cpp_statements import Statements, kind_of_result
 from hapkit_studio.laws.cpp_words import comment, mangled, wrapped
 from hapkit_studio.parameters import AnyParameter
@@ -81,5 +81,8 @@ class Numbers:
         kept = ", ".join(kept_name(name) for name in names)
         parts = [*wrapped(f"static float {kept};")] if names else []
         body = "\n\n".join([*(["\n".join(parts)] if parts else []), *self.texts().values()])
-        head, tail = "namespace laws {\nnamespace numbers {", "}  // namespace numbers\n}  // namespace laws\n"
+        head, tail = (
+            "namespace laws {\nnamespace numbers {",
+            "}  // namespace numbers\n}  // namespace laws\n",
+        )
         return "\n\n".join([head, body, tail])

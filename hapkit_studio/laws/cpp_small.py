@@ -95,7 +95,9 @@ def _reduce(found: Small, routines: Mapping[str, Routine], called: Mapping[str, 
 
 
 def _all_names(routine: Routine) -> set[str]:
-    stored = {n.id for n in ast.walk(routine.tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    stored = {
+        n.id for n in ast.walk(routine.tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+    }
     given = set() if routine.is_law else {a.arg for a in routine.tree.args.args}
     return (stored | given) - {"_fault", "_"}
 

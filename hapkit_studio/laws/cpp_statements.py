@@ -104,7 +104,7 @@ class Statements(Expressions):
         return lines
 
     def _set_each(self, targets: list[ast.expr], values: list[ast.expr], indent: str) -> list[str]:
-        """Return several assignments at once; through names of their own where one reads what another sets."""
+        """Return several assignments at once; by names of their own where one reads what another sets."""
         words = [self.suited(v, self._is_small(t)) for t, v in zip(targets, values, strict=True)]
         if not _independent(targets, values):
             lines = []
@@ -171,7 +171,9 @@ def result(words: list[str], results: list[bool]) -> str:
     """Return the words of a result of that type."""
     if len(words) == 1:
         return words[0]
-    given = [f"int8_t({w})" if small and not w.isalnum() else w for w, small in zip(words, results, strict=True)]
+    given = [
+        f"int8_t({w})" if small and not w.isalnum() else w for w, small in zip(words, results, strict=True)
+    ]
     return f"{kind_of_result(results)}{{{', '.join(given)}}}"
 
 

@@ -6,25 +6,25 @@ import numpy as np
 
 # What C++ or an Arduino core has taken; its core defines some of them as macros, which know no scope.
 _KEYWORDS = """
-alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr continue
-decltype default delete do double dynamic_cast else enum explicit export extern false final float for friend goto
-if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq override private protected
-public register reinterpret_cast return short signed sizeof static static_assert static_cast struct switch
-template this thread_local throw true try typedef typeid typename union unsigned using virtual void volatile
-wchar_t while xor xor_eq
-abs bit bitClear bitRead bitSet bitWrite boolean byte cli constrain degrees highByte interrupts lowByte map max
-min noInterrupts radians random round sei sq word main setup loop assert errno
-p s laws fast numbers force start
-""".split()
-_TAKEN = frozenset(_KEYWORDS)
+alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr
+continue decltype default delete do double dynamic_cast else enum explicit export extern false final float
+for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq
+override private protected public register reinterpret_cast return short signed sizeof static static_assert
+static_cast struct switch template this thread_local throw true try typedef typeid typename union unsigned
+using virtual void volatile wchar_t while xor xor_eq
+abs bit bitClear bitRead bitSet bitWrite boolean byte cli constrain degrees highByte interrupts lowByte map
+max min noInterrupts radians random round sei sq word main setup loop assert errno
+j0 j1 jn y0 y1 yn sin cos tan exp log pow sqrt floor ceil fabs gamma index
+p s laws fast numbers force start unwatched
+"""
+_TAKEN = frozenset(_KEYWORDS.split())
 WIDTH = 100
-_MATH_H = frozenset("j0 j1 jn y0 y1 yn sin cos tan exp log pow sqrt floor ceil fabs gamma index".split())
 
 
 def mangled(name: str) -> str:
     """Return a Python name as C++ can use it; different names stay different."""
     plain = "".join(c if c.isascii() else f"_u{ord(c):x}" for c in name)
-    taken = plain in _TAKEN or plain in _MATH_H or plain.endswith("_") or plain.upper() == plain
+    taken = plain in _TAKEN or plain.endswith("_") or plain.upper() == plain
     return plain + "_" if taken else plain
 
 

@@ -82,7 +82,9 @@ def _table(made: Mapping[str, CppLaw]) -> str:
         rows.append(f'    {{"{key}", {counts},\n     {name}::start, {name}::force}},')
     count = f"constexpr uint8_t kCount = {len(made)};\n"
     table = "\n".join(["static const Law kTable[kCount] PROGMEM = {", *rows, "};"])
-    return "\n".join([_MADE, _SMALL, *includes, "", _AGAIN, _TABLE, count, table, "", "}  // namespace laws", ""])
+    return "\n".join(
+        [_MADE, _SMALL, *includes, "", _AGAIN, _TABLE, count, table, "", "}  // namespace laws", ""]
+    )
 
 
 def write(files: Mapping[str, str], folder: Path) -> None:

@@ -37,9 +37,21 @@ def by_hand() -> dict[str, str]:
 def main(arguments: list[str] | None = None) -> int:
     """Write the headers; with --check only tell whether they are up to date."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=default_folder(), help="the sketch's folder; another one gets what the laws need")
-    parser.add_argument("--with", dest="own", type=Path, nargs="+", default=[], metavar="FILE",
-                        help="own environments to add; their files are executed")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=default_folder(),
+        help="the sketch's folder; another one gets what the laws need",
+    )
+    parser.add_argument(
+        "--with",
+        dest="own",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="own environments to add; their files are executed",
+    )
     parser.add_argument("--check", action="store_true", help="write nothing, exit 1 if a file differs")
     options = parser.parse_args(arguments)
     try:

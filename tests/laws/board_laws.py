@@ -35,6 +35,7 @@ class Job:
     period: float
     rows: np.ndarray
     states: np.ndarray | None = None
+    number: int | None = None
 
     @property
     def parameters(self) -> np.ndarray:
@@ -43,7 +44,7 @@ class Job:
 
     def words(self) -> bytes:
         """Return what the driver reads."""
-        number = list(ENVIRONMENTS).index(self.environment.key)
+        number = list(ENVIRONMENTS).index(self.environment.key) if self.number is None else self.number
         head = np.array([number, self.states is not None, len(self.rows)], np.uint32).tobytes()
         p = np.zeros(MOST, np.float32)
         p[: len(self.values)] = self.parameters

@@ -1,8 +1,8 @@
 """Every law of the board beside its Python original: the same rows, the same force.
 
-The board reckons in single precision with tables; both get the same single-precision numbers. One step at a time
-from the same state covers every method, also those that grow: 2 mN. Freely running they stay as close for the
-length of a recording, and switch as often.
+The board reckons in single precision with tables; both get the same single-precision numbers. One step at a
+time from the same state covers every method, also those that grow: 2 mN. Freely running they stay as close
+for the length of a recording, and switch as often.
 """
 
 import itertools
@@ -74,10 +74,10 @@ def from_states(job, after):
 
 
 def jumps(job):
-    """Return where the law's force jumps within 20 nm of a row: 1/1000 count, what x has in single precision."""
+    """Return where the law's force jumps within 20 nm of a row: a thousandth of a count."""
     sides = []
     for way in (-2e-8, 2e-8):
-        rows = job.rows + [way, 0.0]
+        rows = job.rows + np.array([way, 0.0])
         moved = Job(job.environment, job.values, job.period, rows, job.states)
         sides.append(_exact_rows(moved, rows))
     return np.abs(sides[1] - sides[0]) > BOUND

@@ -7,7 +7,7 @@ namespace laws {
 namespace bump_valley {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0xa761a905;
+constexpr uint32_t kFingerprint = 0x0707d116;
 
 enum Parameter : uint8_t {
   // N
@@ -31,7 +31,7 @@ static float gaussian_push(float a) {
 // Return the height, per width, of the gaussian bump whose steepest slope is 1.
 static float gaussian_rise(float a) {
   const float half = 18.0f * a * a;
-  return 0.27988985f * fast::less_product(fast::exp(-half), 0.011108996f, 5.5f - half);
+  return 0.27988985f * (fast::exp(-half) - 0.011108996f * (5.5f - half));
 }
 
 // Return the height, per width, of the cosine bump whose steepest slope is 1.

@@ -7,7 +7,7 @@ namespace laws {
 namespace button {
 
 constexpr uint8_t kParameters = 7, kStates = 5;
-constexpr uint32_t kFingerprint = 0x3f3b43f8;
+constexpr uint32_t kFingerprint = 0xfbf99a03;
 
 enum Parameter : uint8_t {
   // N
@@ -32,7 +32,7 @@ enum : uint8_t { anchor = 0, held = 1, pressed = 2, downs = 3, ups = 4 };
 // Return the button's force in N >= 0 against a travel `s` in m >= 0, the play left out.
 static float curve(float s_, float peak, float snap, float snap_start, float travel, float stop) {
   if (s_ >= travel) {
-    return fast::plus_product(snap, stop, s_ - travel);
+    return snap + stop * (s_ - travel);
   }
   float u = 0.0f;
   if (s_ < snap_start) {
@@ -40,7 +40,7 @@ static float curve(float s_, float peak, float snap, float snap_start, float tra
     return peak * u * (2.0f - u);
   }
   u = (s_ - snap_start) / laws::divisor(travel - snap_start);
-  return fast::plus_product(peak, (snap - peak) * u * u, 3.0f - fast::scaled<1>(u));
+  return peak + (snap - peak) * u * u * (3.0f - fast::scaled<1>(u));
 }
 
 // Set the first state.
@@ -73,7 +73,7 @@ inline float unwatched(const float* p, float* s, float x, float, float) {
   }
   const float push = curve(depth, p[kPeakForce], p[kSnapForce], p[kSnapStart], p[kTravel],
       p[kStopStiffness]);
-  return fast::product_less(push, pull, fast::least(2000.0f * depth, 1.0f));
+  return pull * fast::least(2000.0f * depth, 1.0f) - push;
 }
 
 inline float force(const float* p, float* s, float x, float v, float dt) {

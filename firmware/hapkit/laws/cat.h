@@ -7,7 +7,7 @@ namespace laws {
 namespace cat {
 
 constexpr uint8_t kParameters = 8, kStates = 12;
-constexpr uint32_t kFingerprint = 0x8afbfeaf;
+constexpr uint32_t kFingerprint = 0xb6fe5b60;
 
 enum Parameter : uint8_t {
   // N
@@ -33,7 +33,7 @@ enum : uint8_t { anchor = 0, phase = 1, breath = 2, contentment = 3, swat = 4, s
 
 // Return the hand's pace in m/s as the cat feels it, and the value half-way to it.
 static laws::Results<float, float> noticed(float way, float nearly, float pace, float dt) {
-  nearly = nearly + fast::less_product(way, nearly, dt) / laws::divisor(0.01f + dt);
+  nearly = nearly + (way - nearly * dt) / laws::divisor(0.01f + dt);
   return laws::Results<float, float>{nearly, pace + (nearly - pace) * dt / laws::divisor(0.01f
       + dt)};
 }
@@ -78,7 +78,7 @@ static laws::Results<float, float> paw(float swat, float sulk, int8_t provoked, 
 
 // Return an angle in rad after dt s at a frequency in Hz, below one turn.
 static float turned(float angle, float frequency, float dt) {
-  return fast::remainder(fast::plus_product(angle, 6.2831855f * frequency, dt), 6.2831855f);
+  return fast::remainder(angle + 6.2831855f * frequency * dt, 6.2831855f);
 }
 
 // Return the purr in N and its phase in rad, summed so that the pitch may change with the breath.
@@ -111,8 +111,8 @@ inline float unwatched(const float* p, float* s, float x, float v, float dt) {
   s[State::nearly] = got1_.a;
   s[State::pace] = got1_.b;
   const float gain = way * feeling(s[State::pace], laws::option(p[kTemperament]), s[State::sulk]);
-  s[State::contentment] = fast::least(1.0f, fast::most(-1.0f, fast::plus_product(gain,
-      s[State::contentment], 1.0f - fast::least(1.0f, 0.1f * dt))));
+  s[State::contentment] = fast::least(1.0f, fast::most(-1.0f, s[State::contentment] * (1.0f
+      - fast::least(1.0f, 0.1f * dt)) + gain));
   if (fast::is_zero(s[State::swat])) {
     s[State::push] = fast::above_zero(s[State::pace]) ? -1.0f : 1.0f;
   }
@@ -128,7 +128,7 @@ inline float unwatched(const float* p, float* s, float x, float v, float dt) {
   const laws::Results<float, float> got3_ = numbers::tether(x, s[State::anchor], 200.0f, limit);
   float fur = got3_.a;
   s[State::anchor] = got3_.b;
-  fur = fur + fast::less_product(p[kHair] * fast::sin(2094.395f * x), p[kFurDamping], v);
+  fur = fur + (p[kHair] * fast::sin(2094.395f * x) - p[kFurDamping] * v);
   s[State::breath] = turned(s[State::breath], p[kBreathingRate], dt);
   const laws::Results<float, float> got4_ = purr(s[State::contentment], p[kPurrForce],
       p[kPurrFrequency], s[State::breath], s[State::phase], dt);

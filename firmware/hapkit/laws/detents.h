@@ -7,7 +7,7 @@ namespace laws {
 namespace detents {
 
 constexpr uint8_t kParameters = 4, kStates = 0;
-constexpr uint32_t kFingerprint = 0x889a58a5;
+constexpr uint32_t kFingerprint = 0xcdaa3adf;
 
 enum Parameter : uint8_t {
   // N/m
@@ -25,12 +25,11 @@ inline void start(float*) {}
 // Return the force in N, positive to the right.
 inline float unwatched(const float* p, float*, float x, float v, float) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
-  const float away = fast::less_product(x, p[kPitch], fast::floor(x
-      * inverse1_.watched(p[kPitch]) + 0.5f));
+  const float away = x - p[kPitch] * fast::floor(x * inverse1_.watched(p[kPitch]) + 0.5f);
   if (fast::magnitude(away) > p[kHalfWidth]) {
     return 0.0f;
   }
-  return fast::less_product(-p[kStiffness] * away, p[kDamping], v);
+  return -p[kStiffness] * away - p[kDamping] * v;
 }
 
 inline float force(const float* p, float* s, float x, float v, float dt) {

@@ -7,7 +7,7 @@ namespace laws {
 namespace friction {
 
 constexpr uint8_t kParameters = 7, kStates = 4;
-constexpr uint32_t kFingerprint = 0x84447c90;
+constexpr uint32_t kFingerprint = 0x72e13a4a;
 
 enum Parameter : uint8_t {
   // 0 coulomb, 1 smoothed, 2 karnopp, 3 stribeck, 4 projection, 5 tether, 6 lugre
@@ -86,7 +86,7 @@ inline float unwatched(const float* p, float* s, float x, float v, float dt) {
     s[State::stuck] = 0.0f;
   }
   s[State::before] = x;
-  return fast::less_product(dry, p[kViscous], v);
+  return dry - p[kViscous] * v;
 }
 
 inline float force(const float* p, float* s, float x, float v, float dt) {

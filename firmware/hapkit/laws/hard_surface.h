@@ -7,7 +7,7 @@ namespace laws {
 namespace hard_surface {
 
 constexpr uint8_t kParameters = 8, kStates = 3;
-constexpr uint32_t kFingerprint = 0x9fd262bf;
+constexpr uint32_t kFingerprint = 0x4d8b7088;
 
 enum Parameter : uint8_t {
   // N/m
@@ -74,8 +74,8 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
     s[State::since] = 0.0f;
     s[State::speed] = fast::most(v, 0.0f);
   }
-  const float push = fast::above_zero(depth) ? fast::plus_product(p[kStiffness] * depth,
-      p[kDamping], fast::most(v, 0.0f)) : 0.0f;
+  const float push = fast::above_zero(depth) ? p[kStiffness] * depth + p[kDamping] * fast::most(v,
+      0.0f) : 0.0f;
   if (fast::below_zero(s[State::since])) {
     return -push;
   }

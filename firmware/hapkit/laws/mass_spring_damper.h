@@ -7,7 +7,7 @@ namespace laws {
 namespace mass_spring_damper {
 
 constexpr uint8_t kParameters = 7, kStates = 6;
-constexpr uint32_t kFingerprint = 0x4cf4b810;
+constexpr uint32_t kFingerprint = 0x93752ea3;
 
 enum Parameter : uint8_t {
   // kg

@@ -11,14 +11,14 @@ namespace numbers {
 static laws::Results<float, float, int8_t> sticking_tether(float x, float before, float anchor,
     float stuck, float stiffness, float damping, float static_, float kinetic, float dt) {
   const float shock = damping / dt;
-  const float pull = fast::plus_product(stiffness * (anchor - x), shock, before - x);
+  const float pull = stiffness * (anchor - x) + shock * (before - x);
   const bool turned = fast::below_zero(pull * (anchor - before));
   const bool held = stuck > 0.5f || turned || fast::magnitude(pull) < 0.9997f * kinetic;
   if (held && fast::magnitude(pull) <= fast::most(static_, kinetic)) {
     return laws::Results<float, float, int8_t>{pull, anchor, 1};
   }
   const float force_ = fast::signed_as(kinetic, pull);
-  const float stretch = fast::plus_product(force_, shock, anchor - before) / (stiffness + shock);
+  const float stretch = (force_ + shock * (anchor - before)) / (stiffness + shock);
   return laws::Results<float, float, int8_t>{force_, x + stretch, 0};
 }
 
@@ -49,7 +49,7 @@ static laws::Results<float, float, int8_t> banded(float x, float v, float anchor
 // Return the level of friction in N >= 0 at a speed: from static at rest down to kinetic.
 static float stribeck(float velocity, float static_, float kinetic, float stribeck_velocity) {
   const float ratio = velocity / stribeck_velocity;
-  return fast::plus_product(kinetic, static_ - kinetic, fast::exp(-ratio * ratio));
+  return kinetic + (static_ - kinetic) * fast::exp(-ratio * ratio);
 }
 
 // Return the bend in m of a bristle after its root moved: towards level / stiffness, never beyond.
@@ -58,8 +58,7 @@ static float bristle(float bend, float moved, float level, float stiffness) {
     return 0.0f;
   }
   const float end = fast::signed_as(level / stiffness, moved);
-  return fast::plus_product(end, bend - end, fast::exp(-stiffness
-      * fast::magnitude(moved) / level));
+  return end + (bend - end) * fast::exp(-stiffness * fast::magnitude(moved) / level);
 }
 
 // Return 1 where an object is more than 1 m away, above 10 km/s or nowhere at all, else 0.
@@ -73,7 +72,7 @@ FAST_ONCE float reaction(float depth, float rate, float contact, float pad) {
     return 0.0f;
   }
   if (fast::above_zero(rate)) {
-    return fast::plus_product(contact * depth, pad, rate);
+    return contact * depth + pad * rate;
   }
   return contact * depth;
 }

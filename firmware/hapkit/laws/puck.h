@@ -7,7 +7,7 @@ namespace laws {
 namespace puck {
 
 constexpr uint8_t kParameters = 6, kStates = 7;
-constexpr uint32_t kFingerprint = 0x3677aceb;
+constexpr uint32_t kFingerprint = 0x27ba9029;
 
 enum Parameter : uint8_t {
   // kg
@@ -49,9 +49,9 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
         numbers::with_x = s[State::object], numbers::with_v = s[State::object_velocity],
         numbers::with_before = s[State::object_acceleration], numbers::with_h = dt,
         numbers::with_friction = p[kFriction], numbers::with_m = p[kMass], numbers::with_b = 0.0f,
-        numbers::with_k = 0.0f, numbers::with_f = 0.0f,
-        numbers::with_touch = fast::plus_product(s[State::handle], 0.005f, s[State::side]),
-        numbers::with_side = s[State::side], numbers::with_speed = s[State::handle_velocity],
+        numbers::with_k = 0.0f, numbers::with_f = 0.0f, numbers::with_touch = s[State::handle]
+        + 0.005f * s[State::side], numbers::with_side = s[State::side],
+        numbers::with_speed = s[State::handle_velocity],
         numbers::with_contact = p[kContactStiffness], numbers::with_pad = p[kContactDamping],
         numbers::with_reach = 0.035f, numbers::with_wall = p[kWallStiffness], numbers::step());
     s[State::object] = got1_.a;
@@ -70,7 +70,7 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
   }
   s[State::handle] = x;
   s[State::handle_velocity] = v;
-  const float depth = fast::plus_product(0.005f, s[State::side], x - s[State::object]);
+  const float depth = s[State::side] * (x - s[State::object]) + 0.005f;
   const float rate = s[State::side] * (v - s[State::object_velocity]);
   return -s[State::side] * numbers::reaction(depth, rate, p[kContactStiffness], p[kContactDamping]);
 }

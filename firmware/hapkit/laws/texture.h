@@ -7,7 +7,7 @@ namespace laws {
 namespace texture {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0x962c1a9d;
+constexpr uint32_t kFingerprint = 0x861150a9;
 
 enum Parameter : uint8_t {
   // 0 bands, 1 grating, 2 sandpaper
@@ -23,12 +23,12 @@ enum Parameter : uint8_t {
 
 // Return a whole number modulo the number of grains.
 static float wrapped(float n) {
-  return fast::less_product(n, 251.0f, fast::floor(0.003984064f * n));
+  return n - 251.0f * fast::floor(0.003984064f * n);
 }
 
 // Return the height, 0 to 1, of grain n: each of 251 heights once, in an order that seems random.
 static float grain(float n, float seed) {
-  float m = wrapped(fast::plus_product(n, 17.0f, seed));
+  float m = wrapped(n + 17.0f * seed);
   m = wrapped(m * m * m) + seed + 1.0f;
   m = wrapped(m);
   return 0.004f * wrapped(m * m * m);

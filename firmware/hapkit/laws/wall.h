@@ -7,7 +7,7 @@ namespace laws {
 namespace wall {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0x54bbfa64;
+constexpr uint32_t kFingerprint = 0xcbe2faac;
 
 enum Parameter : uint8_t {
   // N/m
@@ -36,7 +36,7 @@ inline float force(const float* p, float*, float x, float v, float) {
       && fast::below_zero(rate))) {
     rate = 0.0f;
   }
-  return fast::flipped_by(fast::plus_product(p[kStiffness] * depth, p[kDamping], rate), -side);
+  return fast::flipped_by(p[kStiffness] * depth + p[kDamping] * rate, -side);
 }
 
 }  // namespace wall
