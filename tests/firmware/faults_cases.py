@@ -143,7 +143,7 @@ ENDS = [
 SENSOR = [
     Case("sensor stuck", during("sensor stuck", "1"), wrong=True, hand=LITTLE, latched=JUMP),
     Case("sensor noisy, 3 counts", during("sensor noise", "3"), wrong=True),
-    Case("sensor flipping, 5 % of readings", during("sensor jump", "0.05"), wrong=True),
+    Case("sensor flipping, 5 % of readings", during("sensor jump", "0.05"), wrong=True, latched=JUMP),
 ]
 
 FLOOD = [
@@ -151,6 +151,23 @@ FLOOD = [
     Case("line full of valid commands", spam=_forces, lossy=True, extra=(FOREIGN,)),
 ]
 
+HANDOVER = 0.1
+"""s: fade out, settings, loop and scene some frames apart, fade in."""
+
 COMPUTER = [Case("none"), *DAMAGE, *LATENCY, *STALLS, *ENDS, *SENSOR, *FLOOD]
-BOARD = [replace(case, name=f"{case.name}, board renders", board=True) for case in COMPUTER]
+BOARD_RENDERS = ", board renders"
+BOARD = [
+    replace(
+        case,
+        name=f"{case.name}{BOARD_RENDERS}",
+        board=True,
+        # the computer renders until the board has taken over
+        back=None if case.back is None else case.back + HANDOVER * (case.plugged < np.inf),
+    )
+    for case in COMPUTER
+]
 CASES = [*COMPUTER, *BOARD]
+TESTED = [
+    case for case in CASES if not case.board or not (case.lossy or case.options) or case.spam is not no_spam
+]
+"""Cases of every test run; the others, the same damage while the board renders, are in the table only."""

@@ -42,8 +42,10 @@ class Measured:
     stale: int
     fault: int
     overruns: int  # bytes that the chip's port lost
-    late_ticks: int  # periods of the board that are not 1 ms
+    late_ticks: int  # samples that the board did not take at its period
     silent_offs: int
+    hurt_to: int  # bytes damaged on purpose, to the board and from it
+    hurt_from: int
 
     @property
     def wrong(self) -> int:
@@ -68,7 +70,7 @@ def measure(run: Run) -> Measured:
         foreign=foreign(run),
         overruns=run.summary["overruns"],
         late_ticks=sum(late_ticks(found) for found in run.rows),
-        silent_offs=run.summary["silent_offs"],
+        **{key: run.summary[key] for key in ("silent_offs", "hurt_to", "hurt_from")},
         **{key: run.counters[key] for key in ("lost", "bad", "told", "stale", "fault")},
     )
 
@@ -148,9 +150,9 @@ def unmarked_gaps(found: np.ndarray) -> int:
 
 
 def late_ticks(found: np.ndarray) -> int:
-    """Count samples that the board did not take at its period."""
-    steps = np.diff(found[:, rows.BOARD_TIME]) / 1e-3
-    return int(np.count_nonzero(np.abs(steps - np.round(steps)) > 0.02))
+    """Count samples that the board did not take at its period, a quarter of a millisecond at the shortest."""
+    steps = np.diff(found[:, rows.BOARD_TIME]) / 0.25e-3
+    return int(np.count_nonzero(np.abs(steps - np.round(steps)) > 0.05))
 
 
 def foreign(run: Run) -> int:
@@ -192,16 +194,21 @@ def _lately(values: np.ndarray, what) -> np.ndarray:
 
 
 def foreign_to_the_loop(run: Run) -> int:
-    """Count log rows with a duty that answers no force sent lately, within a step."""
+    """Count log rows with a duty that answers no force sent lately, within a step.
+
+    A log row may fall between the writing of duty and direction, a microsecond: the next one tells.
+    """
     times = np.array([t for t, _ in run.forces])
     sent = duty_of(np.array([f for _, f in run.forces]))
     others = [0.0, *duty_of(np.array(run.case.extra))]
-    wrong = 0
-    for row in run.truth[run.truth.duty != 0][::5]:
+
+    def unknown(row) -> bool:
         first, last = np.searchsorted(times, [row.time - LONGEST_WAY, row.time])
         known = np.concatenate((sent[first:last], others))
-        wrong += not np.any(np.abs(known - row.duty) <= 1.0)
-    return wrong
+        return not np.any(np.abs(known - row.duty) <= 1.0)
+
+    some = range(0, len(run.truth) - 1, 5)
+    return sum(unknown(run.truth[k]) and unknown(run.truth[k + 1]) for k in some)
 
 
 def duty_of(force: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 from hapkit_studio.haptics import rig
-from tests.firmware.faults_cases import CASES, Case
+from tests.firmware.faults_cases import BOARD_RENDERS, CASES, TESTED, Case
 from tests.firmware.faults_measure import Measured, measure
 from tests.firmware.faults_run import run_case
 
@@ -44,10 +44,10 @@ FAULTS = {
 }
 
 
-def run_all(names: list[str]) -> list[Measured]:
+def run_all(names: list[str], cases: list[Case]) -> list[Measured]:
     """Run the cases, those whose name holds one of the words; all without any."""
     found = []
-    for case in CASES:
+    for case in cases:
         if names and not any(name in case.name for name in names):
             continue
         with tempfile.TemporaryDirectory() as folder:
@@ -65,7 +65,7 @@ def line_of(m: Measured, case: Case) -> str:
     """Return one line of the table."""
     cells = [
         "board" if case.board else "computer",
-        case.name,
+        case.name.removesuffix(BOARD_RENDERS),
         f"{m.peak:.2f} N",
         _time(m.off, case.off),
         _time(m.back, case.back),
@@ -80,10 +80,10 @@ def line_of(m: Measured, case: Case) -> str:
 
 def main(words: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true", help="one object a case")
+    parser.add_argument("--json", action="store_true", help="one object for each case of the tests")
     parser.add_argument("names", nargs="*", help="parts of the names of cases")
     given = parser.parse_args(words)
-    found = run_all(given.names)
+    found = run_all(given.names, TESTED if given.json else CASES)
     if given.json:
         print(json.dumps([dataclasses.asdict(m) for m in found]))
         return
