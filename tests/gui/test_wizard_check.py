@@ -26,6 +26,15 @@ def test_every_check_has_its_verdict_in_words(idle_window, qtbot, truth, good):
     assert play.kit.pwm == 0
 
 
+def test_what_is_said_is_seen_whole(idle_window, qtbot):
+    shell = check(idle_window, qtbot).shell
+    for width in (820, 640):
+        shell.resize(width, 600)
+        qtbot.wait(20)
+        words = shell.box.words
+        assert words.height() >= words.heightForWidth(words.width())
+
+
 def test_neither_is_offered_without_a_board(window):
     actions = window.actions_by_key
     actions.refresh()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 PATIENCE = 5.0
 """s for the studio's own loop to let go of the port."""
-JOIN_SECONDS = 3.0
+JOIN_SECONDS = 5.0
 SPARE = 0.05
 
 Job = Callable[[Any], object]

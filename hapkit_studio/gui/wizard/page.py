@@ -82,9 +82,9 @@ class VerdictBox(QWidget):
 
     def _fit(self) -> None:
         """Be as high as the words need at this width."""
-        layout = self.layout()
-        if layout is not None:
-            self.setMinimumHeight(max(layout.heightForWidth(self.width()), 44))
+        wide = self.width() - 2 * 14 - 22 - 12
+        high = sum(part.heightForWidth(wide) for part in (self.words, self.remedy) if part.text())
+        self.setMinimumHeight(high + 2 * 9 + 4)
 
     def show_verdict(self, verdict: Verdict) -> None:
         """Show a verdict."""
