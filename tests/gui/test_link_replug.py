@@ -15,13 +15,14 @@ from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 SERIAL = "AB0LB3DQ"
+EITHER = pytest.mark.parametrize("where", ["computer", pytest.param("board", marks=pytest.mark.alone)])
 
 
 class Kit:
     """A kit on a cable: the virtual board's program, listed as an FT232 while it is plugged in."""
 
-    def __init__(self, monkeypatch):
-        self.monkeypatch, self.program = monkeypatch, VirtualBoard()
+    def __init__(self, monkeypatch, mode):
+        self.monkeypatch, self.program = monkeypatch, VirtualBoard(mode)
         self.program.start()
         self.list(self.program.port)
         (self.entry,) = ports.entries()
@@ -40,9 +41,15 @@ class Kit:
 
 
 @pytest.fixture
-def kit(monkeypatch):
+def where():
+    return "computer"
+
+
+@pytest.fixture
+def kit(monkeypatch, where):
+    """Return a kit that waits for every answer; a board that renders by itself follows the clock."""
     monkeypatch.setattr(linked, "LOOK_AGAIN_MS", 50)
-    kit = Kit(monkeypatch)
+    kit = Kit(monkeypatch, "lockstep" if where == "computer" else "paced")
     yield kit
     kit.program.end()
 
@@ -139,7 +146,7 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
     assert longest == pytest.approx(np.nanmax(np.diff(shown.x[np.isfinite(shown.x)])), abs=1e-3)
 
 
-@pytest.mark.parametrize("where", ["computer", "board"])
+@EITHER
 def test_the_motor_is_off_while_the_cable_is_out(running, kit, qtbot, where):
     render(running, qtbot, where)
     until_pushed(running, kit, qtbot, 0.012)
@@ -151,12 +158,13 @@ def test_the_motor_is_off_while_the_cable_is_out(running, kit, qtbot, where):
     until_link(running, qtbot, "gone")
     kit.plug()
     until_link(running, qtbot, "running")
+    rows_since(running, qtbot, 100, len(running.live.history))
     render(running, qtbot, where)
     # without a stored zero it is where the handle was when the board came back
     until_pushed(running, kit, qtbot, 0.030)
 
 
-@pytest.mark.parametrize("where", ["computer", "board"])
+@EITHER
 def test_the_emergency_stop_outlives_the_cable(running, kit, qtbot, where):
     window = running
     render(window, qtbot, where)
@@ -168,8 +176,8 @@ def test_the_emergency_stop_outlives_the_cable(running, kit, qtbot, where):
     kit.plug()
     until_link(window, qtbot, "running")
     assert window.studio.stopped
+    before = rows_since(window, qtbot, 100, len(window.live.history))  # its zero is where it is found
     kit.program.move_hand(0.040)
-    before = len(window.live.history)
     duties = []
 
     def many():
@@ -183,4 +191,11 @@ def test_the_emergency_stop_outlives_the_cable(running, kit, qtbot, where):
     assert window.live.last[rows.APPLIED] == 0.0
     assert window.banners.banners[0].title.text() == "Stopped. Force is zero."
     window.studio.release_stop()
-    until_pushed(window, kit, qtbot, 0.040)
+
+    def released():
+        window.live.tick()
+        return not int(window.live.last[rows.FLAGS]) & rows.STOPPED
+
+    qtbot.waitUntil(released, timeout=PATIENCE_MS)
+    if where == "computer":
+        until_pushed(window, kit, qtbot, 0.040)
