@@ -13,7 +13,8 @@ from hapkit_studio.protocol.messages import Board
 GRAVITY = 9.81
 PLAUSIBLE = (0.25, 4.0)
 """How far a motor may be from its profile."""
-_WEIGHTS_SURE = 0.01
+# share of a weight that coins, the hand that let go and friction that sticks leave open
+_WEIGHTS_SURE = 0.02
 
 
 @dataclass(frozen=True)
