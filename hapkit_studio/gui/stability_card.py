@@ -139,6 +139,8 @@ class StabilityCard(QWidget):
         if not self.facts.linear:
             name = ESTIMATORS[self._studio.loop.estimator].label
             return "No exact limit", f"{name} is not linear: only a run can tell."
+        if self._studio.engine.where == "board":
+            return "Measuring the delay", "The board has not rendered yet."
         return "Measuring the delay", "Half a second at zero force, on connecting."
 
     def _tell_drives(self) -> None:

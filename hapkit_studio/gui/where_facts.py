@@ -58,18 +58,21 @@ def solve(question: Limits) -> Found:
     return Found(question, (limits[0], limits[1]))
 
 
-def ways(studio: "Studio", setting: "Setting | None") -> tuple[Way, Way]:
-    """Return both ways of the device and loop in force; setting is the one that renders now, or None."""
+def ways(studio: "Studio") -> tuple[Way, Way]:
+    """Return both ways of the device and loop in force."""
+    from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.haptics import board_offer
 
     engine = studio.engine
     assert engine is not None
+    device = engine.device
+    setting = Setting(device.mass, device.viscous, quantum=device.quantum)
     rates = engine.loop.rate, float(board_offer.board_rate(studio.environment, studio.values, _wish(studio)))
     specs = studio.loop.spec, board_offer.spec_on_board(studio.loop.spec)
     found = []
     for where, rate, spec in zip(WAYS, rates, specs, strict=True):
         delay = engine.delay_of(where)
-        own = _own(setting, rate, delay.mean, spec) if setting is not None and delay is not None else None
+        own = _own(setting, rate, delay.mean, spec) if delay is not None else None
         found.append(Way(delay, rate, engine.missed_of(where), own))
     return found[0], found[1]
 

@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVB
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.choice_row import ChoiceRow
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.margin import MarginWorker
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.studio import Studio
@@ -84,7 +83,7 @@ class WhereSwitch(QWidget):
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__(parent)
-        self._studio, self._loop = studio, LoopFacts(studio, self)
+        self._studio = studio
         self._worker = MarginWorker(solve, self)
         self._worker.answered.connect(self._take)
         self._found: Found | None = None
@@ -116,9 +115,8 @@ class WhereSwitch(QWidget):
         self._folded = folded
         self.show_state()
 
-    def note_health(self, health: "Health") -> None:
+    def note_health(self, _health: "Health") -> None:
         """Take over what was measured lately."""
-        self._loop.note_health(health)
         self._look()
 
     def set_busy(self, words: str) -> None:
@@ -165,7 +163,7 @@ class WhereSwitch(QWidget):
         engine = self._studio.engine
         if engine is None or self.isHidden() or not engine.renders_on_boards:
             return
-        self._ways = ways(self._studio, self._loop.setting())
+        self._ways = ways(self._studio)
         impedance = self._studio.environment.impedance
         if impedance is not None:
             damping = impedance(self._studio.values)[1]

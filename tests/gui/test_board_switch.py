@@ -48,7 +48,7 @@ def test_a_board_has_one_and_the_engine_follows_it(board_window):
     assert engine.where == "computer"
     switch.switch.button(1).click()
     assert engine.where == board_window.studio.loop.where == "board"
-    assert engine.board_way.rate == where_facts.ways(board_window.studio, None)[1].rate
+    assert engine.board_way.rate == where_facts.ways(board_window.studio)[1].rate
     switch.switch.button(0).click()
     assert engine.where == "computer"
 
@@ -84,7 +84,7 @@ def test_what_the_board_does_not_do_is_said(board_window):
 
 
 def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
-    studio, switch = board_window.studio, board_window.loop.where
+    studio = board_window.studio
     delays = studio.engine.driver.conn.delays
     for which, delay in ((0, 1.0e-3), (1, 0.2e-3)):
         delays.values[which, :500] = delay
@@ -94,7 +94,7 @@ def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
     assert column(board_window, 1)[0] == "0.20 ± 0.00"
     qtbot.waitUntil(lambda: column(board_window, 1)[2] != where_facts.UNKNOWN, timeout=PATIENCE_MS)
     here, there = (int(column(board_window, i)[2].replace(",", "")) for i in (0, 1))
-    ways = where_facts.ways(studio, switch._loop.setting())
+    ways = where_facts.ways(studio)
     assert ways[0].setting.delay == pytest.approx(1e-3)
     assert there > here > 0
 
