@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-SKIPPED = {".venv", ".git", "build", "dist", "__pycache__", "bench-results", ".hypothesis"}
+# a corpus is bytes, not text
+SKIPPED = {".venv", ".git", "build", "dist", "__pycache__", "bench-results", ".hypothesis", "corpus"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 TEXT = {".py", ".md", ".toml", ".c", ".h", ".cpp", ".ino", ".sh", ".qss", ".svg", ""}
 # split, so that this file does not find itself
