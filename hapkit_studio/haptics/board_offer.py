@@ -1,11 +1,13 @@
 """What a board can render by itself, and how a scene is to be rendered there."""
 
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
+from hapkit_studio import environments
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.dynamics import estimators, filters
 from hapkit_studio.dynamics.estimators import Spec
@@ -61,9 +63,17 @@ def offered(device: HapkitBoard) -> Offer | None:
     if device.hello.laws == 0:
         return None
     try:
-        return Offer(device.laws(), device.settings())
+        offer = Offer(device.laws(), device.settings())
     except DeviceError:
         return None
+    threading.Thread(target=_know_versions, name="hapkit-versions", daemon=True).start()
+    return offer
+
+
+def _know_versions() -> None:
+    """Translate every law once: a second in all, which a person who switches scenes should not wait for."""
+    for environment in environments.discover().values():
+        fingerprint(environment)
 
 
 def board_rate(environment: Environment, values: Values, wish: float | None = None) -> int:

@@ -291,3 +291,9 @@ def test_the_boards_own_estimators_and_rates(desk):
     desk.engine.limit_force(1.0)
     assert desk.engine.where == "computer"
     assert "force limit" in desk.engine.board_refusal()
+
+
+@undisturbed()
+def test_a_rate_that_the_board_missed_is_said_again(desk):
+    desk.go(rate=500)  # but its frames go on as at 1 kHz
+    desk.until(lambda: len(desk.told(Loop)) >= 2, 1000)
