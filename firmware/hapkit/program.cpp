@@ -8,7 +8,20 @@ namespace {
 Controller controller;
 }
 
-void board::on_sample(const Sampling& sampling) { controller.sample(sampling); }
+// For a test of the hardware watchdog, a build may hang 0.3 s after its start: 1 in the tick, 2 in the main program.
+#ifdef HAPKIT_HANG
+void hang(uint8_t where) {
+  while (where == HAPKIT_HANG && board::now_us() > 300000UL) {
+  }
+}
+#else
+inline void hang(uint8_t) {}
+#endif
+
+void board::on_sample(const Sampling& sampling) {
+  hang(1);
+  controller.sample(sampling);
+}
 
 void program::begin() {
   board::begin();
@@ -17,6 +30,7 @@ void program::begin() {
 }
 
 void program::poll() {
+  hang(2);
   uint8_t byte;
   while (!controller.due() && board::read(&byte)) controller.receive(byte);
   controller.poll();

@@ -1,0 +1,37 @@
+"""Firmware that hangs, in its tick or in its main program: the hardware watchdog switches the motor off."""
+
+import os
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices.virtual_board import VirtualBoard, truth
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import Force
+from tests.firmware.test_firmware import make
+from tests.firmware.vb import needs_compiler, wait_until
+
+pytestmark = needs_compiler
+
+HANGS_AT = 0.3
+WATCHDOG = 0.025
+
+
+@pytest.mark.parametrize("where", [1, 2])
+def test_a_hang_is_ended_with_the_motor_off_within_25_ms(tmp_path, where):
+    built = make(f"BUILD={tmp_path}", f"OPTIMIZE=-Os -DHAPKIT_HANG={where}", f"{tmp_path}/hapkit.elf")
+    assert built.returncode == 0, built.stderr
+    log = tmp_path / "truth.f64"
+    board = VirtualBoard("paced", log=log, options=("--log-period", "1e-4"), firmware=tmp_path / "hapkit.elf")
+    board.open()
+    try:
+        while board.status()["time"] < HANGS_AT + 0.05:
+            os.write(board.fileno(), encode(Force(0, 1.0)))
+        wait_until(lambda: board.status()["time"] > HANGS_AT + 0.06)
+    finally:
+        board.end()
+    rows = truth(log)
+    assert np.any(rows.duty[(rows.time > HANGS_AT - 0.05) & (rows.time < HANGS_AT)] != 0)
+    again = rows.time[(rows.time > HANGS_AT) & (rows.duty == 0)]
+    assert again.size > 0
+    assert again[0] <= HANGS_AT + WATCHDOG
