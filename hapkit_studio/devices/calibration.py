@@ -16,8 +16,8 @@ from hapkit_studio.protocol.messages import Board, BoardFlag, Force, Release, Sa
 Move = Callable[[float, float, float], float]
 """Force in N from time in s, position in m and velocity in m/s."""
 
-KEPT = 60_000
-"""Samples kept for drawing: a minute."""
+KEPT = 10_000
+"""Samples kept for drawing: ten seconds."""
 _CUTOFF = 30.0
 _LATE = 65_535
 

@@ -81,7 +81,7 @@ class Desk(QObject):
             self.bench.board.move_hand(place)
 
     def samples(self) -> "list[Sample]":
-        """Return the samples of the last minute, oldest first."""
+        """Return the samples of the last ten seconds, oldest first."""
         return list(self.bench.seen) if self.bench is not None else []
 
     def end(self) -> None:

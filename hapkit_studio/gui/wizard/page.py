@@ -127,7 +127,7 @@ class StepPage(QWidget):
         """Come into sight."""
 
     def show_seen(self, seen: Seen) -> None:
-        """Draw what the board reports now; thirty times a second while in sight."""
+        """Draw what the board reports now; twenty times a second while in sight."""
 
     # what a step uses
 

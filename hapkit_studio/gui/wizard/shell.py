@@ -8,7 +8,6 @@ from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.analysis.calibrate.motor_map import force_of
-from hapkit_studio.devices.calibration import track_of
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.header import StopButton
 from hapkit_studio.gui.theme import theme
@@ -21,9 +20,9 @@ if TYPE_CHECKING:
     from hapkit_studio.devices.calibration import Bench
     from hapkit_studio.gui.studio import Studio
 
-FRAME_MS = 33
-_SHOWN = 10_000
-"""Samples that pictures show."""
+FRAME_MS = 50
+_EVERY = 5
+"""Of so many samples pictures show one."""
 _SHEET = """
 #shellTop { background: @side; border-bottom: 1px solid @line; }
 #shellFoot { background: @side; border-top: 1px solid @line; }
@@ -88,12 +87,15 @@ class Shell(QDialog):
         bench = self.desk.bench
         if bench is None:
             return
-        samples = self.desk.samples()[-_SHOWN:]
+        samples = self.desk.samples()
         if not samples:
             return
-        track = track_of(samples, bench.now)
+        # every sample would cost the thread that answers them its time
+        shown = samples[(len(samples) - 1) % _EVERY :: _EVERY]
+        clock, raw, count = np.array([(s.time_us, s.raw, s.count) for s in shown]).T
+        time = 1e-6 * np.cumsum(np.diff(clock, prepend=clock[0]) % 2**32)
         force = float(force_of(bench.now, np.array([samples[-1].pwm]))[0])
-        self.show_seen(Seen(track.time, track.raw, track.position, force))
+        self.show_seen(Seen(time, raw, count * bench.now.quantum, force))
 
     def _stop_changed(self) -> None:
         stopped = self.studio.stopped
