@@ -1,0 +1,73 @@
+// What the board renders by itself is switched off in time, and comes back by a fade.
+#include "rendering.h"
+
+TEST(silence_switches_off_within_25_ms_at_every_rate_and_life_fades_in) {
+  for (uint16_t rate : {500, 1000, 2000, 4000}) {
+    for (int words = 0; words < 3; ++words) {
+      Rendering board(scene("spring", 1, 300, 0, 0), rate);
+      board.alive(60 * rate / 1000);
+      if (words == 0) board.say(protocol::Alive{});
+      if (words == 1) board.say(protocol::Force{0, 1.0f});
+      if (words == 2) board.say(scene("spring", 1, 300, 0, 0));
+      int ticks = 0;
+      for (; fake::pwm != 0 && ticks < 1000; ++ticks) board.tick(kRest);
+      // the word came at any time in the period before the first of these ticks
+      CHECK(ticks * 1000.0 / rate <= 25.0 && (ticks - 1) * 1000.0 / rate >= 21.0);
+      board.poll();
+      fake::sent.clear();
+      board.period(kRest);
+      for (int wait = 0; fake::sent.empty() && wait < 4; ++wait) board.period(kRest);
+      board.say(protocol::Alive{});
+      board.tick(kRest);
+      const int16_t faint = fake::pwm;
+      board.alive(60 * rate / 1000);
+      CHECK(faint != 0 && std::abs(faint) * 2 < std::abs(fake::pwm));
+    }
+  }
+}
+
+TEST(stop_and_release_fade_in_again) {
+  Rendering board(scene("spring", 1, 300, 0, 0));
+  board.alive(60);
+  const int16_t full = fake::pwm;
+  board.say(protocol::Stop{});
+  CHECK(fake::pwm == 0);
+  board.alive(60);
+  CHECK(fake::pwm == 0 && (board.shown().flags & protocol::kFlagStopped));
+  board.say(protocol::Release{});
+  board.say(protocol::Alive{});  // before any tick has seen the stop's end
+  board.tick(kRest);
+  CHECK(fake::pwm != 0 && std::abs(fake::pwm) * 2 < std::abs(full));
+  board.alive(60);
+  CHECK(fake::pwm == full);
+}
+
+TEST(too_fast_a_handle_latches_until_release) {
+  for (bool over : {false, true}) {
+    Rendering board(scene("spring", 1, 20, 0, 0));
+    board.alive(60);
+    const int fastest = static_cast<int>(5.0 / kQuantum / 1000.0 * (over ? 1.01 : 0.99));  // counts in a ms
+    int count = kRest;
+    bool told = false;
+    for (int tenths = 0; tenths <= 10; ++tenths) {
+      const int step = fastest * tenths / 10;
+      count += step;
+      told = told || (board.shown(raw_of(count)).flags & protocol::kFlagOverSpeed);
+      if (step < fastest * 0.95) CHECK(!told);
+    }
+    CHECK(told == over);
+    for (int step = fastest; step > 0; step -= fastest / 10) board.shown(raw_of(count += step));
+    board.alive(60, raw_of(count));
+    CHECK((fake::pwm == 0) == over);
+    board.say(protocol::Release{});
+    board.alive(60, raw_of(count));
+    CHECK(fake::pwm != 0 && !(board.shown(raw_of(count)).flags & protocol::kFlagOverSpeed));
+  }
+}
+
+TEST(the_clamp_is_told) {
+  Rendering board(scene("spring", 1, 1000, 0, 0));
+  board.alive(60);
+  const auto shown = board.shown();
+  CHECK(shown.asked < -3.0f && shown.flags == protocol::kFlagClamped && fake::pwm >= -255);
+}
