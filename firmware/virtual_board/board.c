@@ -244,6 +244,7 @@ void board_start(struct board *b, const struct options *o)
 		load_bootloader(b->avr, o->bootloader);
 	reset_by_power(b, o->bootloader != NULL);
 	eeprom_load(b->avr, o->eeprom);
+	eeprom_keep(b->avr, o->eeprom);
 	connect(b);
 	b->link.clock = &b->avr->cycle;
 	link_set_latency(&b->link, (avr_cycle_count_t)llround(o->latency * FREQUENCY));

@@ -6,11 +6,20 @@
 
 #include <avr_eeprom.h>
 #include <errno.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { SIZE = 1024, ERASED = 0xff };
+
+// The register and its bit that begin to write a byte; 20 ms later, which is after the last byte of a block.
+enum { EECR = 0x3f, EEPE = 1 << 1, LATER = 320000 };
+
+struct kept {
+	avr_t *avr;
+	char *path;
+};
 
 static void fail(const char *path)
 {
@@ -33,6 +42,7 @@ void eeprom_load(avr_t *avr, const char *path)
 	avr_ioctl(avr, AVR_IOCTL_EEPROM_SET, &all);
 }
 
+// Under another name first: a program that ends halfway leaves the old file.
 void eeprom_save(avr_t *avr, const char *path)
 {
 	if (!path)
@@ -40,7 +50,37 @@ void eeprom_save(avr_t *avr, const char *path)
 	uint8_t bytes[SIZE];
 	avr_eeprom_desc_t all = {.ee = bytes, .offset = 0, .size = SIZE};
 	avr_ioctl(avr, AVR_IOCTL_EEPROM_GET, &all);
-	FILE *file = fopen(path, "wb");
-	if (!file || fwrite(bytes, 1, SIZE, file) != SIZE || fclose(file) != 0)
+	char half[PATH_MAX];
+	if (snprintf(half, sizeof half, "%s.new", path) >= (int)sizeof half) {
+		errno = ENAMETOOLONG;
 		fail(path);
+	}
+	FILE *file = fopen(half, "wb");
+	if (!file || fwrite(bytes, 1, SIZE, file) != SIZE || fclose(file) != 0 || rename(half, path) != 0)
+		fail(path);
+}
+
+static avr_cycle_count_t written(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+	(void)when;
+	eeprom_save(avr, param);
+	return 0;
+}
+
+// A timer that is set again waits anew: a block is written to the file once.
+static void control_touched(avr_irq_t *irq, uint32_t value, void *param)
+{
+	struct kept *kept = param;
+	(void)irq;
+	if (value & EEPE)
+		avr_cycle_timer_register(kept->avr, LATER, written, kept->path);
+}
+
+void eeprom_keep(avr_t *avr, const char *path)
+{
+	static struct kept kept;
+	if (!path)
+		return;
+	kept = (struct kept){.avr = avr, .path = (char *)path};
+	avr_irq_register_notify(avr_iomem_getirq(avr, EECR, NULL, AVR_IOMEM_IRQ_ALL), control_touched, &kept);
 }

@@ -10,5 +10,9 @@
 // Take its bytes from a file; one that is not there yet is an erased EEPROM. Exits with a message if it fails.
 void eeprom_load(avr_t *avr, const char *path);
 
-// Write its bytes to the file as a whole. Path NULL: nothing is kept.
+// From now on write the file whenever the firmware has written, a little later: whoever kills the program
+// loses nothing. Path NULL: nothing is kept.
+void eeprom_keep(avr_t *avr, const char *path);
+
+// Write its bytes to the file as a whole, at once. Path NULL: nothing is kept.
 void eeprom_save(avr_t *avr, const char *path);

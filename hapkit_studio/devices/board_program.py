@@ -12,7 +12,8 @@ from hapkit_studio.errors import DeviceError
 
 START_TIME = 10.0
 """s to wait for an answer; a loaded machine may take a while to start a program."""
-END_TIME = 2.0
+END_TIME = 5.0
+"""s that it has to write its log and counters out; its EEPROM is written as soon as it changes."""
 
 
 class BoardProgram:

@@ -2,6 +2,7 @@
 
 import os
 import select
+import signal
 
 import numpy as np
 import pytest
@@ -69,6 +70,22 @@ def test_what_is_saved_is_there_without_power_and_laid_out_as_written_here(memor
     assert again == stored
     assert of(again).pack() == kit.pack()
     assert memory.read_bytes()[kits.PLACES[0] :][:BLOCK] == kits.block(kit)
+
+
+def test_what_is_saved_outlives_a_board_that_is_killed(memory):
+    board = VirtualBoard("fast", options=("--eeprom", str(memory)))
+    board.open()
+    try:
+        board.configure(kits.board(zero=-321))
+        stored = board.save()
+        saved = board.status()["time"]
+        while board.status()["time"] < saved + 0.1:
+            pass
+        os.kill(board.pid, signal.SIGKILL)
+    finally:
+        board.close()
+    assert stored.origin == Origin.STORED
+    assert settings_after(memory) == stored
 
 
 def test_a_block_written_here_is_read(memory):
