@@ -40,10 +40,18 @@ def sign_of(answer: Answer) -> tuple[str, str]:
     return ("triangle", "warn") if answer.question.setting.controller else ("cross", "danger")
 
 
-class StabilityCard(QWidget):
-    """Emits ``judged(words, stable)`` for the status bar and ``crossed(Answer or None)`` for the banner."""
+def headlines(answer: Answer) -> tuple[str, str]:
+    """Return the card's headline and the status bar's words; nobody need lower what the controller holds."""
+    said = short(answer.margin)
+    if answer.question.setting.controller and not answer.stable:
+        return (f"{said}, passivity controller on",) * 2
+    return verdict(answer.margin), said
 
-    judged = Signal(str, object)
+
+class StabilityCard(QWidget):
+    """Emits ``judged(words, icon, token)`` to the status bar, ``crossed(Answer or None)`` to the banner."""
+
+    judged = Signal(str, str, str)
     crossed = Signal(object)
 
     def __init__(self, studio: Studio, worker: MarginWorker | None = None, parent: QWidget | None = None):
@@ -102,7 +110,7 @@ class StabilityCard(QWidget):
         headline, words = self._why_not()
         self.words.setText(words)
         self._show(headline, "circle", "ink2")
-        self.judged.emit(headline, None)
+        self.judged.emit(headline, "", "ink2")
         self.crossed.emit(None)
 
     def show_answer(self, answer: Answer) -> None:
@@ -110,8 +118,9 @@ class StabilityCard(QWidget):
         self.map.setVisible(True)
         self.map.show_answer(answer)
         self.words.setText(f"{conditions(answer)} {self._late_because(answer)}".rstrip())
-        self._show(verdict(answer.margin), *sign_of(answer))
-        self.judged.emit(short(answer.margin), answer.stable)
+        headline, words = headlines(answer)
+        self._show(headline, *sign_of(answer))
+        self.judged.emit(words, *sign_of(answer))
         self.crossed.emit(None if answer.stable else answer)
 
     def _late_because(self, answer: Answer) -> str:

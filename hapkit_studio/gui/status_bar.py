@@ -127,10 +127,8 @@ class StatusBar(QWidget):
         else:
             self.clamp.show_words(f"Within {number(limit, 1)} N", "circle")
 
-    def show_margin(self, words: str, stable: bool | None) -> None:
-        """Show the stability margin in a few words; None where no limit applies."""
-        sign = {True: "check", False: "cross", None: ""}[stable]
-        token = {True: "ok", False: "danger", None: "ink2"}[stable]
+    def show_margin(self, words: str, sign: str, token: str) -> None:
+        """Show the stability margin in a few words, with its icon, which may be none, and token."""
         self.margin.show_words(words, sign, token)
         self._give_way()
 

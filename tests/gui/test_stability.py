@@ -95,10 +95,14 @@ def test_the_card_follows_the_controller(window, qtbot):
     window.studio.set_loop(controller=True)
     qtbot.waitUntil(lambda: "controller" in window.banners.get("limit").title, timeout=PATIENCE_MS)
     assert "Without the passivity controller" in window.stability.words.text()
-    assert window.status.margin.words.text().endswith("above the limit")
+    for words in (window.status.margin.words, window.stability.headline):
+        assert words.text().endswith("× above the limit, passivity controller on")
+    assert (window.status.margin._sign_name, window.status.margin._token) == ("triangle", "warn")
     window.studio.set_loop(controller=False)
     qtbot.waitUntil(lambda: "controller" not in window.banners.get("limit").title, timeout=PATIENCE_MS)
     assert "grows instead of settling" in window.banners.get("limit").text
+    assert window.status.margin.words.text().endswith("× above the limit")
+    assert (window.status.margin._sign_name, window.status.margin._token) == ("cross", "danger")
 
 
 def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window):
