@@ -91,7 +91,7 @@ def settle(r, conn, k, now, frame):
 def ask(r, conn, k, now, frame):
     """Say how fast to render, some frames later what; again where no telemetry comes.
 
-    One long message at a time: the board has room for 64 bytes that wait while it works on one.
+    One long message at a time: the board has room for 128 bytes that wait while it works on one.
     """
     n, words = conn.numbers, conn.words
     time = conn.samples[k, codec.BOARD_TIME]

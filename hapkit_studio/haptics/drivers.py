@@ -13,6 +13,7 @@ from hapkit_studio.haptics import block, board_offer, delays, line, plant, rig, 
 from hapkit_studio.haptics import way as ways
 from hapkit_studio.haptics.board_offer import Offer
 from hapkit_studio.haptics.delays import Measured
+from hapkit_studio.haptics.faults import silent
 from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.haptics.portable_loop import PortableLoop, warm_up
 from hapkit_studio.haptics.rig import Rig
@@ -108,6 +109,13 @@ class SerialDriver:
         if not r.control[rig.QUIT]:
             self.device.start_stream()
         serial_loop.run(r, self.conn, out, late, self.device.fileno(), self._spec)
+        self._complain()
+
+    def _complain(self) -> None:
+        """Raise DeviceError where the loop ended because the board fell silent."""
+        if self.conn.numbers[line.QUIET] >= line.GONE_AFTER:
+            words = silent(self.device.name, line.GONE_AFTER)
+            raise DeviceError(f"{words} Force is zero. Looking again every second.")
 
     def delay(self, r: Rig) -> float:
         found = self.measured(self.on_board())
@@ -140,6 +148,7 @@ class PortableDriver(SerialDriver):
             return
         self.device.start_stream()
         PortableLoop(self.conn, self.device.read, self.device.write).run(r, out, late)
+        self._complain()
 
 
 def compile_ahead(driver: Driver, r: Rig, late: np.ndarray) -> None:

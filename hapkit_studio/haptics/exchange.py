@@ -6,7 +6,7 @@ Each function leaves the bytes to send at the start of the line's ``frame`` and 
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import board_line, board_words, histogram, line, rig, ring, rows, sleep, way
 from hapkit_studio.haptics.fences import store_release
-from hapkit_studio.haptics.tick import STALE_AFTER, mark_stale
+from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale
 from hapkit_studio.protocol import codec
 
 
@@ -18,6 +18,8 @@ def take(r, conn, out, late, size):
     """
     count = codec.feed(conn.reader, conn.buffer, conn.data, size, conn.samples)
     now, length = sleep.now(), 0
+    if count > 0:
+        conn.numbers[line.QUIET] = 0.0
     for k in range(count):
         if k == count - 1:
             line.overslept(r, conn, now)
@@ -63,6 +65,15 @@ def answer(r, conn, k, now):
     if way.computer_speaks(conn):
         return length + line.answer(r, conn, k, now, conn.frame[length:])
     return length + board_words.speak(r, conn, k, now, conn.frame[length:])
+
+
+@compiled
+def given_up(r, conn):
+    """Return whether the board has been silent for too long; that is latched as gone, with how long in s."""
+    if not line.quiet(conn, sleep.now()):
+        return False
+    latch(r, rig.DEVICE_GONE, line.GONE_AFTER, r.real[rig.LAST_POSITION])
+    return True
 
 
 @compiled

@@ -29,7 +29,7 @@ def describe(code: int, r: Rig) -> Fault | None:
         rig.OVER_SPEED: f"Fault: over-speed, {_beyond(abs(value), limit)} m/s (limit {limit:.1f} m/s).",
         rig.STALE_SENSOR: f"Fault: no sensor frame for {1e3 * value:.0f} ms, three times in 10 s.",
         rig.RUNAWAY: f"Fault: this machine cannot keep {value:.0f} Hz.",
-        rig.DEVICE_GONE: "The device is gone.",
+        rig.DEVICE_GONE: _gone(value),
     }
     details = {
         rig.RUNAWAY: "Force is zero. Lower the rate, then clear.",
@@ -38,6 +38,16 @@ def describe(code: int, r: Rig) -> Fault | None:
     if code not in texts:
         return None
     return Fault(code, texts[code], details.get(code, HOLD_THEN_CLEAR))
+
+
+def _gone(seconds: float) -> str:
+    """Say whether the device went away, or has sent nothing for so many s."""
+    return silent("The board", seconds) if seconds > 0.0 else "The device is gone."
+
+
+def silent(name: str, seconds: float) -> str:
+    """Say that a board has sent nothing for so many s, and why that may be."""
+    return f"{name} has sent nothing for {seconds:.0f} s: it started anew, or hangs."
 
 
 def _beyond(value: float, limit: float) -> str:

@@ -14,6 +14,9 @@ from hapkit_studio.protocol import codec, scene_frames
 
 CHUNK = 4096
 HISTORY = 2048
+GONE_AFTER = 1.0
+"""s without a frame after which a board counts as gone: it began anew, and no longer streams, or hangs."""
+
 _MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
 
 # --- numbers
@@ -22,6 +25,8 @@ SIGN = 1
 ZERO = 2
 LAST_ARRIVAL = 3
 LAST_BOARD_TIME = 4
+QUIET = 5
+LOOKED_AT = 6
 EFFECT = 7
 LAST_ANSWER = 8
 
@@ -136,6 +141,20 @@ def overslept(r, line, now):
     """Come back from a gap in the answers, when the board had its motor off, as from a stale sensor."""
     if line.words[STARTED] and now - line.numbers[LAST_ANSWER] >= STALE_AFTER:
         mark_stale(r, now)
+
+
+@compiled
+def quiet(line, now):
+    """Return whether a board that has been heard sends nothing any more for GONE_AFTER.
+
+    A pass that took longer than its wait counts no more than twice that: then the computer was away.
+    """
+    n = line.numbers
+    if not math.isfinite(n[LAST_ARRIVAL]):
+        return False
+    n[QUIET] += min(now - n[LOOKED_AT], 2.0 * STALE_AFTER)
+    n[LOOKED_AT] = now
+    return n[QUIET] >= GONE_AFTER
 
 
 @compiled

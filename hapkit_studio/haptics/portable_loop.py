@@ -25,6 +25,7 @@ def warm_up() -> None:
     conn.data[: len(frame)] = frame
     exchange.take(r, conn, new_ring(r.control, 2), histogram.new_histogram(), len(frame))
     exchange.silence(r, conn)
+    exchange.given_up(r, conn)
     exchange.zero(conn)
 
 
@@ -46,6 +47,8 @@ class PortableLoop:
                     self.conn.data[: len(part)] = part
                     self._send(exchange.take(r, self.conn, out, late, len(part)))
                 self._send(exchange.silence(r, self.conn))
+                if exchange.given_up(r, self.conn):
+                    break
         except OSError:
             latch(r, rig.DEVICE_GONE, 0.0, 0.0)
         finally:

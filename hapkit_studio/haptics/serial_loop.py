@@ -1,6 +1,7 @@
 """The live loop on a serial port: wakes on a frame, answers at once, never spins.
 
-What hangs up, errs or ends (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a latched fault.
+What hangs up, errs or ends (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a latched fault, and
+so does a board that sends nothing any more: one that began anew in mid-motion has forgotten to stream.
 """
 
 import errno
@@ -63,6 +64,8 @@ def run(r, conn, out, late, fd, spec):
         if size > 0:
             send(fd, conn.frame, exchange.take(r, conn, out, late, size))
         send(fd, conn.frame, exchange.silence(r, conn))
+        if exchange.given_up(r, conn):
+            break
         if hurried > MOST_PASSES_WITHOUT_WAITING:
             latch(r, rig.RUNAWAY, 1.0 / r.values[block.PERIOD], 0.0)
             demote()

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hapkit_studio.haptics import rig
+from hapkit_studio.haptics.line import GONE_AFTER
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Force
 
@@ -87,6 +88,8 @@ def _forces(time: float) -> bytes:
 
 BACK = RECOVER + FADE + 5 * PERIOD
 AGAIN = HOLD + FADE + 0.025
+GIVEN_UP = GONE_AFTER + 2.0 * STALE
+"""s: a loop looks once in STALE, and again when it has waited that long."""
 
 DAMAGE = [
     Case(f"{words} {way} the board", during(f"{direction} {kind}", rate), lossy=True)
@@ -132,10 +135,11 @@ ENDS = [
     Case(
         "board reset in mid-motion",
         (f"{START} reset",),
-        seconds=1.6,
+        seconds=2.6,
         plugged=END,
         off=PERIOD,
-        back=AGAIN,
+        back=GIVEN_UP - STALL + AGAIN,
+        hand=(*HAND, "1.9 hand -0.008 400 8 0.1 0.4"),
     ),
     Case("program killed", killed=START, seconds=0.8, off=WATCHDOG, latched=(rig.DEVICE_GONE,)),
 ]

@@ -23,3 +23,33 @@ def test_a_frame_is_late_by_what_the_boards_clock_did_not_pass():
     ]
     assert lates == pytest.approx([0.0, 0.0, 0.003, 0.0, 0.0, 0.492])
     assert all(math.isfinite(late) for late in lates)
+
+
+def passes(conn, start, count, apart):
+    """Look so many times in a row whether the board is silent; return what was said."""
+    return [line.quiet(conn, start + k * apart) for k in range(1, count + 1)]
+
+
+def heard():
+    """Return a connection that got a frame at 54 s and looked then."""
+    conn = line.new_line(1.0)
+    line.lateness(conn, 54.0, 1.0)
+    line.quiet(conn, 54.0)
+    conn.numbers[line.QUIET] = 0.0
+    return conn
+
+
+def test_a_board_that_was_heard_is_gone_after_a_second_of_silence():
+    said = passes(heard(), 54.0, 60, 0.020)
+    assert not any(said[:49])
+    assert all(said[51:])
+
+
+def test_a_board_that_was_never_heard_is_not_gone():
+    assert not any(passes(line.new_line(1.0), 54.0, 60, 0.020))
+
+
+def test_a_computer_that_was_away_does_not_take_that_for_the_boards_silence():
+    conn = heard()
+    assert not line.quiet(conn, 100.0)
+    assert conn.numbers[line.QUIET] == pytest.approx(0.040)
