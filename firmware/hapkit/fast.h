@@ -67,10 +67,7 @@ FAST_ONCE bool is_zero(float x) { return (bits(x) << 1) == 0; }
 
 // x < 0, x > 0, x <= 0, x >= 0; never so for what is not a number.
 FAST_ONCE bool above_zero(float x) {
-  const uint32_t b = bits(x);
-  const uint8_t first = b >> 24;
-  if (first & 0x80) return false;
-  return first == 0x7f ? b <= 0x7f800000UL : b != 0;
+  return bits(x) - 1 < 0x7f800000UL;
 }
 inline bool below_zero(float x) { return above_zero(-x); }
 FAST_ONCE bool from_zero(float x) { return above_zero(x) || is_zero(x); }
@@ -106,17 +103,38 @@ inline float power(float x) {
 
 namespace detail {
 
-// A table's value d / 2^16 of the way from one point to the next, on the straight line; bent says how far the
-// curve lies beside it: d (1 - d) times the value, as a part of 2^16.
-FAST_ONCE uint32_t between(const uint32_t* table, uint16_t d, uint16_t* bent) {
+// A table's value d / 2^16 of the way from one point to the next, on the straight line, in the lower 24 bits;
+// the upper 8 say how far the curve lies beside it: d (1 - d) times the value.
+FAST_ONCE uint32_t between(const uint32_t* table, uint16_t d) {
+#ifdef __AVR__
+  uint32_t found;
+  uint8_t a0, a1, s0, s1, s2;
+  // a: the value, of 24 bits; s: the step, of 18
+  asm("lpm %[a0], Z+\n\t lpm %[a1], Z+\n\t lpm %C[r], Z+\n\t adiw %[z], 1\n\t"
+      "lpm %[s0], Z+\n\t lpm %[s1], Z+\n\t lpm %[s2], Z\n\t"
+      "sub %[s0], %[a0]\n\t sbc %[s1], %[a1]\n\t sbc %[s2], %C[r]\n\t"
+      // d (1 - d) in 8 bits, times the value's upper ones
+      "mov %D[r], %B[d]\n\t com %D[r]\n\t mul %D[r], %B[d]\n\t"
+      "lsl r0\n\t rol r1\n\t lsl r0\n\t rol r1\n\t mul r1, %C[r]\n\t mov %D[r], r1\n\t"
+      "mul %[s0], %A[d]\n\t mov r30, r1\n\t clr r31\n\t"
+      "mul %[s0], %B[d]\n\t add r30, r0\n\t adc r31, r1\n\t"
+      "mul %[s1], %A[d]\n\t add r30, r0\n\t adc r31, r1\n\t clr %[s0]\n\t adc %[s0], %[s0]\n\t"
+      "mul %[s1], %B[d]\n\t add r31, r0\n\t adc %[s0], r1\n\t"
+      "mul %[s2], %A[d]\n\t add r31, r0\n\t adc %[s0], r1\n\t clr %[s1]\n\t adc %[s1], %[s1]\n\t"
+      "mul %[s2], %B[d]\n\t add %[s0], r0\n\t adc %[s1], r1\n\t clr r1\n\t"
+      "mov %A[r], %[a0]\n\t mov %B[r], %[a1]\n\t"
+      "add %A[r], r31\n\t adc %B[r], %[s0]\n\t adc %C[r], %[s1]"
+      : [r] "=&r"(found), [a0] "=&r"(a0), [a1] "=&r"(a1), [s0] "=&r"(s0), [s1] "=&r"(s1), [s2] "=&r"(s2),
+        [z] "+&z"(table)
+      : [d] "r"(d));
+  return found;
+#else
   const uint32_t a = read(table), step = read(table + 1) - a;
   const uint8_t d8 = static_cast<uint8_t>(d >> 8);
-  const uint16_t hill = static_cast<uint16_t>(d8) * static_cast<uint8_t>(255 - d8);
-  *bent = static_cast<uint16_t>(static_cast<uint8_t>(hill >> 6)) * static_cast<uint16_t>(a >> 16);
-  // the step has 18 bits: one product of 16 by 16 bits, whose upper half is free, and one of 2 by 16
-  const uint16_t low = static_cast<uint16_t>(step);
-  const uint8_t high = static_cast<uint8_t>(step >> 16);
-  return a + (static_cast<uint32_t>(low) * d >> 16) + static_cast<uint32_t>(high) * d;
+  const uint8_t hill = static_cast<uint8_t>(d8 * (255 - d8) >> 6);
+  const uint32_t bent = static_cast<uint32_t>(hill) * (a >> 16) >> 8;
+  return (a + static_cast<uint32_t>(static_cast<uint64_t>(step) * d >> 16)) | bent << 24;
+#endif
 }
 
 }  // namespace detail
@@ -154,29 +172,35 @@ FAST_ONCE float floor_division(float a, float b) {
   return quotient - below > 0.5f ? below + 1.0f : below;
 }
 
+// The 24 bits of a number without its sign, so many places further up or, if negative, down.
+FAST_ONCE uint32_t shifted(uint32_t b, int16_t places) {
+  if (places >= 32 || places <= -24) return 0;
+  uint32_t found = (b & 0x7fffffUL) | 0x800000UL;
+  int8_t left = static_cast<int8_t>(places);
+  for (; left >= 8; left -= 8) found <<= 8;
+  for (; left <= -8; left += 8) found >>= 8;
+  for (; left > 0; left--) found <<= 1;
+  for (; left < 0; left++) found >>= 1;
+  return found;
+}
+
 // The part of a number behind the point, in 2^-32; of a negative one the rest to the next whole number.
 FAST_ONCE uint32_t phase_of(float turns) {
   const uint32_t b = bits(turns);
-  uint32_t phase = (b & 0x7fffffUL) | 0x800000UL;
-  int16_t shift = static_cast<int16_t>(exponent(b)) - 118;
-  if (shift >= 32 || shift <= -24) return 0;
-  for (; shift >= 8; shift -= 8) phase <<= 8;
-  for (; shift <= -8; shift += 8) phase >>= 8;
-  for (; shift > 0; shift--) phase <<= 1;
-  for (; shift < 0; shift++) phase >>= 1;
+  const uint32_t phase = shifted(b, static_cast<int16_t>(exponent(b)) - 118);
   return (b & kSign) ? 0 - phase : phase;
 }
 
 // sin of a phase in 2^-32 turns, within 4e-6.
 FAST_ONCE float sine_of(uint32_t phase) {
-  const bool down = phase & kSign;
+  const uint32_t sign = phase & kSign;
   if (phase & 0x40000000UL) phase = ~phase;
   const uint8_t place = static_cast<uint8_t>(phase >> 24) & 63;
   const uint16_t d = static_cast<uint16_t>(phase >> 8);
-  uint16_t bent;
-  const uint32_t value = detail::between(kSine + place, d, &bent);
-  const float up = scaled<-23>(static_cast<float>(static_cast<int32_t>(value + (bent * 5UL >> 8))));
-  return down ? -up : up;
+  const uint32_t found = detail::between(kSine + place, d);
+  const uint32_t value = (found & 0xffffffUL) + static_cast<uint16_t>(static_cast<uint8_t>(found >> 24) * 5);
+  if (value == 0) return 0.0f;
+  return number((bits(static_cast<float>(static_cast<int32_t>(value))) - (23UL << 23)) | sign);
 }
 
 FAST_ONCE float sin_of_turns(float turns) {
@@ -196,15 +220,17 @@ FAST_ONCE float cos(float x) { return cos_of_turns(x * kTurns); }
 
 // e^x, within 1.5e-6 of itself for |x| <= 8, beyond that within 2e-7 |x| more.
 FAST_ONCE float exp(float x) {
-  const float y = x * 1.4426950408889634f;
-  if (!(y < 128.0f)) return y != y ? y : INFINITY;
-  if (y < -126.0f) return 0.0f;
-  const int32_t t = static_cast<int32_t>(scaled<22>(y)) - (y < 0.0f);
+  const uint32_t b = bits(x * 1.4426950408889634f);
+  const uint8_t e = exponent(b);
+  if (e >= 134) return x != x ? x : (b & kSign) ? 0.0f : INFINITY;
+  uint32_t t = shifted(b, static_cast<int16_t>(e) - 128);
+  if (b & kSign) t = ~t;
   const int16_t upper = static_cast<int16_t>(t >> 16);
-  uint16_t bent;
-  const uint32_t value = detail::between(kPower + (upper & 63), static_cast<uint16_t>(t), &bent);
-  const uint16_t exponent = static_cast<uint16_t>((upper >> 6) + 126) << 7;
-  return number((static_cast<uint32_t>(exponent) << 16) + value - (bent >> 8));
+  if (upper < -126 * 64) return 0.0f;
+  const uint32_t found = detail::between(kPower + (upper & 63), static_cast<uint16_t>(t));
+  const uint16_t power = static_cast<uint16_t>((upper >> 6) + 126) << 7;
+  const uint32_t value = (found & 0xffffffUL) - static_cast<uint8_t>(found >> 24);
+  return number((static_cast<uint32_t>(power) << 16) + value);
 }
 
 // tanh within 1e-6.

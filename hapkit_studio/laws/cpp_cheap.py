@@ -11,6 +11,7 @@ from hapkit_studio.laws import cpp_kinds as kinds
 from hapkit_studio.laws.cpp_kept import is_name
 from hapkit_studio.laws.cpp_program import Routine
 from hapkit_studio.laws.cpp_small import Small
+from hapkit_studio.laws.cpp_steady import is_steady
 from hapkit_studio.laws.cpp_words import number
 
 
@@ -89,8 +90,7 @@ class Cheap:
             assert isinstance(right.value, float)
             return self._arithmetic(ast.BinOp(left, ast.Mult(), ast.Constant(1.0 / right.value)))
         bare = right.args[0] if calls(right, "_divisor") else right  # type: ignore[attr-defined]
-        lasts = isinstance(bare, ast.Subscript) and is_name(bare.value, "p")
-        if lasts:
+        if is_steady(bare, self.small.steady.get(self.routine.name, set())):
             watch = "of" if bare is right else "watched"
             return Text(f"{self.value(left, PRODUCT)} * {self._inverse(bare, watch)}", PRODUCT)
         return Text(f"{self.value(left, PRODUCT)} / {self.value(right, UNARY)}", PRODUCT)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from hapkit_studio.laws.cpp_kept import Kept
 from hapkit_studio.laws.cpp_program import Program, Routine
+from hapkit_studio.laws.cpp_steady import Steady, common, steady
 from hapkit_studio.laws.helpers import PREFIX
 from hapkit_studio.parameters import Choice
 
@@ -24,6 +25,7 @@ class Small:
     results: dict[str, list[bool]] = field(default_factory=dict)
     choices: frozenset[int] = frozenset()
     kept: Kept = field(default_factory=dict)
+    steady: Steady = field(default_factory=dict)
 
     def holds(self, node: ast.expr, routine: Routine) -> bool:
         """Return whether an expression of a routine is a small whole number."""
@@ -47,7 +49,7 @@ class Small:
 def small(program: Program, shared: "Small | None" = None, choices: Iterable[int] = ()) -> Small:
     """Return what is small in a law and its own helpers; shared says it of the studio's numbers."""
     routines = {r.name: r for r in [program.law, *program.helpers.values()] if not r.shared}
-    found = Small(choices=frozenset(choices))
+    found = Small(choices=frozenset(choices), steady=steady(program))
     if shared:
         found.names |= shared.names
         found.results |= shared.results
@@ -58,7 +60,8 @@ def small(program: Program, shared: "Small | None" = None, choices: Iterable[int
 
 def small_numbers(programs: Iterable[Program], choices: Iterable[Iterable[int]], kept: Kept) -> Small:
     """Return what is small in the studio's numbers, as all laws of these programs call them."""
-    found, callers = Small(kept=kept), []
+    programs = list(programs)
+    found, callers = Small(kept=kept, steady=common(programs)), []
     shared: dict[str, Routine] = {}
     for program, places in zip(programs, choices, strict=True):
         shared |= {name: r for name, r in program.helpers.items() if r.shared}

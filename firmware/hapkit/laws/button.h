@@ -7,7 +7,7 @@ namespace laws {
 namespace button {
 
 constexpr uint8_t kParameters = 7, kStates = 5;
-constexpr uint32_t kFingerprint = 0xfbf99a03;
+constexpr uint32_t kFingerprint = 0xfafaa24d;
 
 enum Parameter : uint8_t {
   // N
@@ -31,15 +31,17 @@ enum : uint8_t { anchor = 0, held = 1, pressed = 2, downs = 3, ups = 4 };
 
 // Return the button's force in N >= 0 against a travel `s` in m >= 0, the play left out.
 static float curve(float s_, float peak, float snap, float snap_start, float travel, float stop) {
+  static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
+  static laws::Inverse inverse2_ = LAWS_NO_INVERSE;
   if (s_ >= travel) {
     return snap + stop * (s_ - travel);
   }
   float u = 0.0f;
   if (s_ < snap_start) {
-    u = s_ / laws::divisor(snap_start);
+    u = s_ * inverse1_.watched(snap_start);
     return peak * u * (2.0f - u);
   }
-  u = (s_ - snap_start) / laws::divisor(travel - snap_start);
+  u = (s_ - snap_start) * inverse2_.watched(travel - snap_start);
   return peak + (snap - peak) * u * u * (3.0f - fast::scaled<1>(u));
 }
 

@@ -7,7 +7,7 @@ namespace laws {
 namespace cat {
 
 constexpr uint8_t kParameters = 8, kStates = 12;
-constexpr uint32_t kFingerprint = 0xb6fe5b60;
+constexpr uint32_t kFingerprint = 0x03b8a361;
 
 enum Parameter : uint8_t {
   // N
@@ -33,9 +33,10 @@ enum : uint8_t { anchor = 0, phase = 1, breath = 2, contentment = 3, swat = 4, s
 
 // Return the hand's pace in m/s as the cat feels it, and the value half-way to it.
 static laws::Results<float, float> noticed(float way, float nearly, float pace, float dt) {
-  nearly = nearly + (way - nearly * dt) / laws::divisor(0.01f + dt);
-  return laws::Results<float, float>{nearly, pace + (nearly - pace) * dt / laws::divisor(0.01f
-      + dt)};
+  static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
+  nearly = nearly + (way - nearly * dt) * inverse1_.watched(0.01f + dt);
+  return laws::Results<float, float>{nearly, pace + (nearly - pace) * dt
+      * inverse1_.watched(0.01f + dt)};
 }
 
 // Return the contentment gained per metre to the right in a hand's way, by its pace in m/s.

@@ -112,11 +112,11 @@ FAST_ONCE int8_t option(float choice) {
 
 // The inverse of what seldom changes: comparing is far cheaper than dividing.
 struct Inverse {
-  uint32_t key;
+  uint32_t key;  // the number's bits turned round, so that what starts as 0 is no finite number
   float value;
 
   FAST_APART float of(float b) {
-    const uint32_t bits = fast::bits(b);
+    const uint32_t bits = ~fast::bits(b);
     if (bits != key) {
       key = bits;
       value = 1.0f / b;
@@ -132,5 +132,4 @@ struct Inverse {
 
 }  // namespace laws
 
-// The bits of no finite number: the first inverse is always reckoned.
-#define LAWS_NO_INVERSE {0xffffffffUL, 0.0f}
+#define LAWS_NO_INVERSE {0, 0.0f}

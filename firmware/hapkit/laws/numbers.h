@@ -10,7 +10,9 @@ namespace numbers {
 // Return (force, anchor, stuck): a spring and damper to an anchor that holds up to `static`.
 static laws::Results<float, float, int8_t> sticking_tether(float x, float before, float anchor,
     float stuck, float stiffness, float damping, float static_, float kinetic, float dt) {
-  const float shock = damping / dt;
+  static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
+  static laws::Inverse inverse2_ = LAWS_NO_INVERSE;
+  const float shock = damping * inverse1_.of(dt);
   const float pull = stiffness * (anchor - x) + shock * (before - x);
   const bool turned = fast::below_zero(pull * (anchor - before));
   const bool held = stuck > 0.5f || turned || fast::magnitude(pull) < 0.9997f * kinetic;
@@ -18,19 +20,20 @@ static laws::Results<float, float, int8_t> sticking_tether(float x, float before
     return laws::Results<float, float, int8_t>{pull, anchor, 1};
   }
   const float force_ = fast::signed_as(kinetic, pull);
-  const float stretch = (force_ + shock * (anchor - before)) / (stiffness + shock);
+  const float stretch = (force_ + shock * (anchor - before)) * inverse2_.of(stiffness + shock);
   return laws::Results<float, float, int8_t>{force_, x + stretch, 0};
 }
 
 // Return (force, anchor): a spring to an anchor that is dragged along once it would pull beyond
 // `limit`.
 FAST_ONCE laws::Results<float, float> tether(float x, float anchor, float stiffness, float limit) {
+  static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   const float pull = stiffness * (anchor - x);
   if (fast::magnitude(pull) <= limit) {
     return laws::Results<float, float>{pull, anchor};
   }
   const float force_ = fast::signed_as(limit, pull);
-  return laws::Results<float, float>{force_, x + force_ / stiffness};
+  return laws::Results<float, float>{force_, x + force_ * inverse1_.of(stiffness)};
 }
 
 // Return (force, anchor, stuck) by Karnopp's rule: held within a band of speed, sliding beyond it.
@@ -48,16 +51,18 @@ static laws::Results<float, float, int8_t> banded(float x, float v, float anchor
 
 // Return the level of friction in N >= 0 at a speed: from static at rest down to kinetic.
 static float stribeck(float velocity, float static_, float kinetic, float stribeck_velocity) {
-  const float ratio = velocity / stribeck_velocity;
+  static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
+  const float ratio = velocity * inverse1_.of(stribeck_velocity);
   return kinetic + (static_ - kinetic) * fast::exp(-ratio * ratio);
 }
 
 // Return the bend in m of a bristle after its root moved: towards level / stiffness, never beyond.
 static float bristle(float bend, float moved, float level, float stiffness) {
+  static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   if (fast::to_zero(level)) {
     return 0.0f;
   }
-  const float end = fast::signed_as(level / stiffness, moved);
+  const float end = fast::signed_as(level * inverse1_.of(stiffness), moved);
   return end + (bend - end) * fast::exp(-stiffness * fast::magnitude(moved) / level);
 }
 
