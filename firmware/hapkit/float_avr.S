@@ -118,4 +118,151 @@ large:
   rjmp unknown
   .size __mulsf3, .-__mulsf3
 
+; Add and subtract, in less than two thirds of the library's time. Rounds to the nearest, to the even one of two
+; where no bit of the smaller number lies below an eighth bit behind the last, else within a neighbour; what is
+; too small is zero. Infinities and what is not a number go the way that IEEE 754 says.
+  .type __addsf3, @function
+  .type __subsf3, @function
+  .global __subsf3
+__subsf3:
+  subi r21, 0x80
+  .global __addsf3
+__addsf3:
+  mov r30, r25        ; sign of the larger
+  mov r0, r25
+  eor r0, r21
+  bst r0, 7           ; T: the signs differ
+  lsl r24             ; exponents to r25 and r21
+  rol r25
+  lsl r20
+  rol r21
+  cp r22, r18
+  cpc r23, r19
+  cpc r24, r20
+  cpc r25, r21
+  brsh 1f
+  movw r26, r22       ; the larger one first
+  movw r22, r18
+  movw r18, r26
+  movw r26, r24
+  movw r24, r20
+  movw r20, r26
+  brtc 1f
+  com r30
+1:cpi r25, 0xff
+  brne 10f
+  rjmp odd
+10:
+  tst r21
+  breq alone
+  mov r31, r25
+  sub r31, r21        ; places that the smaller one moves
+  cpi r31, 26
+  brsh alone
+  sec
+  ror r24
+  sec
+  ror r20
+  clr r26             ; what lies below
+2:cpi r31, 8
+  brlo 3f
+  mov r26, r18
+  mov r18, r19
+  mov r19, r20
+  clr r20
+  subi r31, 8
+  rjmp 2b
+3:tst r31
+  breq 5f
+4:lsr r20
+  ror r19
+  ror r18
+  ror r26
+  dec r31
+  brne 4b
+5:brts minus
+  add r22, r18
+  adc r23, r19
+  adc r24, r20
+  brcc nearest
+  ror r24
+  ror r23
+  ror r22
+  ror r26
+  inc r25
+  cpi r25, 0xff
+  breq infinite
+nearest:
+  lsl r26
+  brcc pack
+  brne 6f
+  sbrs r22, 0
+  rjmp pack
+6:subi r22, 0xff
+  sbci r23, 0xff
+  sbci r24, 0xff
+  brcs pack
+  inc r25
+pack:
+  lsl r24
+join:
+  lsr r25
+  ror r24
+  bst r30, 7
+  bld r25, 7
+  ret
+alone:
+  tst r25
+  brne join
+  brtc 7f             ; two zeros: negative only if both are
+nothing:
+  clr r30
+7:clr r25
+  clr r24
+  movw r22, r24
+  rjmp join
+minus:
+  neg r26
+  sbc r22, r18
+  sbc r23, r19
+  sbc r24, r20
+  brmi nearest
+  breq nothing
+8:tst r24
+  brne 9f
+  mov r24, r23
+  mov r23, r22
+  mov r22, r26
+  clr r26
+  subi r25, 8
+  brcs nothing
+  breq nothing
+  tst r24
+  brpl 8b
+  rjmp nearest
+9:dec r25
+  breq nothing
+  lsl r26
+  rol r22
+  rol r23
+  rol r24
+  brpl 9b
+  rjmp nearest
+odd:
+  mov r0, r24
+  or r0, r23
+  or r0, r22
+  brne 10f
+  brtc infinite
+  cpi r21, 0xff
+  brne infinite
+10:
+  rjmp unknown
+infinite:
+  clr r24
+  clr r23
+  clr r22
+  rjmp join
+  .size __addsf3, .-__addsf3
+
 #endif
