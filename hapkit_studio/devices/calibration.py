@@ -30,6 +30,16 @@ class DoubtError(DeviceError):
     """Something is not as it must be, so the force went to zero."""
 
 
+class LateError(DoubtError):
+    """The computer was late, so the board cut its motor off in mid-motion: that says nothing of the kit."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "This computer was late, so the board switched its motor off for a moment. That is no fault of "
+            "the kit. Close other programs, then try again."
+        )
+
+
 @dataclass(frozen=True)
 class Limits:
     """What a run may do at most: force N, distance from where it began m, speed m/s."""
@@ -82,6 +92,7 @@ class _Motion:
     def __init__(self, quantum: float):
         self._quantum = quantum
         self._last: Sample | None = None
+        self.driven = self._obeyed = False
         self.t = self.x = self.v = 0.0
 
     def take(self, sample: Sample) -> None:
@@ -92,6 +103,13 @@ class _Motion:
             if dt > 0.0:
                 self.v += (1.0 - math.exp(-2.0 * math.pi * _CUTOFF * dt)) * ((x - self.x) / dt - self.v)
         self.x, self._last = x, sample
+
+    def cut(self, sample: Sample) -> bool:
+        """Return whether the board, that obeyed before, has cut a force because nothing came for too long."""
+        off = bool(sample.flags & BoardFlag.WATCHDOG)
+        cut = off and self._obeyed and self.driven
+        self._obeyed = self._obeyed or not off
+        return cut
 
 
 class Bench:
@@ -187,8 +205,11 @@ class Bench:
         if self.stopped:
             self.board.tell(Stop())
             raise StoppedError("Stopped. Force is zero.")
+        if motion.cut(sample):
+            raise LateError
         _doubt(sample, motion, limits, start)
         force = move(motion.t, motion.x, motion.v)
+        motion.driven = force != 0.0
         if not math.isfinite(force):
             raise DoubtError("The force is no number. Force is zero.")
         self.board.tell(Force(sample.seq, min(max(force, -limits.force), limits.force)))

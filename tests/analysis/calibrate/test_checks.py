@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from hapkit_studio.analysis.calibrate import checks
 from hapkit_studio.analysis.calibrate.checks import CHECKS, run_all
 from hapkit_studio.devices.calibration import Bench, StoppedError
 from hapkit_studio.devices.profiles import default
-from hapkit_studio.protocol.messages import Origin
+from hapkit_studio.protocol.messages import Force, Origin
 from tests.devices.paddle_kit import PaddleKit
 
 
@@ -69,6 +70,57 @@ def test_a_board_that_does_not_go_off_gets_no_more_force():
     report = run_all(bench)
     assert report.verdicts["stopping"].key == "stop"
     assert max(kit.forces) <= 0.05
+
+
+class Late(PaddleKit):
+    """A kit whose computer says nothing for 40 ms in the middle of every push, so many times."""
+
+    def __init__(self, times):
+        super().__init__()
+        self.times, self.mute = times, 0
+
+    def tell(self, *messages):
+        pushed = max((abs(m.force) for m in messages if isinstance(m, Force)), default=0.0)
+        if pushed >= 0.1 and self.times and not self.mute and abs(self.pwm):
+            self.times, self.mute = self.times - 1, 40
+        if not self.mute or not pushed:
+            super().tell(*messages)
+        self.mute = max(self.mute - 1, 0)
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_computer_that_was_late_once_or_twice_tries_again(times):
+    kit = Late(times)
+    kit.origin = Origin.STORED
+    bench = Bench(kit)
+    bench.open()
+    report = run_all(bench)
+    assert kit.times == 0
+    assert report.good, report.verdicts
+
+
+def test_a_computer_that_is_always_late_is_told_so_and_not_the_kit():
+    bench = Bench(Late(10**6))
+    bench.open()
+    verdict = run_all(bench).verdicts["direction"]
+    assert verdict.key == "late"
+    assert "This computer was late" in verdict.words
+    assert "No fault of the kit" in verdict.remedy
+
+
+def test_a_board_that_heard_its_last_force_late_is_no_board_that_stays_on():
+    kit, waiting = PaddleKit(), []
+
+    def late(*messages, tell=kit.tell):
+        """Pass everything on 80 samples later, as a computer does that was away for a while."""
+        waiting.append((kit.seq + 80, messages))
+        while waiting and waiting[0][0] <= kit.seq:
+            tell(*waiting.pop(0)[1])
+
+    kit.tell = late
+    bench = Bench(kit)
+    bench.open()
+    assert checks.stopping(bench).key not in ("stop", "watchdog")
 
 
 def test_e_stop_ends_all_of_it():
