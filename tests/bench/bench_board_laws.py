@@ -1,0 +1,76 @@
+"""Every law on the board at its fastest rate: jitter and share of the processor, counted in simavr."""
+
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.devices import virtual_board
+from hapkit_studio.dynamics.estimators import design
+from hapkit_studio.protocol.messages import Estimator, Loop, Telemetry
+from tests.bench.frame import Row
+from tests.firmware.board_runs import Rendering, render
+from tests.firmware.vb import QUANTUM
+
+NAME = "board_laws"
+ORDER = 42
+SECONDS = 0.4
+MOST = 0.80
+"""Share of the processor that a law, with telemetry, may take."""
+SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.3 hand -0.03 300 4 0.05 0.1", "0.45 hand 0.03 300 4 0.05 0.05")
+# The choices that cost most or that a rate of their own is promised for; the others run with the defaults.
+CHOICES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "friction": ("model", ("karnopp", "tether", "lugre")),
+    "texture": ("kind", ("bands", "grating", "sandpaper")),
+    "bump_valley": ("profile", ("gaussian", "cosine")),
+    "mass_spring_damper": ("integrator", ("semi_implicit", "verlet", "exact", "rk4")),
+    "puck": ("integrator", ("semi_implicit", "verlet", "exact", "rk4")),
+}
+
+
+def run() -> list[Row]:
+    """Return three rows a law and choice; nothing where the virtual board is not built."""
+    if not virtual_board.built():
+        print("  the virtual board is not built: make firmware", file=sys.stderr)
+        return []
+    found = []
+    for key in environments.discover():
+        name, options = CHOICES.get(key, ("", ("",)))
+        for option in options:
+            found += _rows(key, {name: option} if name else {})
+    return found
+
+
+def rendered(key: str, given: dict[str, str]) -> tuple[int, Rendering]:
+    """Return the fastest rate in Hz of a law with these choices, and a run at it, the handle led about."""
+    environment = environments.named(key)
+    values = environment.values(given)
+    rate = environment.board_rate(values)
+    _, numbers = design("kalman", float(rate), QUANTUM)
+    loop = Loop(rate, Estimator.KALMAN, float(numbers[0]), float(numbers[1] * rate))
+    with tempfile.TemporaryDirectory() as folder:
+        return rate, render(Path(folder), key, tuple(values.values()), rate, SECONDS, SWEEP, loop)
+
+
+def jitter(shown: list[Telemetry], rate: int) -> float:
+    """Return by how much in µs two samplings were, at most, farther apart or closer than their ticks say."""
+    ticks = np.diff([row.seq for row in shown]) & 0xFFFF
+    apart = np.diff([row.time_us for row in shown])
+    return float(np.abs(apart - ticks * 1e6 / rate).max())
+
+
+def _rows(key: str, given: dict[str, str]) -> list[Row]:
+    rate, run = rendered(key, given)
+    skipped = run.telemetry[-1].overruns
+    what = f"{', '.join([key, *given.values()])} on the board at {rate:,} Hz"
+    share = 100.0 * run.share
+    told = f" ({skipped} ticks skipped)" if skipped else ""
+    ok = run.share <= MOST and not skipped
+    off = run.summary["interrupts_off_cycles"]
+    return [
+        Row(f"{what}: processor{told}", share, "%", target=f"≤ {100 * MOST:.0f} %", ok=ok),
+        Row(f"{what}: jitter of the sampling", jitter(run.telemetry, rate), "µs"),
+        Row(f"{what}: interrupts off at most", off, "cycles", target="≤ 250", ok=off <= 250),
+    ]
