@@ -30,13 +30,8 @@ inline float number(uint32_t b) {
   return x;
 }
 
-inline uint32_t read(const uint32_t* table) {
-#ifdef __AVR__
-  return pgm_read_dword(table);
-#else
-  return *table;
-#endif
-}
+// A number of 24 bits in a table, on a PC.
+inline uint32_t read(const uint8_t* at) { return at[0] | at[1] << 8 | static_cast<uint32_t>(at[2]) << 16; }
 
 inline int16_t read(const int16_t* table) {
 #ifdef __AVR__
@@ -105,12 +100,12 @@ namespace detail {
 
 // A table's value d / 2^16 of the way from one point to the next, on the straight line, in the lower 24 bits;
 // the upper 8 say how far the curve lies beside it: d (1 - d) times the value.
-FAST_ONCE uint32_t between(const uint32_t* table, uint16_t d) {
+FAST_ONCE uint32_t between(const uint8_t* table, uint16_t d) {
 #ifdef __AVR__
   uint32_t found;
   uint8_t a0, a1, s0, s1, s2;
   // a: the value, of 24 bits; s: the step, of 18
-  asm("lpm %[a0], Z+\n\t lpm %[a1], Z+\n\t lpm %C[r], Z+\n\t adiw %[z], 1\n\t"
+  asm("lpm %[a0], Z+\n\t lpm %[a1], Z+\n\t lpm %C[r], Z+\n\t"
       "lpm %[s0], Z+\n\t lpm %[s1], Z+\n\t lpm %[s2], Z\n\t"
       "sub %[s0], %[a0]\n\t sbc %[s1], %[a1]\n\t sbc %[s2], %C[r]\n\t"
       // d (1 - d) in 8 bits, times the value's upper ones
@@ -129,7 +124,7 @@ FAST_ONCE uint32_t between(const uint32_t* table, uint16_t d) {
       : [d] "r"(d));
   return found;
 #else
-  const uint32_t a = read(table), step = read(table + 1) - a;
+  const uint32_t a = read(table), step = read(table + 3) - a;
   const uint8_t d8 = static_cast<uint8_t>(d >> 8);
   const uint8_t hill = static_cast<uint8_t>(d8 * (255 - d8) >> 6);
   const uint32_t bent = static_cast<uint32_t>(hill) * (a >> 16) >> 8;
@@ -197,7 +192,7 @@ FAST_ONCE float sine_of(uint32_t phase) {
   if (phase & 0x40000000UL) phase = ~phase;
   const uint8_t place = static_cast<uint8_t>(phase >> 24) & 63;
   const uint16_t d = static_cast<uint16_t>(phase >> 8);
-  const uint32_t found = detail::between(kSine + place, d);
+  const uint32_t found = detail::between(kSine + 3 * place, d);
   const uint32_t value = (found & 0xffffffUL) + static_cast<uint16_t>(static_cast<uint8_t>(found >> 24) * 5);
   if (value == 0) return 0.0f;
   return number((bits(static_cast<float>(static_cast<int32_t>(value))) - (23UL << 23)) | sign);
@@ -227,7 +222,7 @@ FAST_ONCE float exp(float x) {
   if (b & kSign) t = ~t;
   const int16_t upper = static_cast<int16_t>(t >> 16);
   if (upper < -126 * 64) return 0.0f;
-  const uint32_t found = detail::between(kPower + (upper & 63), static_cast<uint16_t>(t));
+  const uint32_t found = detail::between(kPower + 3 * (upper & 63), static_cast<uint16_t>(t));
   const uint16_t power = static_cast<uint16_t>((upper >> 6) + 126) << 7;
   const uint32_t value = (found & 0xffffffUL) - static_cast<uint8_t>(found >> 24);
   return number((static_cast<uint32_t>(power) << 16) + value);

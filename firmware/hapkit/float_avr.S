@@ -3,7 +3,7 @@
 // In r25..r22 and r21..r18, out r25..r22; as the compiler expects of its own function of this name.
 #ifdef __AVR__
 
-  .text
+  .section .text.avr-libc.fplib, "ax", @progbits  // beside the library's, which calls and is called nearby
   .type __mulsf3, @function
 
 zero:

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "build.h"
 #include "laws/table.h"
 #include "lock.h"
 
@@ -10,25 +11,21 @@
 #include <avr/pgmspace.h>
 #else
 #define memcpy_P memcpy
+#define strncpy_P strncpy
 #endif
 
 namespace render {
 namespace {
 
-#ifdef LAWS_CHOSEN  // somebody has said which laws are to be on the board
+// The Makefile has room for all, and somebody may have said which are to be on the board.
+#if defined(HAPKIT_ALL_LAWS) || defined(LAWS_CHOSEN)
 using laws::kCount;
 using laws::kTable;
 #else
-#define LAW(name, discrete) \
-  {#name, laws::name::kParameters, laws::name::kStates, discrete, laws::name::kFingerprint, \
-   laws::name::start, laws::name::force}
-
-// The laws that fit the chip.
-const laws::Law kTable[] PROGMEM = {
-    LAW(free, 0x0), LAW(spring, 0x0), LAW(wall, 0x18), LAW(damping, 0x0), LAW(friction, 0x1),
-    LAW(hard_surface, 0x8), LAW(bump_valley, 0x1c), LAW(texture, 0x1), LAW(button, 0x0), LAW(detents, 0x0),
-    LAW(cat, 0x80),
-};
+#define LAW(name, discrete)                                                                           \
+  {laws::name::kKey, laws::name::kParameters, laws::name::kStates, discrete, laws::name::kFingerprint, \
+   laws::name::start, laws::name::force},
+const laws::Law kTable[] PROGMEM = {HAPKIT_LAWS(LAW)};
 constexpr uint8_t kCount = sizeof(kTable) / sizeof(*kTable);
 #endif
 
@@ -44,7 +41,7 @@ bool describe(uint8_t number, protocol::LawName* name) {
   name->parameters = law.parameters;
   name->states = law.states;
   name->fingerprint = law.fingerprint;
-  memcpy(name->key, law.key, sizeof(name->key));
+  strncpy_P(name->key, law.key, sizeof(name->key));
   return true;
 }
 

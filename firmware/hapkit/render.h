@@ -82,7 +82,7 @@ class Renderer {
   float step_[protocol::kValues] = {};
   void (*start_)(float*) = nullptr;
   float (*force_)(const float*, float*, float, float, float) = nullptr;
-  uint32_t discrete_ = 0;  // bit i: parameter i is a choice
+  uint16_t discrete_ = 0;  // bit i: parameter i is a choice
   uint8_t parameters_ = 0;
   uint8_t states_ = 0;
   uint8_t turn_ = 0;        // which state is shown next

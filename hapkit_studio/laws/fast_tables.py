@@ -18,12 +18,15 @@ _HEAD = """\
 #define PROGMEM
 #endif
 
+// A number of 24 bits, the lowest byte first.
+#define FAST_24(n) n##L & 255, n##L >> 8 & 255, n##L >> 16
+
 namespace fast {
 """
 
 
 def _table(name: str, words: str, function: Callable[[float], float], unit: float) -> str:
-    numbers = [f"{round(function(i / PIECES) * unit)}" for i in range(PIECES + 1)]
+    numbers = [f"FAST_24({min(round(function(i / PIECES) * unit), 2**24 - 1)})" for i in range(PIECES + 1)]
     lines, line = [], " "
     for n in numbers:
         if len(line) + len(n) > 96:
@@ -31,7 +34,7 @@ def _table(name: str, words: str, function: Callable[[float], float], unit: floa
             line = " "
         line += f" {n},"
     rows = "\n".join([*lines, line])
-    return f"// {words}\nstatic const uint32_t {name}[{PIECES + 1}] PROGMEM = {{\n{rows}\n}};\n"
+    return f"// {words}\nstatic const uint8_t {name}[{3 * (PIECES + 1)}] PROGMEM = {{\n{rows}\n}};\n"
 
 
 def text() -> str:

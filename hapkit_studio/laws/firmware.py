@@ -34,10 +34,10 @@ namespace laws {
 
 // One law: the arguments of force are its parameters, its state, position m, velocity m/s and period s.
 struct Law {
-  char key[25];
+  const char* key;  // beside the table, in PROGMEM
   uint8_t parameters;
   uint8_t states;
-  uint32_t discrete;     // bit i: parameter i is one of a few options
+  uint16_t discrete;     // bit i: parameter i is one of a few options
   uint32_t fingerprint;  // of everything that the law runs
   void (*start)(float* s);
   float (*force)(const float* p, float* s, float x, float v, float dt);
@@ -74,16 +74,18 @@ def _checked(key: str, law: Law) -> CppLaw:
 def _table(made: Mapping[str, CppLaw]) -> str:
     """Return table.h: every law with what the board has to know of it."""
     includes = [f'#include "{key}.h"' for key in made]
-    rows = []
+    rows, keys = [], []
     for key, law in made.items():
         choices = sum(1 << i for i, p in enumerate(law.law.parameters) if isinstance(p, Choice))
         name = law.namespace
         counts = f"{name}::kParameters, {name}::kStates, 0x{choices:x}, {name}::kFingerprint"
-        rows.append(f'    {{"{key}", {counts},\n     {name}::start, {name}::force}},')
+        rows.append(f"    {{{name}::kKey, {counts},\n     {name}::start, {name}::force}},")
+        keys.append(f'namespace {name} {{ static const char kKey[] PROGMEM = "{key}"; }}')
     count = f"constexpr uint8_t kCount = {len(made)};\n"
+    names = "\n".join([*keys, ""])
     table = "\n".join(["static const Law kTable[kCount] PROGMEM = {", *rows, "};"])
     return "\n".join(
-        [_MADE, _SMALL, *includes, "", _AGAIN, _TABLE, count, table, "", "}  // namespace laws", ""]
+        [_MADE, _SMALL, *includes, "", _AGAIN, _TABLE, names, count, table, "", "}  // namespace laws", ""]
     )
 
 

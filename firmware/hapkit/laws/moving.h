@@ -12,8 +12,21 @@ namespace {
 
 class Mass {
  public:
-  // The arguments of step(), as its caller sets them.
-  float method, x, v, before, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall;
+  // The arguments of step(), as its caller sets them; what is used most comes first, where one instruction
+  // reaches it.
+  float x, v, touch, speed, friction, pad, h, reach;
+
+ private:
+  float inverse_, damping_, stiffness_, force_, span_;
+  uint8_t order_;
+  bool touching_, closing_, damped_;
+  int8_t beyond_;
+  float share_, end_, rate_;
+  enum : uint8_t { kPieces = 24, kOrders = 9 };
+  float term_[kOrders + 1];
+
+ public:
+  float method, before, m, b, k, f, side, contact, wall;
 
   // Return position, velocity, and the acceleration before them.
   FAST_APART Results<float, float, float> step() {
@@ -29,8 +42,6 @@ class Mass {
   }
 
  private:
-  enum : uint8_t { kPieces = 24, kOrders = 9 };
-
   FAST_APART void mirror() {
     x = -x;
     v = -v;
@@ -273,22 +284,45 @@ class Mass {
     return share_ * span_;
   }
 
-  float inverse_, damping_, stiffness_, force_, span_, share_, end_, rate_;
-  float term_[kOrders + 1];
-  uint8_t order_;
-  bool touching_, closing_, damped_;
-  int8_t beyond_;
 };
 
 Mass mass;
 
 }  // namespace
 
-static float &with_method = mass.method, &with_x = mass.x, &with_v = mass.v, &with_before = mass.before,
-             &with_h = mass.h, &with_friction = mass.friction, &with_m = mass.m, &with_b = mass.b,
-             &with_k = mass.k, &with_f = mass.f, &with_touch = mass.touch, &with_side = mass.side,
-             &with_speed = mass.speed, &with_contact = mass.contact, &with_pad = mass.pad,
-             &with_reach = mass.reach, &with_wall = mass.wall;
+// The address is hidden from the compiler: a store beside it takes half of what one to a known place does.
+inline Mass* given() {
+  Mass* to = &mass;
+#ifdef __AVR__
+  asm("" : "+b"(to));
+#endif
+  return to;
+}
+
+template <float Mass::*place>
+struct With {
+  void operator=(float value) const { given()->*place = value; }
+};
+
+#define LAWS_WITH(name) static const With<&Mass::name> with_##name = {}
+LAWS_WITH(method);
+LAWS_WITH(x);
+LAWS_WITH(v);
+LAWS_WITH(before);
+LAWS_WITH(h);
+LAWS_WITH(friction);
+LAWS_WITH(m);
+LAWS_WITH(b);
+LAWS_WITH(k);
+LAWS_WITH(f);
+LAWS_WITH(touch);
+LAWS_WITH(side);
+LAWS_WITH(speed);
+LAWS_WITH(contact);
+LAWS_WITH(pad);
+LAWS_WITH(reach);
+LAWS_WITH(wall);
+#undef LAWS_WITH
 
 inline Results<float, float, float> step() { return mass.step(); }
 

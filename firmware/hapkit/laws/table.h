@@ -28,43 +28,57 @@ namespace laws {
 
 // One law: the arguments of force are its parameters, its state, position m, velocity m/s and period s.
 struct Law {
-  char key[25];
+  const char* key;  // beside the table, in PROGMEM
   uint8_t parameters;
   uint8_t states;
-  uint32_t discrete;     // bit i: parameter i is one of a few options
+  uint16_t discrete;     // bit i: parameter i is one of a few options
   uint32_t fingerprint;  // of everything that the law runs
   void (*start)(float* s);
   float (*force)(const float* p, float* s, float x, float v, float dt);
 };
 
+namespace free { static const char kKey[] PROGMEM = "free"; }
+namespace spring { static const char kKey[] PROGMEM = "spring"; }
+namespace wall { static const char kKey[] PROGMEM = "wall"; }
+namespace damping { static const char kKey[] PROGMEM = "damping"; }
+namespace friction { static const char kKey[] PROGMEM = "friction"; }
+namespace hard_surface { static const char kKey[] PROGMEM = "hard_surface"; }
+namespace bump_valley { static const char kKey[] PROGMEM = "bump_valley"; }
+namespace texture { static const char kKey[] PROGMEM = "texture"; }
+namespace button { static const char kKey[] PROGMEM = "button"; }
+namespace detents { static const char kKey[] PROGMEM = "detents"; }
+namespace mass_spring_damper { static const char kKey[] PROGMEM = "mass_spring_damper"; }
+namespace puck { static const char kKey[] PROGMEM = "puck"; }
+namespace cat { static const char kKey[] PROGMEM = "cat"; }
+
 constexpr uint8_t kCount = 13;
 
 static const Law kTable[kCount] PROGMEM = {
-    {"free", free::kParameters, free::kStates, 0x0, free::kFingerprint,
+    {free::kKey, free::kParameters, free::kStates, 0x0, free::kFingerprint,
      free::start, free::force},
-    {"spring", spring::kParameters, spring::kStates, 0x0, spring::kFingerprint,
+    {spring::kKey, spring::kParameters, spring::kStates, 0x0, spring::kFingerprint,
      spring::start, spring::force},
-    {"wall", wall::kParameters, wall::kStates, 0x18, wall::kFingerprint,
+    {wall::kKey, wall::kParameters, wall::kStates, 0x18, wall::kFingerprint,
      wall::start, wall::force},
-    {"damping", damping::kParameters, damping::kStates, 0x0, damping::kFingerprint,
+    {damping::kKey, damping::kParameters, damping::kStates, 0x0, damping::kFingerprint,
      damping::start, damping::force},
-    {"friction", friction::kParameters, friction::kStates, 0x1, friction::kFingerprint,
+    {friction::kKey, friction::kParameters, friction::kStates, 0x1, friction::kFingerprint,
      friction::start, friction::force},
-    {"hard_surface", hard_surface::kParameters, hard_surface::kStates, 0x8, hard_surface::kFingerprint,
+    {hard_surface::kKey, hard_surface::kParameters, hard_surface::kStates, 0x8, hard_surface::kFingerprint,
      hard_surface::start, hard_surface::force},
-    {"bump_valley", bump_valley::kParameters, bump_valley::kStates, 0x1c, bump_valley::kFingerprint,
+    {bump_valley::kKey, bump_valley::kParameters, bump_valley::kStates, 0x1c, bump_valley::kFingerprint,
      bump_valley::start, bump_valley::force},
-    {"texture", texture::kParameters, texture::kStates, 0x1, texture::kFingerprint,
+    {texture::kKey, texture::kParameters, texture::kStates, 0x1, texture::kFingerprint,
      texture::start, texture::force},
-    {"button", button::kParameters, button::kStates, 0x0, button::kFingerprint,
+    {button::kKey, button::kParameters, button::kStates, 0x0, button::kFingerprint,
      button::start, button::force},
-    {"detents", detents::kParameters, detents::kStates, 0x0, detents::kFingerprint,
+    {detents::kKey, detents::kParameters, detents::kStates, 0x0, detents::kFingerprint,
      detents::start, detents::force},
-    {"mass_spring_damper", mass_spring_damper::kParameters, mass_spring_damper::kStates, 0x40, mass_spring_damper::kFingerprint,
+    {mass_spring_damper::kKey, mass_spring_damper::kParameters, mass_spring_damper::kStates, 0x40, mass_spring_damper::kFingerprint,
      mass_spring_damper::start, mass_spring_damper::force},
-    {"puck", puck::kParameters, puck::kStates, 0x20, puck::kFingerprint,
+    {puck::kKey, puck::kParameters, puck::kStates, 0x20, puck::kFingerprint,
      puck::start, puck::force},
-    {"cat", cat::kParameters, cat::kStates, 0x80, cat::kFingerprint,
+    {cat::kKey, cat::kParameters, cat::kStates, 0x80, cat::kFingerprint,
      cat::start, cat::force},
 };
 
