@@ -43,9 +43,10 @@ def force(p, s, x, v, dt):
     if p.law == "gradient":
         push = gaussian_push(a) if p.profile == "gaussian" else math.sin(math.tau * a)
         return sign * p.peak_force * push
-    level = gaussian_rise(a) / gaussian_rise(0.0)
     if p.profile == "cosine":
         level = cosine_rise(a) / cosine_rise(0.0)
+    else:
+        level = gaussian_rise(a) / gaussian_rise(0.0)
     return -sign * p.peak_force * level
 
 

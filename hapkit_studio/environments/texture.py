@@ -4,30 +4,15 @@ import math
 
 import numpy as np
 
+from hapkit_studio.dynamics.grains import sandpaper
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
 KINDS = ("bands", "grating", "sandpaper")
 BANDS, GRATING = 0, 1
-# Sandpaper repeats after this many half wavelengths. Cubes of whole numbers below this prime are all
-# different modulo it, and small enough to be exact in single precision: the board draws the same grains.
-GRAINS = 251
 # the steepest slope of 16 u² (1 − u)², at u = (1 − 1/√3) / 2
 STEEPEST = 16.0 * math.sqrt(3.0) / 9.0
-
-
-def wrapped(n):
-    """Return a whole number modulo the number of grains."""
-    return n - GRAINS * math.floor(n / GRAINS)
-
-
-def grain(n, seed):
-    """Return the height, 0 to 1, of grain n: each of 251 heights once, in an order that seems random."""
-    m = wrapped(n + 17.0 * seed)
-    m = wrapped(m * m * m) + seed + 1.0
-    m = wrapped(m)
-    return wrapped(m * m * m) / (GRAINS - 1.0)
 
 
 @law
@@ -37,11 +22,7 @@ def force(p, s, x, v, dt):
         return p.amplitude * math.sin(math.tau * u)
     if p.kind == "bands":
         return -p.damping * v if u - math.floor(u) < 0.5 else 0.0
-    n = math.floor(2.0 * u)
-    u = 2.0 * u - n
-    seed = math.floor(p.seed)
-    bend = 4.0 * u * (1.0 - u)
-    return p.amplitude * (grain(n, seed) - grain(n + 1.0, seed)) * bend * bend
+    return sandpaper(2.0 * u, p.amplitude, p.seed)
 
 
 def steepness(values):

@@ -12,7 +12,10 @@ from hapkit_studio.laws.names import Names
 from hapkit_studio.laws.translate import LAW_START, rewritten
 
 # What a translation would be too slow for; the differential tests hold it to the original.
-BY_HAND = {"hapkit_studio.dynamics.integrators.step": "moving.h"}
+BY_HAND = {
+    "hapkit_studio.dynamics.integrators.step": "moving.h",
+    "hapkit_studio.dynamics.grains.sandpaper": "grains.h",
+}
 _SHARED = PREFIX + "shared__"
 _START = len(ast.parse(LAW_START).body)
 

@@ -30,7 +30,7 @@ def laws(files: Sequence[Path] = ()) -> dict[str, Law]:
 
 def by_hand() -> dict[str, str]:
     """Return the sketch's headers that laws need besides the generated ones, by their names in its folder."""
-    names = ("fast.h", "laws/law.h", "laws/moving.h")
+    names = ("fast.h", "laws/law.h", "laws/moving.h", "laws/grains.h")
     return {name: (default_folder() / name).read_text(encoding="utf-8") for name in names}
 
 

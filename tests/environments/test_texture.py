@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
+from hapkit_studio.dynamics.grains import grain
 from hapkit_studio.environments.base import Conditions
-from hapkit_studio.environments.texture import grain
 from tests.environments.asking import force, forces, frequency
 from tests.environments.calling import LIBRARY
 

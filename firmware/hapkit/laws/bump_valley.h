@@ -7,7 +7,7 @@ namespace laws {
 namespace bump_valley {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0x0707d116;
+constexpr uint32_t kFingerprint = 0x2db04b45;
 
 enum Parameter : uint8_t {
   // N
@@ -28,15 +28,15 @@ static float gaussian_push(float a) {
   return 1.679339f * t * (fast::exp(-fast::scaled<-1>(t) * t) - 0.011108996f);
 }
 
+// Return the height, per width, of the cosine bump whose steepest slope is 1.
+static float cosine_rise(float a) {
+  return 0.15915494f * (1.0f + fast::cos_of_turns(a));
+}
+
 // Return the height, per width, of the gaussian bump whose steepest slope is 1.
 static float gaussian_rise(float a) {
   const float half = 18.0f * a * a;
   return 0.27988985f * (fast::exp(-half) - 0.011108996f * (5.5f - half));
-}
-
-// Return the height, per width, of the cosine bump whose steepest slope is 1.
-static float cosine_rise(float a) {
-  return 0.15915494f * (1.0f + fast::cos_of_turns(a));
 }
 
 inline void start(float*) {}
@@ -53,9 +53,11 @@ inline float unwatched(const float* p, float*, float x, float, float) {
     const float push = fast::is_zero(p[kProfile]) ? gaussian_push(a) : fast::sin_of_turns(a);
     return fast::flipped_by(p[kPeakForce], sign) * push;
   }
-  float level = 3.8053384f * gaussian_rise(a);
+  float level = 0.0f;
   if (fast::is(p[kProfile], 1.0f)) {
     level = 3.1415927f * cosine_rise(a);
+  } else {
+    level = 3.8053384f * gaussian_rise(a);
   }
   return fast::flipped_by(p[kPeakForce], -sign) * level;
 }

@@ -7,7 +7,7 @@ namespace laws {
 namespace texture {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0x861150a9;
+constexpr uint32_t kFingerprint = 0xc3499fe2;
 
 enum Parameter : uint8_t {
   // 0 bands, 1 grating, 2 sandpaper
@@ -21,36 +21,20 @@ enum Parameter : uint8_t {
   kSeed,
 };
 
-// Return a whole number modulo the number of grains.
-static float wrapped(float n) {
-  return n - 251.0f * fast::floor(0.003984064f * n);
-}
-
-// Return the height, 0 to 1, of grain n: each of 251 heights once, in an order that seems random.
-static float grain(float n, float seed) {
-  float m = wrapped(n + 17.0f * seed);
-  m = wrapped(m * m * m) + seed + 1.0f;
-  m = wrapped(m);
-  return 0.004f * wrapped(m * m * m);
-}
-
 inline void start(float*) {}
 
 // Return the force in N, positive to the right.
 inline float unwatched(const float* p, float*, float x, float v, float) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
-  float u = x * inverse1_.watched(p[kWavelength]);
+  const float u = x * inverse1_.watched(p[kWavelength]);
   if (fast::is(p[kKind], 1.0f)) {
     return p[kAmplitude] * fast::sin_of_turns(u);
   }
   if (fast::is_zero(p[kKind])) {
     return u - fast::floor(u) < 0.5f ? -p[kDamping] * v : 0.0f;
   }
-  const float n = fast::floor(fast::scaled<1>(u));
-  u = fast::scaled<1>(u) - n;
-  const float seed = fast::floor(p[kSeed]);
-  const float bend = fast::scaled<2>(u) * (1.0f - u);
-  return p[kAmplitude] * (grain(n, seed) - grain(n + 1.0f, seed)) * bend * bend;
+  return (numbers::with_u = fast::scaled<1>(u), numbers::with_amplitude = p[kAmplitude],
+      numbers::with_seed = p[kSeed], numbers::sandpaper());
 }
 
 inline float force(const float* p, float* s, float x, float v, float dt) {

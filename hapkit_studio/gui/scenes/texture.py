@@ -6,7 +6,8 @@ import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
-from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING, grain
+from hapkit_studio.dynamics.grains import grain
+from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING
 from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.declared import Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled, take_stem
