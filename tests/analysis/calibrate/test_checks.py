@@ -110,17 +110,19 @@ def test_a_computer_that_is_always_late_is_told_so_and_not_the_kit():
 
 def test_a_board_that_heard_its_last_force_late_is_no_board_that_stays_on():
     kit, waiting = PaddleKit(), []
+    hear, kit.tell = kit.tell, lambda *messages: waiting.append((kit.time, messages))
 
-    def late(*messages, tell=kit.tell):
-        """Pass everything on 80 samples later, as a computer does that was away for a while."""
-        waiting.append((kit.seq + 80, messages))
-        while waiting and waiting[0][0] <= kit.seq:
-            tell(*waiting.pop(0)[1])
+    def late(_kit):
+        """Pass everything on 80 ms later, as a computer does that was away for a while."""
+        while waiting and kit.time >= waiting[0][0] + 0.080:
+            hear(*waiting.pop(0)[1])
 
-    kit.tell = late
+    kit.student = late
     bench = Bench(kit)
     bench.open()
-    assert checks.stopping(bench).key not in ("stop", "watchdog")
+    verdict = checks.stopping(bench)
+    assert verdict.good, verdict
+    assert max(kit.forces) == pytest.approx(0.05)
 
 
 def test_e_stop_ends_all_of_it():
