@@ -155,7 +155,6 @@ class Engine(Controls):
         control = self._rig.control
         rate, late, missed_lately = self._watch.look(control, self._late)
         running = self._thread is not None and self._thread.is_alive()
-        gone = int(control[rig.FAULT]) == rig.DEVICE_GONE
         return Health(
             rate=rate,
             lateness_us=late,
@@ -167,7 +166,7 @@ class Engine(Controls):
             priority=self._priority_now(),
             delay=self._driver.delay(self._rig) if self._driver else self.loop.delay,
             running=running,
-            connected=running and not gone,
+            connected=running,  # a loop that the device has left ends at once, its words are there by then
             message=self._message,
             missed_lately=missed_lately,
         )
