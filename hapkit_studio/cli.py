@@ -34,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     except KeyboardInterrupt:
         return INTERRUPTED
-    return 0
+    return result.code
 
 
 def parser() -> argparse.ArgumentParser:

@@ -11,10 +11,11 @@ QUIET_SECONDS = 1.0
 
 @dataclass(frozen=True)
 class Result:
-    """A command's outcome: text for a person, one object for ``--json``."""
+    """A command's outcome: text for a person, one object for ``--json``; code: the exit code."""
 
     text: str
     as_json: dict
+    code: int = 0
 
 
 def _nothing(command: argparse.ArgumentParser) -> None:

@@ -3,6 +3,7 @@
 import argparse
 import sys
 
+from hapkit_studio import devices
 from hapkit_studio.commands.base import Command, Result
 from hapkit_studio.devices import discovery, flash
 from hapkit_studio.devices.flash_output import CONNECTING, STARTING, VERIFYING, WRITING
@@ -33,7 +34,16 @@ def avrdude_option(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Result:
     """Write the firmware, verify it and let the board say who it is."""
-    return flash_and_greet(options.port or _only_port(), options.hex, options.avrdude)
+    return flash_and_greet(port_to_flash(options.port), options.hex, options.avrdude)
+
+
+def port_to_flash(given: str | None) -> str:
+    """Return the port to write to, by default the only one; raise DeviceError for what needs no flashing."""
+    listed = {entry.key: entry.title for entry in devices.available()} if given else {}
+    ports = {port.path for port in discovery.ports()} if given in listed else set()
+    if given in listed and given not in ports:
+        raise DeviceError(f"{listed[given]} needs no flashing. Name a port: hapkit-studio flash PORT.")
+    return given or _only_port()
 
 
 def flash_and_greet(port: str, image: str | None, program: str | None) -> Result:

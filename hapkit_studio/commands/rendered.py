@@ -20,6 +20,8 @@ from hapkit_studio.haptics.ring import RingReader
 
 FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
+_WHOLE = 0.9
+"""Share of the time that samples must cover; less is said."""
 _MEASURING = 0.6
 """s in which the connection holds the force at zero and the computer's delay is measured."""
 
@@ -71,6 +73,22 @@ def play(engine: Engine, reader: RingReader, hand: Hand | None, seconds: float) 
         engine.move_hand(None)
     pieces.append(reader.read())
     return np.concatenate(pieces)
+
+
+def remarks(found: dict[str, Any], wish: float | None, seconds: float, got: float) -> tuple[str, ...]:
+    """Return what came otherwise than it was wished: the board's rate in Hz, the s of samples."""
+    said = []
+    rate = found[BOARD]["rate_Hz"]
+    if wish is not None and rate < wish:
+        said.append(
+            f"The board renders at {rate:,.0f} Hz, not at {wish:,.0f} Hz: this law has time for no more."
+        )
+    if got < _WHOLE * seconds:
+        said.append(
+            f"Only {got:.2f} s of samples came in {seconds:g} s; a computer that is busy, or a virtual board "
+            "on it, falls behind."
+        )
+    return tuple(said)
 
 
 def both(engine: Engine) -> dict[str, Any]:

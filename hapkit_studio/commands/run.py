@@ -84,7 +84,7 @@ def _of_run(done: api.Run, written: list[str], found: dict) -> Result:
     ]
     lines += rendered.words(found) if found else []
     lines += [*done.faults, *done.warnings] + [f"wrote {path}" for path in written]
-    return Result("\n".join(lines), numbers)
+    return Result("\n".join(lines), numbers, run_on.FAULT if found and done.faults else 0)
 
 
 def demo(path: str) -> Result:

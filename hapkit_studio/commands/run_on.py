@@ -16,6 +16,8 @@ from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.parameters import Parameter
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.1, 3600.0)
+FAULT = 2
+"""Exit code of a run that a fault has ended."""
 
 
 def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
@@ -45,7 +47,8 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
     if not len(table):
         raise ParameterError(f"Not one sample came in {seconds:g} s.")
     run = _as_run(table, engine, options, found)
-    return dataclasses.replace(run, faults=(fault.text,) if fault else ()), found
+    remarks = rendered.remarks(found, options.board_rate, seconds, float(run.time[-1]))
+    return dataclasses.replace(run, faults=(fault.text,) if fault else (), warnings=remarks), found
 
 
 def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:

@@ -5,6 +5,8 @@ from pathlib import Path
 
 PROCESSES = Path("/proc")
 LOCKS = Path("/var/lock")
+STUDIO = "Hapkit Studio"
+"""What a person calls the studio, whose process is a python."""
 
 
 def holder(port: str) -> str:
@@ -49,11 +51,17 @@ def _locked(port: str) -> Path | None:
     return process if process is not None and process.is_dir() else None
 
 
+def _is_studio(word: str) -> bool:
+    """Tell whether a word of a command line starts the studio: ``-m hapkit_studio``, or its own program."""
+    return word == "hapkit_studio" or Path(word).name in ("hapkit-studio", "hapkit-studio.exe")
+
+
 def _words(process: Path) -> str:
     """Return what a program calls itself, without its folder, and its number."""
     try:
-        first = (process / "cmdline").read_bytes().split(b"\0")[0].decode("utf-8", "replace")
-        name = Path(first).name or (process / "comm").read_text().strip()
+        line = (process / "cmdline").read_bytes().decode("utf-8", "replace").split("\0")
+        name = Path(line[0]).name or (process / "comm").read_text().strip()
+        name = STUDIO if any(map(_is_studio, line)) else name
     except OSError:
         name = "a program"
     return f"{name} (process {process.name})"

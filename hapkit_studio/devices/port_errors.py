@@ -34,6 +34,14 @@ def gone(port: str) -> PortGoneError:
     return PortGoneError(f"Hapkit on {port_name(port)} is gone. Force is zero. Looking again every second.")
 
 
+def not_there(port: str) -> PortGoneError:
+    """Return the error of a port that does not exist when it is to be opened."""
+    return PortGoneError(
+        f"{port_name(port)} is not there. Plug the board in, or see `hapkit-studio devices`.",
+        brief=str(gone(port)),  # a window goes on looking for it
+    )
+
+
 def busy(port: str, by: str = "") -> PortBusyError:
     """Return the error of a port that another program has opened."""
     by = by or holder(port) or "another program"
@@ -118,11 +126,11 @@ def unopened(port: str, error: OSError) -> DeviceError:
     """Return the error that fits an operating system's refusal to open a port."""
     number = error.errno
     if number is None and sys.platform == "win32":  # pyserial keeps only the text there
-        return busy(port) if "PermissionError" in str(error) else gone(port)
+        return busy(port) if "PermissionError" in str(error) else not_there(port)
     if number in _BUSY:
         return busy(port)
     if number in _FORBIDDEN:
         return forbidden(port)
     if number in _GONE:
-        return gone(port)
+        return not_there(port)
     return NotAHapkitError(f"{port_name(port)} is not a serial port. Choose another port.")

@@ -15,6 +15,8 @@ def place(wanted: str | Path) -> Path:
     Raise ParameterError for a name that the Arduino IDE does not take.
     """
     path = Path(wanted).expanduser()
+    if path.suffix and path.suffix != ENDING and not path.suffix[1:].isdigit():
+        raise ParameterError(f"A sketch's name ends in {ENDING}, or has no ending: not {path.suffix!r}.")
     name = path.name.removesuffix(ENDING)
     if not _NAME.fullmatch(name):
         raise ParameterError(

@@ -134,8 +134,11 @@ def test_port_in_use(fake):
 
 
 def test_port_missing():
-    expected = "Hapkit on ttyNONE7 is gone. Force is zero. Looking again every second."
-    assert failure(errors.PortGoneError, "/dev/ttyNONE7") == expected
+    with pytest.raises(errors.PortGoneError) as caught:
+        HapkitBoard("/dev/ttyNONE7").open()
+    expected = "ttyNONE7 is not there. Plug the board in, or see `hapkit-studio devices`."
+    assert str(caught.value) == expected
+    assert "Looking again every second" in caught.value.brief  # what a window does, and a command does not
 
 
 def test_not_a_serial_port_at_all(tmp_path):

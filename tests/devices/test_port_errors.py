@@ -101,6 +101,24 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake):
 
 
 @linux
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("/usr/bin/python3\0-m\0hapkit_studio\0", "Hapkit Studio"),
+        ("/home/a/.venv/bin/python\0/home/a/.venv/bin/hapkit-studio\0run\0", "Hapkit Studio"),
+        ("/usr/bin/python3\0/home/a/hapkit_studio.py\0", "python3"),
+    ],
+)
+def test_the_studio_is_called_by_its_name(monkeypatch, tmp_path, line, name):
+    monkeypatch.setattr(busy, "LOCKS", tmp_path)
+    monkeypatch.setattr(busy, "PROCESSES", tmp_path)
+    (tmp_path / "41").mkdir()
+    (tmp_path / "41" / "cmdline").write_text(line)
+    (tmp_path / "LCK..ttyUSB0").write_text("41\n")
+    assert busy.holder("/dev/ttyUSB0") == f"{name} (process 41)"
+
+
+@linux
 def test_a_lock_file_names_who_may_not_be_looked_into(monkeypatch, tmp_path):
     monkeypatch.setattr(busy, "LOCKS", tmp_path)
     monkeypatch.setattr(busy, "PROCESSES", tmp_path)

@@ -242,6 +242,13 @@ def test_a_name_that_the_ide_refuses_is_refused(name, tmp_path):
         sketch_file.place(tmp_path / name)
 
 
+@pytest.mark.parametrize("name", ["wall.txt", "wall.ino.bak", "wall.cpp"])
+def test_another_ending_is_refused(name, tmp_path):
+    with pytest.raises(ParameterError, match=r"ends in \.ino, or has no ending"):
+        sketch_file.write(tmp_path / name, "text")
+    assert not list(tmp_path.iterdir())
+
+
 @needs_ide
 def test_a_persons_words_stay_comments(archive, tmp_path):
     nasty = OWN.replace('"Ramp"', r'"Ramp \\\n#error"').replace('"Remembers"', r'"a \\\n#error b\\"')
