@@ -44,8 +44,9 @@ bool read(uint8_t* byte);
 // How many bytes can be queued for sending now.
 uint8_t room();
 
-// Queue bytes for sending, for which room was found. Main program only.
-void send(const uint8_t* bytes, uint8_t size);
+// Queue the frame of an identifier and a payload, and more delimiters behind it, for which room was found. Main
+// program only.
+void send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t more);
 
 // Sleep until a byte is received or this becomes true; return at once if it is so.
 void sleep_unless(const volatile bool& due);

@@ -8,11 +8,11 @@
 
 class Lock {
  public:
-  Lock() : status_(SREG) {
+  __attribute__((always_inline)) Lock() : status_(SREG) {
     cli();
     __asm__ volatile("" ::: "memory");
   }
-  ~Lock() {
+  __attribute__((always_inline)) ~Lock() {
     __asm__ volatile("" ::: "memory");
     SREG = status_;
   }

@@ -102,10 +102,29 @@ uint16_t shifted(uint16_t value, uint8_t places) {
 // below, and (step - 1/2)^2 = step (step - 1) + 1/4.
 uint8_t nearest_root(uint16_t square_less_quarter) {
   uint8_t root = 0;
+#ifdef __AVR__  // the compiler takes half as long again
+  uint8_t bit = 0x80, larger, below;
+  __asm__(
+      "1:\tmov %2, %0\n\t"
+      "or %2, %1\n\t"
+      "mov %3, %2\n\t"
+      "dec %3\n\t"
+      "mul %2, %3\n\t"
+      "cp %A4, r0\n\t"
+      "cpc %B4, r1\n\t"
+      "brlo 2f\n\t"
+      "mov %0, %2\n"
+      "2:\tlsr %1\n\t"
+      "brne 1b\n\t"
+      "clr __zero_reg__"
+      : "+&r"(root), "+&r"(bit), "=&r"(larger), "=&r"(below)
+      : "r"(square_less_quarter));
+#else
   for (uint8_t bit = 0x80; bit; bit >>= 1) {
     const uint8_t larger = root | bit;
     if (static_cast<uint16_t>(larger * static_cast<uint8_t>(larger - 1)) <= square_less_quarter) root = larger;
   }
+#endif
   return root;
 }
 

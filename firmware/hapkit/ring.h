@@ -18,19 +18,6 @@ class Ring {
     return true;
   }
 
-  // Put several bytes for which there is room; the reader sees them all at once.
-  void push(const uint8_t* bytes, uint8_t size) {
-    uint8_t next = head_;
-    volatile uint8_t* place = bytes_ + next;
-    for (; size; --size) {
-      ++place;
-      if (next == kMask) place = bytes_;
-      next = (next + 1) & kMask;
-      *place = *bytes++;
-    }
-    head_ = next;
-  }
-
   bool pop(uint8_t* byte) {
     if (head_ == tail_) return false;
     const uint8_t next = (tail_ + 1) & kMask;
@@ -40,6 +27,8 @@ class Ring {
   }
 
   uint8_t room() const { return static_cast<uint8_t>(tail_ - head_ - 1) & kMask; }
+  uint8_t written() const { return head_; }  // the place last written
+  uint8_t read() const { return tail_; }     // and the one last read
   bool empty() const { return head_ == tail_; }
 
   // For a reader or writer in assembler: the bytes, then the place last written, then the place last read.

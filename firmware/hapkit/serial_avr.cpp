@@ -109,8 +109,83 @@ bool board::read(uint8_t* byte) { return received.pop(byte); }
 
 uint8_t board::room() { return to_send.room(); }
 
-void board::send(const uint8_t* bytes, uint8_t size) {
-  to_send.push(bytes, size);
+// Frame::Writer in one pass, and 29 cycles a byte. Where the body ends, the CRC's high byte is taken as the next
+// one; that moves its low byte up, which is the one after.
+void board::send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t more) {
+  uint8_t high = 0xff, low = 0xff, left = size + 1, parts = 2, count = 1, mix, after;
+  uint16_t code;
+  __asm__ volatile(
+      "lds r26, %[ring]+%[head]\n\t"
+      "inc r26\n\t"
+      "andi r26, %[mask]\n\t"
+      "clr r27\n\t"
+      "subi r26, lo8(-(%[ring]))\n\t"
+      "sbci r27, hi8(-(%[ring]))\n\t"
+      "movw %[code], r26\n\t"
+      "rcall 7f\n\t"
+      "rjmp 2f\n"
+      "1:\tld %[id], Z+\n"
+      "2:\teor %[high], %[id]\n\t"
+      "mov %[mix], %[high]\n\t"
+      "swap %[mix]\n\t"
+      "andi %[mix], 15\n\t"
+      "eor %[high], %[mix]\n\t"
+      "mov %[mix], %[high]\n\t"
+      "swap %[mix]\n\t"
+      "andi %[mix], 240\n\t"
+      "eor %[low], %[mix]\n\t"
+      "lsl %[mix]\n\t"
+      "eor %[mix], %[high]\n\t"
+      "lsr %[high]\n\t"
+      "lsr %[high]\n\t"
+      "lsr %[high]\n\t"
+      "eor %[high], %[low]\n\t"
+      "mov %[low], %[mix]\n\t"
+      "tst %[id]\n\t"
+      "breq 4f\n\t"
+      "st X+, %[id]\n\t"
+      "inc %[count]\n\t"
+      "cpi r26, lo8(%[ring]+%[head])\n\t"
+      "breq 5f\n"
+      "3:\tdec %[left]\n\t"
+      "brne 1b\n\t"
+      "inc %[left]\n\t"
+      "mov %[id], %[high]\n\t"
+      "dec %[parts]\n\t"
+      "brpl 2b\n\t"
+      "rcall 6f\n\t"
+      "rjmp 9f\n"
+      "4:\trcall 6f\n\t"
+      "movw %[code], r26\n\t"
+      "ldi %[count], 1\n\t"
+      "rcall 7f\n\t"
+      "rjmp 3b\n"
+      "5:\trcall 8f\n\t"
+      "rjmp 3b\n"
+      "6:\tmov %[mix], r26\n\t"  // the block's code
+      "mov %[after], r27\n\t"
+      "movw r26, %[code]\n\t"
+      "st X, %[count]\n\t"
+      "mov r26, %[mix]\n\t"
+      "mov r27, %[after]\n\t"
+      "ret\n"
+      "7:\tadiw r26, 1\n\t"  // the next place
+      "cpi r26, lo8(%[ring]+%[head])\n\t"
+      "brne 10f\n"
+      "8:\tldi r26, lo8(%[ring])\n\t"
+      "ldi r27, hi8(%[ring])\n"
+      "10:\tret\n"
+      "11:\trcall 7b\n"
+      "9:\tst X, __zero_reg__\n\t"
+      "dec %[more]\n\t"
+      "brpl 11b\n\t"
+      "subi r26, lo8(%[ring])\n\t"
+      "sts %[ring]+%[head], r26"
+      : [id] "+&r"(id), [high] "+&r"(high), [low] "+&r"(low), [left] "+&r"(left), [parts] "+&r"(parts),
+        [count] "+&d"(count), [more] "+&r"(more), [mix] "=&d"(mix), [after] "=&r"(after), [code] "=&r"(code),
+        "+&z"(payload)
+      : [ring] "i"(&to_send), [head] "M"(to_send.kHead), [mask] "M"(to_send.kMask)
+      : "r26", "r27", "memory");
   const Lock lock;  // the interrupt changes this register too
   // A tick in between may have let all of it go; the interrupt sends without a look whether anything is left.
   if (!to_send.empty()) UCSR0B |= _BV(UDRIE0);
@@ -118,9 +193,10 @@ void board::send(const uint8_t* bytes, uint8_t size) {
 
 // Interrupts come on again with the instruction before the sleep, so none is missed between look and sleep.
 void board::sleep_unless(const volatile bool& due) {
+  const uint8_t read = received.read();
   for (;;) {
     cli();
-    if (due || !received.empty()) break;
+    if (due || received.written() != read) break;
     sei();
     sleep_cpu();
   }

@@ -1,5 +1,7 @@
 #include "fake_board.h"
 
+#include "frame.h"
+
 #include <cstddef>
 
 namespace fake {
@@ -103,7 +105,14 @@ void board::configure(const protocol::Board& kit) {
 void board::hold(bool on) { fake::held = on; }
 bool board::read(uint8_t*) { return false; }
 uint8_t board::room() { return fake::room; }
-void board::send(const uint8_t* bytes, uint8_t size) { fake::sent.insert(fake::sent.end(), bytes, bytes + size); }
+void board::send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t more) {
+  const auto queue = [](const uint8_t* bytes, uint8_t n) { fake::sent.insert(fake::sent.end(), bytes, bytes + n); };
+  frame::Writer<decltype(queue)> writer(queue);
+  writer.put(id);
+  writer.put(payload, size);
+  writer.finish();
+  fake::sent.insert(fake::sent.end(), more, 0);
+}
 void board::set_motor(int16_t pwm) { fake::pwm = pwm; }
 uint32_t board::now_us() { return fake::now_us; }
 uint8_t board::lost_bytes() { return fake::lost; }

@@ -210,8 +210,7 @@ TEST(ring_keeps_order_and_refuses_when_full) {
     uint8_t byte;
     CHECK(ring.pop(&byte) && byte == next_out++);
     CHECK(ring.pop(&byte) && byte == next_out++);
-    const uint8_t two[] = {next_in++, next_in++};
-    ring.push(two, sizeof(two));
+    CHECK(ring.push(next_in++) && ring.push(next_in++));
     for (int i = 0; i < 1 + turn % 7; ++i) CHECK(ring.pop(&byte) && byte == next_out++);
   }
   uint8_t byte;
