@@ -25,12 +25,7 @@ constexpr protocol::Loop kUsualLoop = {profile::kSampleRate, protocol::kEstimato
 // Ticks have begun already; until their design is there they skip.
 void Controller::begin() {
   loop_ = kUsualLoop;
-  start_over();
-}
-
-void Controller::start_over() {
   redesign();
-  known_ = false;
 }
 
 void Controller::receive(uint8_t byte) {
@@ -134,12 +129,13 @@ void Controller::set_loop(const protocol::Loop& loop) {
   redesign();
 }
 
-// The zero may be elsewhere now, so whatever was rendered ends.
+// The zero may be elsewhere now, so whatever was rendered ends; the sensor tells the next tick that no handle
+// moved.
 void Controller::set_kit(const protocol::Board& kit) {
   renderer_.leave();
   off();
   answers_.want_settings(!settings::accept(kit));
-  start_over();
+  redesign();
 }
 
 void Controller::set_stream(const protocol::Stream& stream) {

@@ -45,7 +45,6 @@ class Controller {
   void leave_law();
   void off();
   void redesign();
-  void start_over();
   void report();
   uint8_t overrun_flag();
 
@@ -77,7 +76,6 @@ class Controller {
   // Handed to the tick.
   estimator::Design next_ = {};  // taken over after a period of its length
   volatile bool next_ready_ = false;
-  volatile bool known_ = false;  // where the handle was before; else the next tick begins to estimate anew
 
   // The tick's; the main program reads the last four under a Lock.
   estimator::Estimator estimator_;

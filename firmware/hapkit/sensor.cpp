@@ -19,6 +19,7 @@ int8_t sense = 1;
 int32_t zero_number = 0;  // the zero as the settings write it
 int32_t zero = 0;         // and its repeat that is in use
 bool started = false;
+volatile bool moved = true;  // the counts have, not the handle
 int32_t position = 0;     // before sense and zero
 uint8_t doubt = 0;
 bool doubted = false;
@@ -57,6 +58,7 @@ void start(const protocol::Board& kit) {
   zero_number = kit.zero;
   flips.start(kind == protocol::kSensorQuadrature ? 0 : range);
   started = false;
+  moved = true;
   position = 0;
   zero = 0;
   doubt = 0;
@@ -68,6 +70,7 @@ void change(const protocol::Board& kit) {
   zero += kit.zero - zero_number;
   zero_number = kit.zero;
   sense = kit.sense;
+  moved = true;
 }
 
 int32_t count(uint16_t raw, bool failed) {
@@ -75,12 +78,20 @@ int32_t count(uint16_t raw, bool failed) {
   const bool useless = (failed && !counted) || broken(raw);
   if (!useless) {
     position = flips.update(raw);
-    if (!started) zero = nearest_zero(position);
-    started = true;
+    if (!started) {
+      zero = nearest_zero(position);
+      moved = started = true;
+    }
   }
   weigh(useless || failed || flips.doubtful());
   const int32_t from_zero = position - zero;
   return sense < 0 ? -from_zero : from_zero;
+}
+
+bool take_moved() {
+  const bool taken = moved;
+  moved = false;
+  return taken;
 }
 
 bool take_doubt() {

@@ -19,6 +19,10 @@ void change(const protocol::Board& kit);
 // counts from the zero, positive to the right; what cannot be right is bridged.
 int32_t count(uint16_t raw, bool failed);
 
+// Whether counts have another meaning since this was last asked: another zero, sense or sensor. What is seen
+// between the two is no motion. In the sample interrupt only.
+bool take_moved();
+
 // Whether a reading was bridged since this was last asked; in the sample interrupt only.
 bool take_doubt();
 

@@ -31,9 +31,9 @@ void Controller::watch(const board::Sampling& sampling, int32_t count) {
   overruns_ += sampling.missed;
   const bool faulty = sensor::faulty();
   safety_.sensor(faulty);
-  if (!known_ || faulty) {
+  const bool moved = sensor::take_moved();
+  if (moved || faulty) {
     estimator_.restart(count);
-    known_ = true;
   } else if (sampling.quarters != design_.quarters) {
     estimator_.skip(count);
   } else if (!estimator_.update(design_, count, sampling.missed + 1)) {

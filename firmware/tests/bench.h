@@ -61,8 +61,8 @@ class Bench {
     return message;
   }
 
-  void periods(int count) {
-    while (count--) period();
+  void periods(int count, uint16_t raw = 500) {
+    while (count--) period(raw);
   }
 
   uint16_t seq() const { return seq_; }

@@ -11,6 +11,7 @@ int16_t pwm = 0;
 uint8_t room = 127;
 uint8_t lost = 0;
 bool held = false;
+std::function<void()> let_go;
 protocol::Board configured = {};
 int configurations = 0;
 uint8_t quarters = 4;
@@ -27,6 +28,7 @@ void reset() {
   room = 127;
   lost = 0;
   held = false;
+  let_go = nullptr;
   configured = {};
   configurations = 0;
   sent.clear();
@@ -102,7 +104,13 @@ void board::configure(const protocol::Board& kit) {
   fake::configured = kit;
   ++fake::configurations;
 }
-void board::hold(bool on) { fake::held = on; }
+void board::hold(bool on) {
+  fake::held = on;
+  if (on || !fake::let_go) return;
+  const auto happening = fake::let_go;
+  fake::let_go = nullptr;
+  happening();
+}
 bool board::read(uint8_t*) { return false; }
 uint8_t board::room() { return fake::room; }
 void board::send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t more) {

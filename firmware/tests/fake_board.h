@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "board.h"
@@ -14,6 +15,7 @@ extern int16_t pwm;
 extern uint8_t room;
 extern uint8_t lost;
 extern bool held;                  // readings are, by board::hold
+extern std::function<void()> let_go;  // what happens at the very end of a hold, once
 extern protocol::Board configured;  // by board::configure, which was called so often
 extern int configurations;
 extern uint8_t quarters;            // of a millisecond, by board::set_period

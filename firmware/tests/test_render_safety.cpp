@@ -1,5 +1,8 @@
 // What the board renders by itself is switched off in time, and comes back by a fade.
+#include <functional>
+
 #include "rendering.h"
+#include "settings.h"
 
 TEST(silence_switches_off_within_25_ms_at_every_rate_and_life_fades_in) {
   for (uint16_t rate : {500, 1000, 2000, 4000}) {
@@ -70,4 +73,31 @@ TEST(the_clamp_is_told) {
   board.alive(60);
   const auto shown = board.shown();
   CHECK(shown.asked < -3.0f && shown.flags == protocol::kFlagClamped && fake::pwm >= -255);
+}
+
+// The counts jump by far more than a handle moves in a tick, and a tick may come the moment that they do.
+TEST(another_zero_or_sense_is_no_speed_however_soon_a_tick_comes) {
+  const std::function<void(protocol::Board&)> changes[] = {
+      [](protocol::Board& kit) { kit.zero = 5000; },
+      [](protocol::Board& kit) { kit.zero = -5000; },
+      [](protocol::Board& kit) { kit.zero = 5000, kit.sense = -1; },
+      [](protocol::Board& kit) { kit.counts_per_flip = 500; },
+  };
+  for (const auto& change : changes) {
+    for (int ticks : {0, 1, 3}) {
+      Rendering board(scene("spring", 1, 20, 0, 0));
+      board.alive(60);
+      protocol::Board kit = settings::now();
+      change(kit);
+      fake::let_go = [&] {
+        for (int i = 0; i < ticks; ++i) board.tick(kRest);
+      };
+      board.say(kit);
+      board.periods(3, kRest);
+      board.say(scene("spring", 2, 20, 0, 0));
+      board.alive(60);
+      CHECK(!(board.shown().flags & protocol::kFlagOverSpeed));
+      CHECK(fake::pwm != 0);
+    }
+  }
 }

@@ -203,3 +203,16 @@ TEST(a_missed_edge_goes_on_as_before_and_is_told) {
   CHECK(encoder.steps() == 0);
   CHECK(encoder.take_slip());
 }
+
+TEST(counts_of_another_meaning_are_told_once) {
+  sensor::start(with_zero(300));
+  CHECK(sensor::take_moved() && !sensor::take_moved());
+  sensor::count(0, false);  // no angle: the first that is one decides where zero is
+  CHECK(!sensor::take_moved());
+  sensor::count(500, false);
+  CHECK(sensor::take_moved() && !sensor::take_moved());
+  sensor::count(520, false);
+  CHECK(!sensor::take_moved());
+  sensor::change(with_zero(310, -1));
+  CHECK(sensor::take_moved() && !sensor::take_moved());
+}
