@@ -217,7 +217,7 @@ FAST_ONCE float cos(float x) { return cos_of_turns(x * kTurns); }
 FAST_ONCE float exp(float x) {
   const uint32_t b = bits(x * 1.4426950408889634f);
   const uint8_t e = exponent(b);
-  if (e >= 134) return x != x ? x : (b & kSign) ? 0.0f : INFINITY;
+  if (e >= 134) return (b << 1) > 0xff000000UL ? NAN : (b & kSign) ? 0.0f : INFINITY;
   uint32_t t = shifted(b, static_cast<int16_t>(e) - 128);
   if (b & kSign) t = ~t;
   const int16_t upper = static_cast<int16_t>(t >> 16);

@@ -1,6 +1,7 @@
 """Everything that a law runs, as checked trees: the law, and the helpers it calls, each once."""
 
 import ast
+from collections.abc import Set
 from dataclasses import dataclass
 from types import FunctionType
 
@@ -10,6 +11,7 @@ from hapkit_studio.laws.helpers import PREFIX, Helpers, is_proven
 from hapkit_studio.laws.law import Law
 from hapkit_studio.laws.names import Names
 from hapkit_studio.laws.translate import LAW_START, rewritten
+from hapkit_studio.parameters import Parameter
 
 # What a translation would be too slow for; the differential tests hold it to the original.
 BY_HAND = {
@@ -89,7 +91,8 @@ def collect(law: Law) -> Program:
     assert isinstance(function, FunctionType)
     names, helpers = Names(law.parameters, law.state, function.__globals__), _Names()
     done: dict[str, Routine] = {}
-    routine = _routine(function, names, helpers, True)
+    nonzero = {i for i, p in enumerate(law.parameters) if isinstance(p, Parameter) and p.low * p.high > 0.0}
+    routine = _routine(function, names, helpers, True, nonzero)
     for called in routine[1]:
         _add(called, helpers, done)
     wanted = _reached(routine[0], done)
@@ -102,14 +105,18 @@ def _reached(routine: Routine, routines: dict[str, Routine]) -> set[str]:
 
 
 def _routine(
-    function: FunctionType, names: Names, helpers: Helpers, is_law: bool
+    function: FunctionType,
+    names: Names,
+    helpers: Helpers,
+    is_law: bool,
+    nonzero: Set[object] = frozenset(),
 ) -> tuple[Routine, list[FunctionType]]:
     tree, called = rewritten(function, names, helpers, is_law)
     if is_law:  # the board looks for an earlier fault by itself
         tree.body = tree.body[_START:]
     values = max((len(n.value.elts) for n in ast.walk(tree) if _gives_several(n)), default=1)  # type: ignore
     known = {helpers.name(f): f for f in called}
-    tree = folded(tree, known)
+    tree = folded(tree, known, nonzero)
     routine = Routine(tree.name, function, tree, values)
     return routine, [] if routine.by_hand else called
 

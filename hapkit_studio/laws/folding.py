@@ -3,7 +3,7 @@
 import ast
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from types import FunctionType
 
 _OPERATORS: dict[type, Callable] = {
@@ -20,8 +20,8 @@ _TRANSPARENT = frozenset(("_float", "_noted", "_force"))
 
 
 class _Folder(ast.NodeTransformer):
-    def __init__(self, helpers: Mapping[str, FunctionType]):
-        self.helpers = helpers
+    def __init__(self, helpers: Mapping[str, FunctionType], nonzero: Set[object]):
+        self.helpers, self.nonzero = helpers, nonzero
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         self.generic_visit(node)
@@ -42,13 +42,19 @@ class _Folder(ast.NodeTransformer):
     def visit_Call(self, node: ast.Call) -> ast.expr:
         self.generic_visit(node)
         name = node.func.id if isinstance(node.func, ast.Name) else ""
-        if name in _TRANSPARENT or (name == "_divisor" and _number(node.args[0])):
+        if name in _TRANSPARENT or (name == "_divisor" and self._never_zero(node.args[0])):
             return node.args[0]
         given = [_number(a) for a in node.args if not _is_fault(a)]
         function = self._function(node.func)
         if function is None or not given or None in given:
             return node
         return _reckoned(function, given, node)
+
+    def _never_zero(self, node: ast.expr) -> bool:
+        match node:
+            case ast.Subscript(value=ast.Name(id="p"), slice=ast.Constant(value=place)):
+                return place in self.nonzero
+        return bool(_number(node))
 
     def _function(self, node: ast.expr) -> Callable | None:
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "_math":
@@ -88,6 +94,11 @@ def _reckoned(function: Callable, values, node: ast.expr) -> ast.expr:
     return ast.Constant(found) if isinstance(found, float) and math.isfinite(found) else node
 
 
-def folded(tree: ast.FunctionDef, helpers: Mapping[str, FunctionType]) -> ast.FunctionDef:
-    """Return a rewritten function whose constant parts are numbers; helpers by their names in the tree."""
-    return _Folder(helpers).visit(tree)
+def folded(
+    tree: ast.FunctionDef, helpers: Mapping[str, FunctionType], nonzero: Set[object] = frozenset()
+) -> ast.FunctionDef:
+    """Return a rewritten function whose constant parts are numbers; helpers by their names in the tree.
+
+    nonzero are the places of the parameters that are never zero: dividing by one is no fault.
+    """
+    return _Folder(helpers, nonzero).visit(tree)

@@ -7,7 +7,7 @@ namespace laws {
 namespace bump_valley {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0x2db04b45;
+constexpr uint32_t kFingerprint = 0xddbe2c0b;
 
 enum Parameter : uint8_t {
   // N
@@ -42,10 +42,10 @@ static float gaussian_rise(float a) {
 inline void start(float*) {}
 
 // Return the force in N, positive to the right.
-inline float unwatched(const float* p, float*, float x, float, float) {
+inline float force(const float* p, float*, float x, float, float) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   const int8_t sign = fast::below_zero(x) ? 1 : -1;
-  const float a = (x - fast::flipped_by(-0.025f, sign)) * inverse1_.watched(p[kWidth]);
+  const float a = (x - fast::flipped_by(-0.025f, sign)) * inverse1_.of(p[kWidth]);
   if (fast::magnitude(a) >= 0.5f) {
     return 0.0f;
   }
@@ -60,11 +60,6 @@ inline float unwatched(const float* p, float*, float x, float, float) {
     level = 3.8053384f * gaussian_rise(a);
   }
   return fast::flipped_by(p[kPeakForce], -sign) * level;
-}
-
-inline float force(const float* p, float* s, float x, float v, float dt) {
-  laws::begin();
-  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace bump_valley

@@ -7,7 +7,7 @@ namespace laws {
 namespace detents {
 
 constexpr uint8_t kParameters = 4, kStates = 0;
-constexpr uint32_t kFingerprint = 0xcdaa3adf;
+constexpr uint32_t kFingerprint = 0x6b4c31d5;
 
 enum Parameter : uint8_t {
   // N/m
@@ -23,18 +23,13 @@ enum Parameter : uint8_t {
 inline void start(float*) {}
 
 // Return the force in N, positive to the right.
-inline float unwatched(const float* p, float*, float x, float v, float) {
+inline float force(const float* p, float*, float x, float v, float) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
-  const float away = x - p[kPitch] * fast::floor(x * inverse1_.watched(p[kPitch]) + 0.5f);
+  const float away = x - p[kPitch] * fast::floor(x * inverse1_.of(p[kPitch]) + 0.5f);
   if (fast::magnitude(away) > p[kHalfWidth]) {
     return 0.0f;
   }
   return -p[kStiffness] * away - p[kDamping] * v;
-}
-
-inline float force(const float* p, float* s, float x, float v, float dt) {
-  laws::begin();
-  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace detents

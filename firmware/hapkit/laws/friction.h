@@ -7,7 +7,7 @@ namespace laws {
 namespace friction {
 
 constexpr uint8_t kParameters = 7, kStates = 4;
-constexpr uint32_t kFingerprint = 0x2bec0739;
+constexpr uint32_t kFingerprint = 0x52bf37eb;
 
 enum Parameter : uint8_t {
   // 0 coulomb, 1 smoothed, 2 karnopp, 3 stribeck, 4 projection, 5 tether, 6 lugre
@@ -36,7 +36,7 @@ inline void start(float* s) {
 }
 
 // Return the force in N, positive to the right.
-inline float unwatched(const float* p, float* s, float x, float v, float dt) {
+inline float force(const float* p, float* s, float x, float v, float dt) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   if (s[State::started] < 0.5f) {
     s[State::started] = 1.0f;
@@ -78,7 +78,7 @@ inline float unwatched(const float* p, float* s, float x, float v, float dt) {
   } else {
     dry = 0.0f;
     if (fast::is(p[kModel], 1.0f)) {
-      dry = -kinetic * fast::tanh(v * inverse1_.watched(p[kStickVelocity]));
+      dry = -kinetic * fast::tanh(v * inverse1_.of(p[kStickVelocity]));
     } else if (!fast::is_zero(v)) {
       dry = -fast::signed_as(kinetic, v);
     }
@@ -87,11 +87,6 @@ inline float unwatched(const float* p, float* s, float x, float v, float dt) {
   }
   s[State::before] = x;
   return dry - p[kViscous] * v;
-}
-
-inline float force(const float* p, float* s, float x, float v, float dt) {
-  laws::begin();
-  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace friction

@@ -7,7 +7,7 @@ namespace laws {
 namespace texture {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0xc3499fe2;
+constexpr uint32_t kFingerprint = 0x3b372482;
 
 enum Parameter : uint8_t {
   // 0 bands, 1 grating, 2 sandpaper
@@ -24,9 +24,9 @@ enum Parameter : uint8_t {
 inline void start(float*) {}
 
 // Return the force in N, positive to the right.
-inline float unwatched(const float* p, float*, float x, float v, float) {
+inline float force(const float* p, float*, float x, float v, float) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
-  const float u = x * inverse1_.watched(p[kWavelength]);
+  const float u = x * inverse1_.of(p[kWavelength]);
   if (fast::is(p[kKind], 1.0f)) {
     return p[kAmplitude] * fast::sin_of_turns(u);
   }
@@ -35,11 +35,6 @@ inline float unwatched(const float* p, float*, float x, float v, float) {
   }
   return (numbers::with_u = fast::scaled<1>(u), numbers::with_amplitude = p[kAmplitude],
       numbers::with_seed = p[kSeed], numbers::sandpaper());
-}
-
-inline float force(const float* p, float* s, float x, float v, float dt) {
-  laws::begin();
-  return laws::checked(unwatched(p, s, x, v, dt));
 }
 
 }  // namespace texture
