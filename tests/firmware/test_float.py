@@ -1,4 +1,4 @@
-"""The firmware's own multiplication, in the simulated chip, against the computer's."""
+"""The firmware's own multiplication, sum and difference, in the simulated chip, against the computer's."""
 
 import subprocess
 
@@ -19,11 +19,29 @@ EDGES = np.array(
 
 @pytest.fixture(scope="module")
 def multiply(tmp_path_factory):
-    """Return a function that multiplies in the chip: (n,) float32 times (n,) float32."""
-    folder = tmp_path_factory.mktemp("chip")
+    yield from chip(tmp_path_factory.mktemp("chip"), "*")
+
+
+@pytest.fixture(scope="module", params="+-")
+def combine(request, tmp_path_factory):
+    for operation in chip(tmp_path_factory.mktemp("chip"), request.param):
+        yield operation, np.add if request.param == "+" else np.subtract
+
+
+def chip(folder, operation):
+    """Yield a function that calculates in the chip: (n,) float32 with (n,) float32."""
     elf, still = folder / "multiply.elf", folder / "still.txt"
     still.write_text("0 freeze")
-    words = ["avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=gnu11", "-o", elf]
+    words = [
+        "avr-gcc",
+        "-mmcu=atmega328p",
+        "-DF_CPU=16000000UL",
+        "-Os",
+        "-std=gnu11",
+        f"-DOP={operation}",
+        "-o",
+        elf,
+    ]
     subprocess.run([*words, CHIPS / "multiply.c", SKETCH / "float_avr.S"], check=True)
     board = VirtualBoard("fast", firmware=elf, script=still)
     board.start()
@@ -69,3 +87,25 @@ def test_edges(multiply):
 def test_what_is_not_finite_is_not_a_number(multiply):
     odd = np.array([np.nan, np.inf, -np.inf, 2.0], dtype=np.float32)
     assert np.all(np.isnan(multiply(odd[[0, 1, 2, 3, 3, 3]], odd[[3, 3, 3, 0, 1, 2]])))
+
+
+def test_sums_are_the_nearest_float_or_its_neighbour(combine):
+    operation, wanted_of = combine
+    rng = np.random.default_rng(8)
+    a = np.float32(rng.normal(size=600))
+    b = np.float32(rng.normal(size=600) * 10.0 ** rng.uniform(-8, 8, 600))
+    b[:150] = a[:150] * (1.0 + rng.integers(-9, 9, 150) * 2.0**-23)  # nearly all is lost
+    got, wanted = operation(a, b), wanted_of(a, b)
+    apart = np.abs(got.view(np.int32).astype(np.int64) - wanted.view(np.int32))
+    assert apart.max() <= 1
+    assert np.mean(apart == 0) > 0.97
+
+
+def test_edges_of_sums(combine):
+    operation, wanted_of = combine
+    edges = np.float32(
+        [0.0, -0.0, 1.0, -1.0, 1.0000001, 16777215.0, 1.2e-38, 3.4e38, -3.4e38, np.inf, -np.inf, np.nan]
+    )
+    a, b = (m.ravel() for m in np.meshgrid(edges, edges))
+    with np.errstate(all="ignore"):
+        np.testing.assert_array_equal(operation(a, b), wanted_of(a, b))

@@ -1,5 +1,9 @@
-// Says R when ready; for every two floats of four bytes, low byte first, answers with their product.
+// Says R when ready; for every two floats of four bytes, low byte first, answers with their product, or what OP makes of them.
 #include "chip.h"
+
+#ifndef OP
+#define OP *
+#endif
 
 static float read(void) {
   union { float number; uint8_t bytes[4]; } got;
@@ -15,7 +19,7 @@ int main(void) {
     const float a = read();
     put('A');
     const float b = read();
-    product.number = a * b;
+    product.number = a OP b;
     for (uint8_t i = 0; i < 4; i++) put(product.bytes[i]);
   }
 }
