@@ -68,8 +68,15 @@ def test_a_kit_with_everything_wrong_is_set_up(played, tmp_path):
     (file,) = (tmp_path / "calibrations").glob("*.toml")
     assert calibration_file.read(file).sense == -1
     assert [step.verdict is not None for step in shell.steps] == [True] * 7
-    play.press(save.undo)
+    save.undo.click()
+    assert kit.stored.label == "red 7"  # it asks first
+    play.press(save.sure)
     assert kit.stored.label == "Hapkit"
+    assert [step.verdict for step in shell.steps] == [None] * 7
+    assert not any(done for done, _words in shell.notes().values())
+    assert all(row.toolTip() == "not done yet" for row in shell.list.rows)
+    assert paddle.found["mass"].text() == "–"
+    assert shell.pages.currentIndex() == 0
 
 
 def test_a_skipped_step_says_what_is_assumed(played):
@@ -95,8 +102,8 @@ def test_force_is_zero_while_nothing_is_pressed(played, qtbot):
 def test_e_stop_ends_a_sweep_and_holds(played, qtbot, by):
     play = played()
     shell, kit = play.shell, play.kit
+    play.direct()
     shell.go(5)
-    play.let_go()
     kit.pace = 1e-3
     shell.step.sweep.click()
     qtbot.waitUntil(lambda: kit.pwm != 0, timeout=PATIENCE_MS)
@@ -122,8 +129,8 @@ def test_e_stop_ends_a_sweep_and_holds(played, qtbot, by):
 def test_closing_in_the_middle_of_a_sweep_leaves_the_motor_off(played, qtbot):
     play = played()
     shell, kit = play.shell, play.kit
+    play.direct()
     shell.go(5)
-    play.let_go()
     kit.pace = 1e-3
     shell.step.sweep.click()
     qtbot.waitUntil(lambda: kit.pwm != 0, timeout=PATIENCE_MS)

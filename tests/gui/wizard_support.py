@@ -57,6 +57,13 @@ class Played:
         self.lead(0.0)
         self.kit.student, self.kit.hand = (lambda k: None), None
 
+    def direct(self):
+        """Have the direction tried, which steps 4 and 5 wait for."""
+        self.let_go()
+        self.shell.go(3)
+        self.press(self.shell.step.push)
+        assert self.shell.step.verdict.good
+
     def hang(self, mass):
         """Hold the handle with a mass in kg on it, and let go after a second."""
         self.lead(0.0)

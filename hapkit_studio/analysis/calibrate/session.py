@@ -19,6 +19,7 @@ from hapkit_studio.devices.profiles import Kit, of_settings, quantum_of
 from hapkit_studio.protocol.messages import Board, Settings
 
 MARK_SECONDS = 0.5
+_TURNING = {"sense", "direction", "pins", "sensor", "motor_map"}
 NO_DIRECTION = "Do step 3 first: with a wrong direction the motor would push the handle away."
 
 
@@ -29,6 +30,11 @@ class Calibration:
         self.bench = bench
         self.before: Settings = bench.now
         self.padding: Padding | None = None
+        self._stored = False
+        self._forget()
+
+    def _forget(self) -> None:
+        """Forget whatever was found."""
         self.sensed: Sensed | None = None
         self.marks: list[Mark] = []
         self.scale: Scale | None = None
@@ -36,8 +42,7 @@ class Calibration:
         self.held: list[tuple[float, Track]] = []
         self.strength: Strength | None = None
         self.swept: Swept | None = None
-        self._constant = bench.now.motor_constant
-        self._stored = False
+        self._constant = self.bench.now.motor_constant
 
     @property
     def board(self) -> Board:
@@ -184,13 +189,23 @@ class Calibration:
         return self.bench.save()
 
     def undo(self) -> None:
-        """Put back what the board held at the start, where it is stored too; raise StudioError."""
+        """Put back what the board held at the start, where it is stored too; forget what was found.
+
+        Raise StudioError.
+        """
         self._change(**{f.name: getattr(self.before, f.name) for f in Board.layout()})
         if self._stored:
             self.bench.save()
             self._stored = False
+        self._forget()
 
     def _change(self, **changes: Any) -> None:
-        """Put changes in force; nothing is sent where they are none."""
-        if any(getattr(self.bench.now, name) != value for name, value in changes.items()):
+        """Put changes in force; nothing is sent where they are none.
+
+        What turns force or position round makes a direction that was tried worth nothing.
+        """
+        made = {name for name, value in changes.items() if getattr(self.bench.now, name) != value}
+        if made:
             self.bench.configure(**changes)
+        if made & _TURNING:
+            self.direction = None

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-PASS, LOOK, SKIP = "pass", "look", "skip"
+PASS, LOOK, FAIL, SKIP = "pass", "look", "fail", "skip"
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One answer in words; remedy: what to do where the level is LOOK. key names the fault."""
+    """One answer in words; remedy: what to do at LOOK, and at FAIL (a danger). key names the fault."""
 
     level: str
     words: str
@@ -28,6 +28,11 @@ def passed(words: str) -> Verdict:
 def look(key: str, words: str, remedy: str) -> Verdict:
     """Return a verdict that something is to be looked at."""
     return Verdict(LOOK, words, remedy, key)
+
+
+def failed(key: str, words: str, remedy: str) -> Verdict:
+    """Return a verdict that something is dangerous: nothing may be rendered before it is mended."""
+    return Verdict(FAIL, words, remedy, key)
 
 
 def skipped(words: str) -> Verdict:

@@ -45,10 +45,23 @@ class Desk(QObject):
         self._after: Callable[[Any], object] | None = None
         self._quit = threading.Event()
         self._came.connect(self._tell)
-        self._thread = threading.Thread(target=self._own, name="wizard", daemon=True)
+        self._thread = self._made()
+
+    def _made(self) -> threading.Thread:
+        return threading.Thread(target=self._own, name="wizard", daemon=True)
 
     def begin(self) -> None:
         """Open the device."""
+        self._thread.start()
+
+    def again(self) -> None:
+        """Open the device anew after it failed; nothing of the time before is kept."""
+        self._thread.join(JOIN_SECONDS)
+        if self._thread.is_alive() or self._quit.is_set():
+            return
+        self.bench = self.subject = self._job = self._after = None
+        self.busy = True
+        self._thread = self._made()
         self._thread.start()
 
     def start(self, job: Job, after: Callable[[Any], object]) -> bool:

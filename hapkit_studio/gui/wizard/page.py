@@ -8,7 +8,8 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.calibrate.verdict import LOOK, PASS, Verdict
+from hapkit_studio.analysis.calibrate.session import NO_DIRECTION
+from hapkit_studio.analysis.calibrate.verdict import FAIL, LOOK, PASS, Verdict
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import PRIMARY
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.wizard.desk import Desk
     from hapkit_studio.gui.wizard.rail import Rail
 
-_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn")}
+_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
 _NEUTRAL = ("circle", "ink2")
 _GROUND = {"ok": "oksoft", "warn": "warnsoft", "danger": "dangersoft", "ink2": "side"}
 BIG = "QLabel { font-size: 15px; }"
@@ -103,6 +104,7 @@ class StepPage(QWidget):
     changed = Signal()
     started = Signal()
     title, assumed = "", ""
+    needs_direction = False
 
     def __init__(self, desk: "Desk", parent: QWidget | None = None):
         super().__init__(parent)
@@ -121,13 +123,29 @@ class StepPage(QWidget):
         """Return the calibration under way."""
         return self.desk.subject
 
+    @property
+    def directed(self) -> bool:
+        """Say whether the direction was tried, and force and position agree."""
+        subject = self.desk.subject
+        return subject is not None and subject.direction is not None and bool(subject.direction.agrees)
+
     # what a step declares
 
     def enter(self) -> None:
         """Come into sight."""
+        if self.needs_direction and self.verdict is None and self.desk.subject is not None:
+            if self.directed:
+                self.box.say("The motor is off until you press a button.")
+            else:
+                self.box.say(NO_DIRECTION, "", "triangle", "warn")
 
     def show_seen(self, seen: Seen) -> None:
         """Draw what the board reports now; twenty times a second while in sight."""
+
+    def withdraw(self) -> None:
+        """Forget what was found: it holds no longer."""
+        self.verdict = None
+        self.box.say("Not done yet. The motor is off.")
 
     # what a step uses
 
@@ -163,12 +181,15 @@ class StepPage(QWidget):
         self.desk.opened.connect(lambda _subject: rail.show_hand(self.desk.hand_is_ours))
         return rail
 
-    def button(self, words: str, press: Callable[[], object], primary: bool = False) -> QPushButton:
-        """Return a button of the step."""
+    def button(
+        self, words: str, press: Callable[[], object], primary: bool = False, motor: bool = False
+    ) -> QPushButton:
+        """Return a button of the step; one that starts the motor never gets the keyboard by itself."""
         made = QPushButton(words)
         made.setProperty("tall", True)
         made.setAutoDefault(False)
-        made.setProperty("first", primary)
+        made.setProperty("first", primary and not motor)
+        made.setProperty("motor", motor)
         made.clicked.connect(lambda: press())
         dress(made, PRIMARY + "QPushButton { font-size: 14px; }" if primary else "* { font-size: 14px; }")
         return made
@@ -196,4 +217,5 @@ class StepPage(QWidget):
         """Let buttons rest while a job runs."""
         for button in self.findChildren(QPushButton):
             if not button.property("always"):
-                button.setEnabled(not busy)
+                waits = self.needs_direction and bool(button.property("motor")) and not self.directed
+                button.setEnabled(not busy and not waits)

@@ -58,6 +58,7 @@ class Shell(QDialog):
     def begin(self) -> None:
         """Take the board over."""
         self.studio.let_go()
+        self.setFocus()  # not the E-stop: an Enter too many would latch it
         self.desk.begin()
         self._frames.start()
 
@@ -120,9 +121,9 @@ class Shell(QDialog):
             self.studio.stop()
             return
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            # only what has the focus: a number that is typed must not start the motor
+            # only what has the focus: a number that is typed must not start the motor, nor a key held down
             focused = self.focusWidget()
-            if isinstance(focused, QPushButton):
+            if isinstance(focused, QPushButton) and not event.isAutoRepeat():
                 focused.click()
             return
         super().keyPressEvent(event)

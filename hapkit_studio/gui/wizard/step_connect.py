@@ -69,6 +69,10 @@ class ConnectStep(StepPage):
             delays = f"{1e3 * found.padded:.1f} ms instead of {1e3 * found.plain:.1f} ms"
             self.padded.setText(f"Fill frames to {self._size} bytes: delay {delays}")
 
+    def withdraw(self) -> None:
+        super().withdraw()
+        self.enter()
+
     def choose(self) -> None:
         """Take the kit's numbers."""
         kit = profiles.named(self.kits.currentData())

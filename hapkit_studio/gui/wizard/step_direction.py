@@ -11,7 +11,7 @@ class DirectionStep(StepPage):
     """Finished once pulses both ways moved the handle as they should."""
 
     title = "Direction: a push to the right goes to the right"
-    assumed = "the direction that the board has; it is tried before the motor moves by itself"
+    assumed = "the direction that the board has; steps 4 and 5 wait until it is tried"
 
     def __init__(self, desk: Desk):
         super().__init__(desk)
@@ -21,8 +21,8 @@ class DirectionStep(StepPage):
         )
         self.rail = self.with_hand(Rail())
         self.pictures(KitDrawing(usb=True, supply=True), self.rail)
-        self.push = self.button("Push", self.begin, primary=True)
-        self.search = self.button("Look for a dead band", self.look)
+        self.push = self.button("Push", self.begin, primary=True, motor=True)
+        self.search = self.button("Look for a dead band", self.look, motor=True)
         self.search.setToolTip(
             "Raises the force slowly, 1.5 N at most, until the handle moves half a millimetre"
         )

@@ -24,6 +24,7 @@ class PaddleStep(StepPage):
 
     title = "Friction, damping and mass: a gentle sweep"
     assumed = "mass and friction that this kit usually has"
+    needs_direction = True
 
     def __init__(self, desk: Desk):
         super().__init__(desk)
@@ -35,7 +36,7 @@ class PaddleStep(StepPage):
         self.plot, self.rail = PositionPlot(), self.with_hand(Rail())
         self.column.addWidget(self.plot, 1)
         self.column.addWidget(self.rail)
-        self.sweep = self.button("Sweep", self.begin, primary=True)
+        self.sweep = self.button("Sweep", self.begin, primary=True, motor=True)
         self.row(self.sweep)
         self.found = {key: QLabel() for key, *_rest in _LINES}
         cells = self.row()
@@ -43,6 +44,11 @@ class PaddleStep(StepPage):
             cells.insertLayout(cells.count() - 1, self._cell(words, self.found[key]))
         self.column.addWidget(self.box)
         self.box.say("The motor is off until you press Sweep.")
+
+    def withdraw(self) -> None:
+        super().withdraw()
+        for value in self.found.values():
+            value.setText("–")
 
     @staticmethod
     def _cell(words: str, value: QLabel) -> QVBoxLayout:

@@ -3,9 +3,10 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QWidget
 
-from hapkit_studio.analysis.calibrate.verdict import look, passed
+from hapkit_studio.analysis.calibrate.verdict import passed
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.dress import dress
@@ -35,6 +36,8 @@ _ROWS = (
     ("pulley_radius", "Pulley, rp", 1e3, "mm", 2),
 )
 
+_UNSAVED = "Not saved yet: the board would forget it at its next start."
+
 
 def shown(board: "Board", row: tuple) -> str:
     """Return one number of a board's settings as a person reads it."""
@@ -46,8 +49,9 @@ def shown(board: "Board", row: tuple) -> str:
 
 
 class SaveStep(StepPage):
-    """Finished once the board has kept its settings."""
+    """Finished once the board has kept its settings. ``undone``: the old ones are back."""
 
+    undone = Signal()
     title = "Save: on the board, and in a file"
     assumed = "nothing is kept: the board forgets at its next start"
 
@@ -71,19 +75,25 @@ class SaveStep(StepPage):
         self.label.setAccessibleName("Name of the kit")
         dress(self.label, "QLineEdit { font-size: 14px; min-height: 32px; max-width: 180px; }")
         self.save = self.button("Save", self.keep, primary=True)
-        self.undo = self.button("Undo everything", self.put_back)
-        self.row(QLabel("Name of the kit"), self.label, self.save, self.undo)
+        self.undo = self.button("Undo everything…", self.ask)
+        self.sure, self.stay = (
+            self.button("Undo it all", self.put_back),
+            self.button("Keep", self.ask_no_more),
+        )
+        row = self.row(QLabel("Name of the kit"), self.label, self.save)
+        for button in (self.undo, self.sure, self.stay):
+            row.addWidget(button)
+        self.ask_no_more()
         self.column.addWidget(self.box)
 
     def enter(self) -> None:
         """Show what the board had, and what it has now."""
+        self.ask_no_more()
         if self.desk.subject is None:
             return
         if not self.label.text():
             self.label.setText(self.subject.board.label)
         self._fill()
-        if self.verdict is None:
-            self.box.say("Not saved yet: the board would forget it at its next start.", "", "circle", "ink2")
         skipped = [f"{title}: {words}" for title, (done, words) in self._notes().items() if not done]
         self.assumptions.setText("Assumed. " + "; ".join(skipped) + "." if skipped else "")
 
@@ -94,13 +104,44 @@ class SaveStep(StepPage):
         except ParameterError as error:
             self.show_refusal(str(error))
             return
-        notes = {title: words for title, (_done, words) in self._notes().items()}
+        notes = {
+            title: words if done else f"left out; assumed: {words}"
+            for title, (done, words) in self._notes().items()
+        }
 
         def job(work: "Calibration") -> str:
             work.store(label)
             return str(calibration_file.write(profiles.of_settings(work.bench.now), notes))
 
         self.do("Saving…", job, self._kept)
+
+    def ask(self) -> None:
+        """Ask before everything that was found is dropped."""
+        self._show_question(True)
+        self.box.say(
+            "Put back what the board had when this window opened?",
+            "All that the steps found is forgotten.",
+            "triangle",
+            "warn",
+        )
+        self.stay.setFocus()
+
+    def ask_no_more(self) -> None:
+        """Leave things as they are."""
+        self._show_question(False)
+        if self.verdict is not None:
+            self.box.show_verdict(self.verdict)
+        else:
+            self.box.say(_UNSAVED)
+
+    def _show_question(self, asked: bool) -> None:
+        self.undo.setVisible(not asked)
+        self.sure.setVisible(asked)
+        self.stay.setVisible(asked)
+
+    def withdraw(self) -> None:
+        super().withdraw()
+        self.label.clear()
 
     def put_back(self) -> None:
         """Put back what the board had at the start."""
@@ -123,9 +164,7 @@ class SaveStep(StepPage):
 
     def _put_back(self, _none: object) -> None:
         self._fill()
-        self.show_verdict(look("undone", "The board has its old settings again.", "Save, or close."))
-        self.verdict = None
-        self.changed.emit()
+        self.undone.emit()
 
     def _fill(self) -> None:
         while (item := self._grid.takeAt(0)) is not None:

@@ -86,10 +86,13 @@ class ScaleStep(StepPage):
     def forget(self) -> None:
         """Take all marks again."""
         self.subject.forget_marks()
-        self.verdict = None
+        self.withdraw()
+        self.changed.emit()
+
+    def withdraw(self) -> None:
+        super().withdraw()
         self.box.say("Hold the handle at the first mark.")
         self._offer()
-        self.changed.emit()
 
     def use(self) -> None:
         """Put the scale in force."""

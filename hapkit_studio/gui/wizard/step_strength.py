@@ -33,6 +33,7 @@ class StrengthStep(StepPage):
 
     title = "Strength: what the motor really pushes"
     assumed = "the motor constant of the kit's profile"
+    needs_direction = True
 
     def __init__(self, desk: Desk):
         super().__init__(desk)
@@ -62,7 +63,7 @@ class StrengthStep(StepPage):
         row = QHBoxLayout(self.weights)
         row.setContentsMargins(0, 0, 0, 0)
         self.mass = Grams("Mass", 0.0, 200.0, 1)
-        self.carry = self.button("Carry", self.begin_carry, primary=True)
+        self.carry = self.button("Carry", self.begin_carry, primary=True, motor=True)
         self.use = self.button("Use these", self.use_weights)
         self.use.setEnabled(False)
         for part in (QLabel("Mass at the handle"), self.mass, self.carry, self.use):
@@ -74,7 +75,7 @@ class StrengthStep(StepPage):
         self.scale = QWidget()
         row = QHBoxLayout(self.scale)
         row.setContentsMargins(0, 0, 0, 0)
-        self.press = self.button("Push", self.begin_press, primary=True)
+        self.press = self.button("Push", self.begin_press, primary=True, motor=True)
         self.enough = self.button("Enough", self._end_press)
         self.enough.setProperty("always", True)
         self.reading = Grams("Reading", 0.0, 500.0, 1)
@@ -153,6 +154,12 @@ class StrengthStep(StepPage):
                 f"motor constant {1e3 * found.motor_constant:.2f} mN·m."
             )
         )
+
+    def withdraw(self) -> None:
+        super().withdraw()
+        self.pressed = None
+        self.taken.setText("")
+        self.mass.show_kilograms(MASSES[0])
 
     def set_busy(self, busy: bool) -> None:
         super().set_busy(busy)

@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.calibrate.verdict import LOOK, PASS, Verdict
+from hapkit_studio.analysis.calibrate.verdict import FAIL, LOOK, PASS, Verdict
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress, mark
 from hapkit_studio.gui.theme import theme
@@ -16,7 +16,7 @@ _SHEET = """
 #steps QPushButton[current="true"] { background: @accentsoft; border-left: 3px solid @accent; }
 #steps QPushButton:focus { border: 2px solid @accent; }
 """
-_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn")}
+_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
 
 
 class _Row(QPushButton):

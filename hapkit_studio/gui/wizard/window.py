@@ -3,14 +3,14 @@
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QScrollArea, QStackedWidget, QWidget
 
 from hapkit_studio.analysis.calibrate.session import Calibration
-from hapkit_studio.analysis.calibrate.verdict import skipped
+from hapkit_studio.analysis.calibrate.verdict import Verdict, skipped
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.wizard.foot import Foot
 from hapkit_studio.gui.wizard.page import Seen, StepPage
 from hapkit_studio.gui.wizard.rail import Rail
 from hapkit_studio.gui.wizard.shell import Shell
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 TITLE = "Set up my Hapkit"
 _NAMES = ("Connect", "Sensor", "Zero and scale", "Direction", "Strength", "Friction", "Save")
+_DIRECTION = _NAMES.index("Direction")
 _SIZE = (1060, 672)
 _SMALLEST = (860, 560)
 
@@ -48,11 +49,12 @@ class WizardWindow(Shell):
         super().__init__(TITLE, studio, prepared, parent)
         self.setMinimumSize(*_SMALLEST)
         self.resize(*_SIZE)
-        self.connect_step = ConnectStep(self.desk)
+        self.connect_step, self.save_step = ConnectStep(self.desk), SaveStep(self.desk, self.notes)
         self.steps: list[StepPage] = [
             self.connect_step, SensorStep(self.desk), ScaleStep(self.desk), DirectionStep(self.desk),
-            StrengthStep(self.desk), PaddleStep(self.desk), SaveStep(self.desk, self.notes),
+            StrengthStep(self.desk), PaddleStep(self.desk), self.save_step,
         ]  # fmt: skip
+        self._left: dict[int, Verdict] = {}
         self.list, self.pages = StepsList(_NAMES), QStackedWidget()
         for step in self.steps:
             self.pages.addWidget(_scrolled(step))
@@ -61,7 +63,11 @@ class WizardWindow(Shell):
         body.addWidget(self.list)
         body.addWidget(self.pages, 1)
         self.column.addLayout(body, 1)
-        self.column.addWidget(self._foot())
+        self.foot = Foot()
+        self.hint, self.skip, self.back, self.next = (
+            self.foot.hint, self.foot.skip, self.foot.back, self.foot.next,
+        )  # fmt: skip
+        self.column.addWidget(self.foot)
         self._join()
         self.go(0)
         self._say_opening()
@@ -89,25 +95,31 @@ class WizardWindow(Shell):
         self._focus()
 
     def _focus(self) -> None:
-        """Give the keyboard to the step's own button, or to Next where the step is done."""
+        """Give the keyboard to Next where the step is done, or to the step's own button.
+
+        Never to one that starts the motor: then to the page itself, where Enter does nothing.
+        """
         done = self.step.verdict is not None and self.step.verdict.good
         first = [
             b for b in self.step.findChildren(QPushButton) if b.property("first") and b.isVisibleTo(self)
         ]
-        (self.next if done or not first else first[0]).setFocus()
+        (self.next if done else first[0] if first else self.step).setFocus()
 
     def go_on(self) -> None:
-        """Show the next step, or close after the last."""
+        """Show the next step, or close after the last; what was not done is left out."""
         index = self.pages.currentIndex()
         if index == len(self.steps) - 1:
             self.close()
+        elif self.step.verdict is None:
+            self.skip_step()
         else:
             self.go(index + 1)
 
     def skip_step(self) -> None:
         """Leave a step out, and say what is assumed then."""
         index = self.pages.currentIndex()
-        self.list.show_verdict(index, skipped(f"Left out. Assumed: {self.step.assumed}."))
+        self._left[index] = skipped(f"Left out. Assumed: {self.step.assumed}.")
+        self._changed()
         self.go(index + 1)
 
     def notes(self) -> dict[str, tuple[bool, str]]:
@@ -150,18 +162,36 @@ class WizardWindow(Shell):
             self._focus()
 
     def _failed(self, words: str) -> None:
+        """Say it on every page; the only ways on are Try again and Close."""
         for step in self.steps:
             step.set_busy(True)
-            step.box.say(
-                words, "Close this window, connect the board again, then start anew.", "unplugged", "warn"
-            )
-        self.next.setEnabled(True)
+            step.box.say(words, "Motor off. Check the cable, then try again.", "unplugged", "warn")
+        self._offer()
+        self.foot.show_failed(True)
+
+    def try_again(self) -> None:
+        """Open the board anew and begin with the first step: what was found before is not in force."""
+        self.foot.show_failed(False)
+        self.desk.again()
+        self.withdraw_all()
+        self.go(0)
+        self._say_opening()
+        self.setFocus()
+
+    def withdraw_all(self) -> None:
+        """Forget verdicts and notes of all steps."""
+        self._left.clear()
+        for step in self.steps:
+            step.withdraw()
+        self._changed()
 
     def _changed(self) -> None:
         """Show what became of the steps."""
+        direction = self.steps[_DIRECTION]
+        if direction.verdict is not None and self.desk.subject and self.desk.subject.direction is None:
+            direction.withdraw()  # what was changed since has turned force or position round
         for index, step in enumerate(self.steps):
-            if step.verdict is not None:
-                self.list.show_verdict(index, step.verdict)
+            self.list.show_verdict(index, step.verdict or self._left.get(index))
         self._offer()
 
     def _offer(self) -> None:
@@ -169,30 +199,12 @@ class WizardWindow(Shell):
         done = self.step.verdict is not None and self.step.verdict.good
         words = "" if done or self.step is self.steps[-1] else f"Skipped, it is assumed: {self.step.assumed}."
         self.hint.setText(words)
+        self.list.setEnabled(not self.desk.busy)
         self.skip.setEnabled(not self.desk.busy)
-        self.next.setEnabled(not self.desk.busy or self.step is self.steps[-1])
+        self.next.setEnabled(not self.desk.busy)
         self.back.setEnabled(self.pages.currentIndex() > 0 and not self.desk.busy)
 
     # putting together
-
-    def _foot(self) -> QWidget:
-        foot = QWidget()
-        foot.setObjectName("shellFoot")
-        foot.setFixedHeight(60)
-        self.hint = QLabel()
-        self.hint.setWordWrap(True)
-        dress(self.hint, "QLabel { font-size: 13px; color: @ink2; }")
-        self.skip, self.back, self.next = QPushButton("Skip"), QPushButton("Back"), QPushButton("Next")
-        row = QHBoxLayout(foot)
-        row.setContentsMargins(24, 0, 16, 0)
-        row.setSpacing(10)
-        row.addWidget(self.hint, 1)
-        for button in (self.skip, self.back, self.next):
-            button.setProperty("tall", True)
-            button.setAutoDefault(False)
-            button.setMinimumWidth(96)
-            row.addWidget(button)
-        return foot
 
     def _join(self) -> None:
         self.list.chosen.connect(self._choose)
@@ -206,7 +218,16 @@ class WizardWindow(Shell):
         for step in self.steps:
             step.changed.connect(self._changed)
             step.started.connect(self._started)
+        self.foot.again.clicked.connect(self.try_again)
+        self.foot.shut.clicked.connect(self.close)
+        self.save_step.undone.connect(self._undone)
         self.connect_step.padding_wished.connect(self.studio.set_padding)
+
+    def _undone(self) -> None:
+        """Nothing that was found is in force any more: begin again."""
+        self.withdraw_all()
+        self.go(0)
+        self.step.box.say("The board has its old settings again. Nothing is left to save.", "", "check", "ok")
 
     def _choose(self, index: int) -> None:
         if not self.desk.busy:
