@@ -1,4 +1,4 @@
-"""Calibrations as readable files: one TOML a kit and day, in the person's own folder of settings."""
+"""Calibrations as readable files: a new TOML each time, in the person's own folder of settings."""
 
 import os
 import re
@@ -7,6 +7,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import platformdirs
 
 from hapkit_studio.devices.profiles import default
@@ -33,14 +34,28 @@ def label_of(text: str) -> str:
 
 
 def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
-    """Write a calibration with notes on what each step found; return the file; raise OSError."""
+    """Write a calibration with notes on what each step found; return the file, a new one; raise OSError."""
     name = re.sub(r"[^A-Za-z0-9]+", "-", board.label).strip("-").lower() or "hapkit"
-    path = folder() / f"{name} {(day or date.today()).isoformat()}.toml"
-    path.parent.mkdir(parents=True, exist_ok=True)
+    written = (day or date.today()).isoformat()
+    folder().mkdir(parents=True, exist_ok=True)
+    path = _claimed(f"{name} {written}")
     part = path.with_suffix(".part")
-    part.write_text(_text(board, notes), encoding="utf-8")
+    part.write_text(_text(board, notes, written), encoding="utf-8")
     os.replace(part, path)
     return path
+
+
+def _claimed(name: str) -> Path:
+    """Return a new empty file of a name, with a number behind it from the second on."""
+    number = 1
+    while True:
+        path = folder() / f"{name}{f' {number}' if number > 1 else ''}.toml"
+        try:
+            path.touch(exist_ok=False)
+        except FileExistsError:
+            number += 1
+        else:
+            return path
 
 
 def read(path: str | Path) -> Board:
@@ -70,8 +85,9 @@ def _board(table: dict[str, Any], name: str) -> Board:
     return Board(**values)
 
 
-def _text(board: Board, notes: dict[str, str]) -> str:
+def _text(board: Board, notes: dict[str, str], written: str) -> str:
     lines = ["# A calibrated Hapkit. Put it on a board again with: hapkit-studio calibrate PORT --from FILE"]
+    lines.append(f"# Written on {written}")
     lines += [f"# {step}: {words}" for step, words in notes.items()]
     lines += ["", "[board]"]
     for field in Board.layout():
@@ -85,4 +101,4 @@ def _value(value: Any) -> str:
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, tuple):
         return "[" + ", ".join(str(int(v)) for v in value) + "]"
-    return f"{value:.9g}" if isinstance(value, float) else str(int(value))
+    return str(np.float32(value)) if isinstance(value, float) else str(int(value))

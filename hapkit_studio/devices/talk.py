@@ -10,13 +10,29 @@ import serial
 from hapkit_studio.devices.port_errors import no_answer, no_data, not_a_hapkit, wrong_version
 from hapkit_studio.protocol.declare import Message
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
-from hapkit_studio.protocol.messages import PROTOCOL_VERSION, Hello, HelloRequest, LawName, LawRequest, Sample
+from hapkit_studio.protocol.messages import (
+    PROTOCOL_VERSION,
+    Board,
+    Hello,
+    HelloRequest,
+    LawName,
+    LawRequest,
+    Sample,
+    Save,
+    SettingsRequest,
+)
 
 READ_TIME = 0.05
 """s that one read of an open port waits at most."""
 HELLO_PERIOD = 0.2
 _SILENCE = 0.1
 _KEPT = 1000
+_ASKED: dict[type[Message], str] = {
+    SettingsRequest: "when asked for its settings",
+    Board: "when it was sent new settings",
+    Save: "when told to keep its settings",
+    LawRequest: "when asked for its laws",
+}
 _VERSION = slice(1, 3)
 
 Reply = TypeVar("Reply", bound=Message)
@@ -69,7 +85,7 @@ def request(line: Any, port: str, message: Message, reply: type[Reply], seconds:
             if times == 2:
                 _drain(line)
             return found
-    raise no_answer(port, type(message).__name__, seconds)
+    raise no_answer(port, _ASKED.get(type(message), "a question"), seconds)
 
 
 def _fits(message: Message, reply: type[Reply]) -> Callable[[Message], Reply | None]:

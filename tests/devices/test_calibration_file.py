@@ -28,11 +28,21 @@ def test_what_was_written_is_read_again(own):
     assert path.name == "a-7 2026-02-03.toml"
     assert path.parent == own / "calibrations"
     again = calibration_file.read(path)
-    assert again.mass == pytest.approx(board.mass, rel=1e-8)
+    assert again.mass == pytest.approx(board.mass, rel=1e-7)  # a board keeps 32 bits
     assert replace(again, mass=board.mass, quantum=board.quantum) == board
     text = path.read_text(encoding="utf-8")
     assert "# Sensor: fine" in text
+    assert "# Written on 2026-02-03" in text
+    assert "coulomb = 0.1 " in text  # no digits that the board has not
     assert "# kg: of the paddle at the handle" in text
+
+
+def test_nothing_is_written_over():
+    day = date(2026, 2, 3)
+    boards = [replace(profiles.default().board, zero=zero) for zero in (1, 2, 3)]
+    paths = [calibration_file.write(board, {}, day) for board in boards]
+    assert [path.name for path in paths] == [f"hapkit 2026-02-03{n}.toml" for n in ("", " 2", " 3")]
+    assert [calibration_file.read(path).zero for path in paths] == [1, 2, 3]
 
 
 @pytest.mark.parametrize("text", ["", "[board]\n", "[[", "[board]\nprofile = 1\n"])

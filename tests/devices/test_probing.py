@@ -46,7 +46,7 @@ def test_a_kit_that_does_not_know_its_settings_is_there_all_the_same(plugged):
     entry, _ = plugged(FakeKit(deaf={SettingsRequest: 9}))
     found = probe(entry)
     assert found["ok"]
-    assert "did not answer SettingsRequest" in found["text"]
+    assert "did not answer when asked for its settings" in found["text"]
 
 
 def test_what_is_not_a_hapkit_is_not_even_opened(plugged):

@@ -133,7 +133,7 @@ def test_an_answer_about_another_law_is_not_the_answer(opened):
 
 def test_no_answer_has_a_text_of_its_own(opened):
     board, _ = opened(FakeKit(deaf={SettingsRequest: 2}))
-    with pytest.raises(errors.NoDataError, match=r"did not answer SettingsRequest within 0\.2 s"):
+    with pytest.raises(errors.NoDataError, match=r"did not answer when asked for its settings within 0\.2 s"):
         board.request(SettingsRequest(), Settings, seconds=0.2)
 
 
