@@ -1,7 +1,9 @@
 """The command that writes an environment, as tuned, as an Arduino sketch."""
 
 import argparse
+import math
 
+from hapkit_studio.analysis import sketch_limit
 from hapkit_studio.commands.base import Command, Result
 from hapkit_studio.commands.given import environment, estimator_spec, key_values
 from hapkit_studio.devices import profiles
@@ -34,8 +36,12 @@ def run(options: argparse.Namespace) -> Result:
     found = environment(options.environment, options.trust)
     values = found.values(key_values(options.parameter))
     kit = _kit(options.kit, options.port)
-    text = sketch.text(found, values, kit, options.rate, estimator_spec(options.estimator), options.prints)
     rate = options.rate or sketch.usual_rate(found, values)
+    spec = estimator_spec(options.estimator)
+    sketch.check(rate, spec, options.prints)
+    margin = sketch_limit.margin(found, values, kit.board, rate, spec)
+    limit = sketch_limit.words(margin, rate)
+    text = sketch.text(found, values, kit, rate, spec, options.prints, limit)
     path = sketch_file.write(options.output or found.key, text, options.force)
     whose = f"{kit.board.label}, {'calibrated' if kit.calibrated else 'the usual numbers of such a kit'}"
     numbers = {
@@ -43,8 +49,11 @@ def run(options: argparse.Namespace) -> Result:
         "kit": kit.board.label,
         "calibrated": kit.calibrated,
         "rate_Hz": rate,
+        "stiffness_limit": margin.limit if margin and math.isfinite(margin.limit) else None,
+        "stable": margin.stable if margin else None,
     }
     lines = f"wrote {path}\nfor {whose}; open it in the Arduino IDE, board Arduino Uno, and upload"
+    lines += f"\n{limit}" if limit else ""
     return Result(lines, {"environment": found.key, **numbers})
 
 

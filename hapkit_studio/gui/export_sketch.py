@@ -6,6 +6,7 @@ from PySide6.QtCore import QDir
 from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QPushButton, QWidget
 
 from hapkit_studio.devices import profiles
+from hapkit_studio.dynamics import estimators
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.form_sheet import FormSheet
 from hapkit_studio.gui.studio import Studio
@@ -35,6 +36,8 @@ class ExportSheet(FormSheet):
         self.save.clicked.connect(self.ask)
         for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed):
             changed.connect(self.look)
+        for box in (self.kits, self.rates):
+            box.currentIndexChanged.connect(self.show_limit)
         self.look()
 
     def look(self) -> None:
@@ -44,8 +47,30 @@ class ExportSheet(FormSheet):
         usual = sketch.usual_rate(studio.environment, studio.values)
         self.rates.setItemText(0, f"{usual:,} Hz, usual for this environment")
         other = spec_on_board(studio.loop.spec) != studio.loop.spec
-        self.velocity.setText("Kalman, in place of the loop's own estimator" if other else "as in the loop")
-        self.verdict.say("Not saved yet.")
+        name = estimators.parse(spec_on_board(studio.loop.spec))[0].label
+        self.velocity.setText(
+            f"{name}, in place of the loop's own estimator" if other else f"{name}, as in the loop"
+        )
+        self.show_limit()
+
+    def show_limit(self) -> None:
+        """Say how stiff the sketch may be at its rate on its kit."""
+        words, safe = self._limit()
+        if safe:
+            self.verdict.say(f"Not saved yet. {words}".rstrip())
+        else:
+            self.verdict.say(f"Not saved yet. {words}", "triangle", "warn")
+
+    def _limit(self) -> tuple[str, bool]:
+        """Return limit and margin in words, and whether it is within."""
+        from hapkit_studio.analysis import sketch_limit  # off the first picture's way
+
+        studio = self._studio
+        kit, spec = self.kits.currentData(), spec_on_board(studio.loop.spec)
+        rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
+        found = sketch_limit.margin(studio.environment, studio.values, kit.board, rate, spec)
+        words = sketch_limit.words(found, rate)
+        return words, not words or found is None or found.stable
 
     def text(self) -> str:
         """Return the sketch; raise ParameterError, LawError."""
@@ -57,6 +82,7 @@ class ExportSheet(FormSheet):
             self.rates.currentData() or None,
             spec_on_board(studio.loop.spec),
             self.prints.currentData(),
+            self._limit()[0],
         )
 
     def write(self, wanted: str) -> None:
@@ -72,7 +98,11 @@ class ExportSheet(FormSheet):
         else:
             where = path.parent.parent
             words = f"Saved {path.parent.name}/{path.name} in {where}. Open it in the Arduino IDE and upload."
-            self.verdict.say(words, "check", "ok")
+            limit, safe = self._limit()
+            if safe:
+                self.verdict.say(words, "check", "ok")
+            else:
+                self.verdict.say(f"{words} {limit}", "triangle", "warn")
 
     def ask(self) -> None:
         """Ask for the file beside the window: nothing waits for it."""
@@ -109,7 +139,7 @@ class ExportSheet(FormSheet):
             ("Serial monitor", self.prints),
         )
         self.add_fields((words, widget, None) for words, widget in fields)
-        self.add_verdict(2)
+        self.add_verdict(3)
         self.add_buttons(self.save)
 
 

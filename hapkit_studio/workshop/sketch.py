@@ -60,24 +60,23 @@ def text(
     rate: int | None = None,
     estimator: Spec = USUAL,
     prints: int = 10,
+    remark: str = "",
 ) -> str:
     """Return the sketch.
 
     values: those that differ from the defaults. rate in Hz: by default ``usual_rate``. prints: lines a second
-    on the serial monitor.
-
-    Raise ParameterError for what a sketch does not do, LawError for a law that C++ cannot say.
+    on the serial monitor. remark: what a reader has to know first, e.g. how stiff it may be. Raise ParameterError for what a sketch does not do, LawError for a law that C++ cannot say.
     """
     kit, values = kit or Kit(), environment.values(values)
     rate = usual_rate(environment, values) if rate is None else rate
-    _check(rate, estimator, prints)
+    check(rate, estimator, prints)
     memory = "state, " if environment.force.state_names else ""
     name = f"laws::{sketch_law.namespace(environment)}"
     return _piece("sketch").substitute(
         title=sketch_law.one_line(environment.title),
         about=_comment(sketch_law.one_line(environment.summary)),
         version=version("hapkit-studio"),
-        before_start=_comment(_start_words(kit)),
+        before_start="\n//\n".join(_comment(words) for words in (remark, _start_words(kit)) if words),
         rate=rate,
         loop=_loop(rate, prints),
         parameters=sketch_law.constants(environment, values),
@@ -98,7 +97,8 @@ def usual_rate(environment: Environment, values: Mapping[str, float]) -> int:
     return min([USUAL_RATE, *(SLOWER[name] for name in chosen if name in SLOWER)])
 
 
-def _check(rate: int, estimator: Spec, prints: int) -> None:
+def check(rate: int, estimator: Spec, prints: int) -> None:
+    """Raise ParameterError for what a sketch does not do."""
     if rate not in RATES:
         raise ParameterError(f"A sketch renders at {', '.join(map(str, RATES))} Hz, not at {rate:g} Hz.")
     if not 0 <= prints <= MOST_PRINTS:
@@ -114,7 +114,7 @@ def _piece(name: str) -> Template:
 
 
 def _comment(words: str) -> str:
-    return "\n".join(f"// {line}" for line in textwrap.wrap(words, _WIDTH))
+    return "\n".join(f"// {line}" for line in textwrap.wrap(words.replace("×", "times"), _WIDTH))
 
 
 def _start_words(kit: Kit) -> str:

@@ -1,5 +1,7 @@
 """Exporting a sketch from the window: what is tuned, for which kit, into which folder."""
 
+import re
+
 import pytest
 
 from hapkit_studio.devices import profiles
@@ -46,10 +48,31 @@ def test_kit_and_printing_are_as_chosen(window, sheet):
 
 def test_an_estimator_that_no_sketch_has_is_replaced_and_that_is_said(window, sheet):
     window.studio.set_loop(estimator="foaw", options=())
-    assert "Kalman, in place of" in sheet.velocity.text()
+    assert "Kalman filter, in place of" in sheet.velocity.text()
     assert "alpha-beta" in sheet.text()
     window.studio.set_loop(estimator="difference", options=())
-    assert sheet.velocity.text() == "as in the loop"
+    assert sheet.velocity.text().endswith(", as in the loop")
+    assert "ifference" in sheet.velocity.text()
+
+
+def test_a_sketch_that_would_buzz_is_said_so_in_the_sheet_and_in_the_file(window, sheet, tmp_path):
+    window.studio.choose("wall")
+    window.studio.set_loop(estimator="difference", options=())
+    window.studio.set_values({"stiffness": 5000.0, "damping": 0.0})
+    limit = 2.0 * 0.5 / (1e-3 + 2e-3)  # K < 2 b / (T + 2 t), t = T, b the default kit's, B = 0
+    words = sheet.verdict.words.text()
+    assert "at 1,000 Hz" in words
+    assert "above the limit" in words
+    found = float(re.search(r"Limit ([\d,]+) N/m", words)[1])
+    assert found == pytest.approx(limit, rel=0.01)
+    sheet.rates.setCurrentIndex(sheet.rates.findData(2000))
+    assert "at 2,000 Hz" in sheet.verdict.words.text()
+    sheet.write(str(tmp_path / "stiff.ino"))
+    assert "Saved stiff/stiff.ino" in sheet.verdict.words.text()
+    assert "above the limit" in sheet.verdict.words.text()
+    assert "times above the limit" in (tmp_path / "stiff" / "stiff.ino").read_text("utf-8")
+    window.studio.set_values({"stiffness": 100.0})
+    assert "below the limit" in sheet.verdict.words.text()
 
 
 @pytest.mark.parametrize("name", ["my wall.ino", "nowhere/at/all\0.ino"])
