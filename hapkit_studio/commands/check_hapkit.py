@@ -10,7 +10,9 @@ from hapkit_studio.devices.calibration import Bench
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import ParameterError
 
-_SIGNS = {"pass": "pass", "look": "LOOK", "skip": "left out"}
+_SIGNS = {"pass": "pass", "look": "LOOK", "fail": "FAIL", "skip": "left out"}
+DANGER = 1
+"""Exit code where a check failed so that nothing may be rendered on this kit."""
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -27,8 +29,8 @@ def board_named(key: str) -> Any:
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Run every check on the board."""
-    from hapkit_studio.analysis.calibrate.checks import Check, run_all
+    """Run every check on the board; the exit code says whether one found a danger."""
+    from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, run_all
     from hapkit_studio.analysis.calibrate.verdict import Verdict
 
     def said(check: Check, verdict: Verdict | None) -> None:
@@ -41,12 +43,14 @@ def run(options: argparse.Namespace) -> Result:
         report = run_all(bench, said)
     finally:
         bench.close()
+    titles = {check.key: check.title for check in CHECKS}
     lines = []
     for key, verdict in report.verdicts.items():
-        lines.append(f"{key:<10} {_SIGNS[verdict.level]:<9} {verdict.words}")
+        lines.append(f"{titles[key]:<18} {_SIGNS[verdict.level]:<9} {verdict.words}")
         if verdict.remedy:
-            lines.append(f"{'':<20} {verdict.remedy}")
-    return Result("\n".join([*lines, report.words]), {"device": options.device, **report.as_json()})
+            lines.append(f"{'':<28} {verdict.remedy}")
+    found = {"device": options.device, **report.as_json()}
+    return Result("\n".join([*lines, report.words]), found, DANGER if report.dangerous else 0)
 
 
 COMMAND = Command("check", "test a connected Hapkit in half a minute, change nothing", run, options, order=95)

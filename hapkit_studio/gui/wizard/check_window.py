@@ -3,10 +3,18 @@
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, Report, run_all
-from hapkit_studio.analysis.calibrate.verdict import LOOK, PASS, Verdict
+from hapkit_studio.analysis.calibrate.verdict import FAIL, LOOK, PASS, Verdict
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import PRIMARY
@@ -18,7 +26,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.studio import Studio
 
 TITLE = "Test my Hapkit"
-_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn")}
+_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
 _WAITING, _SAID = "QLabel { font-size: 14px; color: @ink3; }", "QLabel { font-size: 14px; color: @ink; }"
 _BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."
 
@@ -39,7 +47,7 @@ class CheckWindow(Shell):
         self.setMinimumSize(640, 480)
         self.report: Report | None = None
         self.box, self.bar = VerdictBox(), QProgressBar()
-        self.test = QPushButton("Test")
+        self.test, self.shut = QPushButton("Test"), QPushButton("Close")
         self.test.setProperty("tall", True)
         self.test.setAutoDefault(False)
         self.test.setEnabled(False)
@@ -48,6 +56,7 @@ class CheckWindow(Shell):
         body = self._body()
         self.column.addWidget(body, 1)
         self.test.clicked.connect(self.run)
+        self.shut.clicked.connect(self.close)
         self._said.connect(self._show)
         self.desk.opened.connect(self._opened)
         self.desk.refused.connect(self._refused)
@@ -91,7 +100,8 @@ class CheckWindow(Shell):
         self.report = report
         self.test.setEnabled(True)
         self.test.setText("Test again")
-        self.box.say(report.words, "", *(("check", "ok") if report.good else ("triangle", "warn")))
+        level = PASS if report.good else FAIL if report.dangerous else LOOK
+        self.box.say(report.words, "", *_SIGNS[level])
 
     def _refused(self, words: str) -> None:
         self.test.setEnabled(True)
@@ -123,5 +133,11 @@ class CheckWindow(Shell):
         column.addStretch(1)
         column.addWidget(self.bar)
         column.addWidget(self.box)
-        column.addWidget(self.test, 0, Qt.AlignmentFlag.AlignLeft)
+        self.shut.setProperty("tall", True)
+        self.shut.setAutoDefault(False)
+        row = QHBoxLayout()
+        row.addWidget(self.test)
+        row.addStretch(1)
+        row.addWidget(self.shut)
+        column.addLayout(row)
         return body

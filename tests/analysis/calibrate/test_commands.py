@@ -30,7 +30,7 @@ def run(capsys, *words):
     """Run a command; return its exit code, and what it printed as JSON or, failing that, its complaint."""
     code = cli.main([*words, "--json"])
     said = capsys.readouterr()
-    return code, json.loads(said.out) if code == 0 else said.err
+    return code, json.loads(said.out) if code != 2 else said.err
 
 
 def test_settings_are_shown_and_left_alone(capsys, port, kit):
@@ -86,10 +86,18 @@ def test_check_says_a_verdict_for_each(capsys, monkeypatch):
     kit.origin = Origin.STORED
     monkeypatch.setattr(check_hapkit, "board_named", lambda key: kit)
     code, found = run(capsys, "check", "port")
-    assert code == 0
+    assert code == check_hapkit.DANGER
     assert found["pass"] is False
     assert found["checks"]["direction"]["key"] == "opposite"
-    assert cli.main(["check", "port"]) == 0
+    assert cli.main(["check", "port"]) == check_hapkit.DANGER
     text = capsys.readouterr().out
-    assert "direction  LOOK" in text
-    assert "Look at: direction" in text
+    assert "Direction          FAIL" in text
+    assert "Do not use this Hapkit yet. Mend first: direction." in text
+
+
+def test_what_is_no_danger_ends_well(capsys, monkeypatch):
+    kit = PaddleKit()  # nothing is stored on it
+    monkeypatch.setattr(check_hapkit, "board_named", lambda key: kit)
+    code, found = run(capsys, "check", "port")
+    assert code == 0
+    assert found["checks"]["settings"]["level"] == "look"
