@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import design, estimate_velocity
 from hapkit_studio.protocol.messages import Estimator, Loop
 from tests.firmware.board_runs import render
@@ -12,8 +13,13 @@ pytestmark = needs_board
 
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.25 hand -0.03 300 4 0.05 0.1", "0.36 hand 0.03 300 4 0.05 0.05")
 
+HELD = [("spring", (100, 2, 0)), ("wall", (400, 2, 0.005, 0, 0))] + [
+    (key, [p.check(p.default) for p in environments()[key].parameters])
+    for key in ("damping", "detents", "texture", "bump_valley", "friction", "button")
+]
 
-@pytest.mark.parametrize(("key", "values"), [("spring", (100, 2, 0)), ("wall", (400, 2, 0.005, 0, 0))])
+
+@pytest.mark.parametrize(("key", "values"), HELD)
 def test_two_kilohertz_with_telemetry_leave_a_fifth_of_the_processor(tmp_path, key, values):
     run = render(tmp_path, key, values, 2000, 0.3, SWEEP)
     assert run.share <= 0.80
