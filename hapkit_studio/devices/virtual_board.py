@@ -182,8 +182,8 @@ def _home() -> tempfile.TemporaryDirectory:
 
 
 def listed() -> VirtualBoard:
-    """Return the board of the device list: its EEPROM outlives it, as that of a kit which is unplugged."""
-    return VirtualBoard(options=["--eeprom", os.path.join(_home().name, "eeprom")])
+    """Return the board of the device list: its EEPROM outlives it; the handle's way ends as a kit's does."""
+    return VirtualBoard(options=["--eeprom", os.path.join(_home().name, "eeprom"), "--stop", "0.05"])
 
 
 def _entries() -> list[DeviceEntry]:

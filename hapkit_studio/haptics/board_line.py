@@ -34,6 +34,7 @@ def render(r, conn, out, k, now):
     notice_rate(conn, sample, period, now)
     line.stamp(conn, sample, row, now)
     delays.note(conn.delays, delays.BOARD, sample[codec.DELAY])
+    conn.numbers[way.SEEN_SPEED] = (position - r.real[rig.LAST_POSITION]) / period
     fill(r, conn, sample, row, position, period)
     lost = lost_frames(conn, sample, period)
     row[rows.FLAGS] = flags_of(r, conn, sample, now, lost > 0 or period > 1.5 * frame_of(conn))
@@ -167,12 +168,16 @@ def flags_of(r, conn, sample, now, gap):
 
 @internal
 def latch_what_is_said(r, n, said, sample, now):
-    """Latch over-speed and a force that is no number, unless the board was told just now to forget them."""
+    """Latch over-speed and a force that is no number, unless the board was told just now to forget them.
+
+    A board that saw a leap gives up its estimate: then the speed is what its positions come to.
+    """
     speed, position = r.real[rig.VELOCITY], r.real[rig.LAST_POSITION]
     if now < n[way.EXCUSED]:
         return
     if said & codec.FLAG_OVER_SPEED or abs(speed) > r.values[block.MAX_SPEED]:
-        latch(r, rig.OVER_SPEED, speed, position)
+        seen = n[way.SEEN_SPEED]
+        latch(r, rig.OVER_SPEED, speed if abs(speed) > r.values[block.MAX_SPEED] else seen, position)
     if said & codec.FLAG_REFUSED:
         latch(r, rig.NOT_A_NUMBER, math.nan, position)
 

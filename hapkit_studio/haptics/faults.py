@@ -26,7 +26,7 @@ def describe(code: int, r: Rig) -> Fault | None:
         rig.LAW_INDEX: f"Fault: line {line} of the law reaches beyond its state.",
         rig.LAW_FUEL: f"Fault: line {line} of the law does not come to an end.",
         rig.LAW_DIVISION: f"Fault: line {line} of the law divides by zero at x = {_signed(position)} mm.",
-        rig.OVER_SPEED: f"Fault: over-speed, {_beyond(abs(value), limit)} m/s (limit {limit:.1f} m/s).",
+        rig.OVER_SPEED: f"Fault: over-speed, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).",
         rig.STALE_SENSOR: f"Fault: no sensor frame for {1e3 * value:.0f} ms, three times in 10 s.",
         rig.RUNAWAY: f"Fault: this machine cannot keep {value:.0f} Hz.",
         rig.DEVICE_GONE: _gone(value),
@@ -51,8 +51,15 @@ def silent(name: str, seconds: float) -> str:
 
 
 def _beyond(value: float, limit: float) -> str:
-    """Write a value with as many decimals as show that it is above the limit."""
-    return next((t for t in (f"{value:.{d}f}" for d in (1, 2, 3)) if float(t) > limit), f"{value:.4f}")
+    """Write a speed with as many decimals as show that it is above the limit.
+
+    The board samples up to four times as often as it tells: a short peak is known to it alone.
+    """
+    if value <= limit:
+        return f"seen by the board between two frames, {value:.1f} m/s over a frame"
+    return (
+        next((t for t in (f"{value:.{d}f}" for d in (1, 2, 3)) if float(t) > limit), f"{value:.4f}") + " m/s"
+    )
 
 
 def _at(line: int) -> str:

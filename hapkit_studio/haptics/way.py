@@ -38,6 +38,7 @@ FADED_AT = 13
 EXCUSED = 14
 SENT_FIRST = 15
 SENT_SECOND = 16
+SEEN_SPEED = 17  # m/s from one position that the board tells to the next
 NUMBERS = 20
 
 # What WAY says. LEAVING: the computer's force fades out. SETTING: the board takes over the zero. ASKING: it
