@@ -94,6 +94,13 @@ class FlashSheet(FormSheet):
                 "Ready." if self.ports.count() else "No port: plug the board in, then look again."
             )
         self.write.setEnabled(bool(found) and self.ports.count() > 0)
+        self._hide_what_is_empty()
+
+    def _hide_what_is_empty(self) -> None:
+        """Show no list without a port in it, and no bar before something is written."""
+        self.ports.setPlaceholderText("No port found")
+        self.ports.setEnabled(self.ports.count() > 0)
+        self.bar.setVisible(self.job.running or self._flashed is not None)
 
     def _follow(self, done: int, of: int) -> None:
         self.verdict.say(_WORDS[min(done // _WHOLE, len(_WORDS) - 1)])
@@ -144,6 +151,7 @@ class FlashSheet(FormSheet):
             widget.setEnabled(not busy)
         if running:
             self.bar.setValue(0)
+            self.bar.show()
 
     def _own_port(self) -> str:
         """Return the port of the device in use, if it is a board on a port."""

@@ -2,8 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 
+from PySide6.QtCore import QPoint
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
+from hapkit_studio.gui import banners, header
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.help_dialog import Sheet
 from hapkit_studio.gui.tabs.bar import PRIMARY
@@ -23,6 +26,15 @@ class FormSheet(Sheet):
         words.setWordWrap(True)
         words.setMinimumWidth(_WIDTH)
         self.column.addWidget(words)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Open below the window's banners: a fault, and what clears it, stay in sight."""
+        super().showEvent(event)
+        parent = self.parentWidget()
+        if parent is not None and not event.spontaneous():
+            top = parent.window().mapToGlobal(QPoint(0, header.HEIGHT + banners.MOST * banners.HEIGHT)).y()
+            if self.y() < top:
+                self.move(self.x(), top)
 
     def add_fields(self, fields: Iterable[tuple[str, QWidget, QWidget | None]]) -> None:
         """Add rows of a label, a widget, and what stands behind it."""

@@ -12,6 +12,8 @@ def reason(device: Any, delay: float) -> str:
     """Return the likeliest reason and what helps; nothing where the delay in s is short."""
     if device.simulated or delay <= LONG:
         return ""
+    if getattr(device, "hand", False):  # a virtual board has no USB chip, and frames filled do not help
+        return f"The virtual board shares this computer's processors: {_BOARD}."
     what = _BOARD if getattr(device, "padding", 0) else f"{_FRAMES}, or {_BOARD}"
     timer = held_back(device)
     holds = f"The USB chip holds frames back, up to {timer} ms" if timer else "The line holds frames back"

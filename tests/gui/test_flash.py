@@ -43,6 +43,9 @@ def test_without_a_port_there_is_nothing_to_flash(window, no_ports, monkeypatch)
     sheet = sheet_of(window)
     assert not sheet.write.isEnabled()
     assert sheet.verdict.words.text() == "No port: plug the board in, then look again."
+    assert not sheet.ports.isEnabled()
+    assert sheet.ports.placeholderText() == "No port found"
+    assert not sheet.bar.isVisible()
     monkeypatch.setattr(discovery, "ports", lambda: [Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT)])
     sheet.again.click()
     assert sheet.write.isEnabled()

@@ -35,6 +35,13 @@ def test_only_a_long_delay_has_a_reason(what, delay, words):
     assert bool(said) == bool(words)
 
 
+def test_a_virtual_board_has_no_chip_to_blame():
+    said = reason(SimpleNamespace(simulated=False, hand=True, latency=None, padding=0), 1.01 * LONG)
+    assert "virtual board" in said
+    assert "render on the board" in said
+    assert "frames" not in said
+
+
 def test_filled_frames_are_not_recommended_to_who_has_them():
     assert "fill" not in reason(device(padding=PACKET), 0.1)
 
