@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hapkit_studio.commands.base import Command, Result
-from hapkit_studio.commands.flash import avrdude_option, flash_and_greet
-from hapkit_studio.devices import avrdude, hex_image
+from hapkit_studio.commands.flash import avrdude_option, flash_and_greet, port_to_flash
+from hapkit_studio.devices import avrdude, flash, hex_image
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import DeviceError, LawError, ParameterError
 from hapkit_studio.laws import Law
@@ -51,7 +51,8 @@ def run(options: argparse.Namespace) -> Result:
     """Build, write the image, flash it if a port is given; raise DeviceError, LawError."""
     sources = _sources()
     if options.flash:
-        avrdude.find(options.avrdude)  # said before a minute of compiling
+        avrdude.find(options.avrdude)  # said before a minute of compiling, as is a missing port
+        flash.try_port(port_to_flash(options.flash))
     kept = _kept(options.laws)
     own = [asking.environment(file, options.trust) for file in options.own]
     laws = {environment.key: environment.force for environment in [*kept, *own]}

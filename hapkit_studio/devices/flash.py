@@ -88,7 +88,7 @@ def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
     deadline = time.monotonic() + patience
     while True:
         try:
-            return _try_port(port)
+            return try_port(port)
         except PortBusyError:
             if time.monotonic() > deadline:
                 raise
@@ -96,7 +96,7 @@ def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
         time.sleep(_LOOK)
 
 
-def _try_port(port: str) -> None:
+def try_port(port: str) -> None:
     """Open and close the port, as avrdude neither says who holds it nor minds a lock; raise DeviceError."""
     try:
         serial.Serial(port, BAUD, exclusive=True).close()

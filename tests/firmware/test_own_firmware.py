@@ -12,7 +12,7 @@ import pytest
 from hapkit_studio.commands import firmware
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
-from hapkit_studio.errors import AvrdudeMissingError, DeviceError, LawError, ParameterError
+from hapkit_studio.errors import AvrdudeMissingError, DeviceError, LawError, ParameterError, PortGoneError
 from hapkit_studio.laws.cpp import CppLaw
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import VALUES, Alive, Scene
@@ -111,6 +111,16 @@ def test_a_missing_avrdude_is_said_before_a_long_build(own, tmp_path, monkeypatc
     monkeypatch.setattr(firmware, "_sources", lambda: tmp_path)
     with pytest.raises(AvrdudeMissingError, match="nowhere is no program"):
         firmware.run(given(own, tmp_path / "out.hex", flash="/dev/ttyUSB0", avrdude="nowhere"))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="another way to find programs")
+def test_a_missing_port_is_said_before_a_long_build(own, tmp_path, monkeypatch):
+    monkeypatch.setattr(firmware, "_sources", lambda: tmp_path)
+    monkeypatch.setattr(firmware.avrdude, "find", lambda given: None)
+    with pytest.raises(PortGoneError, match="ttyNONE7 is not there"):
+        firmware.run(given(own, tmp_path / "out.hex", flash="/dev/ttyNONE7"))
+    with pytest.raises(DeviceError, match="needs no flashing"):
+        firmware.run(given(own, tmp_path / "out.hex", flash="simulated"))
 
 
 def test_too_many_laws_for_the_chip_is_said_with_the_sizes():
