@@ -6,7 +6,7 @@ from typing import Any
 
 from hapkit_studio.commands.base import Command, Result
 from hapkit_studio.commands.check_hapkit import board_named
-from hapkit_studio.devices import calibration_file, profiles
+from hapkit_studio.devices import calibration_file, calibration_words, profiles
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor, Settings
 
@@ -57,13 +57,16 @@ def _numbers(settings: Settings) -> dict[str, Any]:
 
 
 def _text(settings: Settings, written: str) -> str:
-    units = {f.name: f.unit for f in Board.layout()}
-    lines = [f"{k:<16} {_shown(v)} {units.get(k, '')}".rstrip() for k, v in _numbers(settings).items()]
+    board = profiles.of_settings(settings)
+    rows = [(calibration_words.words_of(k), calibration_words.shown(board, k)) for k in _shown(board)]
+    rows.append(("Settings are", calibration_words.origin_words(settings.origin)))
+    lines = [f"{words:<34} {value}" for words, value in rows]
     return "\n".join(lines + ([f"wrote {written}"] if written else []))
 
 
-def _shown(value: Any) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
+def _shown(board: Board) -> list[str]:
+    """Return the settings that mean something: the table only where the motor has one."""
+    return [k for k in calibration_words.ALL if k != "table" or board.motor_map == MotorMap.TABLE]
 
 
 COMMAND = Command("calibrate", "show a board's calibration, or put another on it", run, options, order=96)

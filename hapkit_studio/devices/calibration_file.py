@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 import platformdirs
 
+from hapkit_studio.devices.calibration_words import shown, words_of
 from hapkit_studio.devices.profiles import default
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board
 
 FOLDER = "calibrations"
+_KINDS = {int: "a whole number", float: "a number", str: "text", tuple: "eight whole numbers"}
 VARIABLE = "HAPKIT_STUDIO_FOLDER"
 
 
@@ -79,8 +81,9 @@ def _board(table: dict[str, Any], name: str) -> Board:
         value, like = table.get(field.name), getattr(usual, field.name)
         value = tuple(value) if isinstance(value, list) else value
         value = float(value) if isinstance(like, float) and isinstance(value, int) else value
-        if not isinstance(value, type(like) if not isinstance(like, int) else int):
-            raise ParameterError(f"{name}: {field.name} is missing or no {type(like).__name__}.")
+        kind = int if isinstance(like, int) else type(like)
+        if not isinstance(value, kind):
+            raise ParameterError(f"{name}: {field.name} is missing, or not {_KINDS[kind]}.")
         values[field.name] = value
     return Board(**values)
 
@@ -91,9 +94,15 @@ def _text(board: Board, notes: dict[str, str], written: str) -> str:
     lines += [f"# {step}: {words}" for step, words in notes.items()]
     lines += ["", "[board]"]
     for field in Board.layout():
-        unit = f"{field.unit}: " if field.unit else ""
-        lines.append(f"{field.name} = {_value(getattr(board, field.name))}  # {unit}{field.help}")
+        unit = f"{field.unit.replace('*', '·')}: " if field.unit else ""
+        words = _help(board, field.name, field.help)
+        lines.append(f"{field.name} = {_value(getattr(board, field.name))}  # {unit}{words}")
     return "\n".join(lines) + "\n"
+
+
+def _help(board: Board, name: str, usual: str) -> str:
+    """Return what a number means; of a choice, what was chosen."""
+    return f"{words_of(name)}: {shown(board, name)}" if name in ("pins", "sensor", "motor_map") else usual
 
 
 def _value(value: Any) -> str:

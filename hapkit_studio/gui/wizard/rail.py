@@ -8,7 +8,7 @@ from hapkit_studio.gui.theme import number, theme
 
 SPAN = 0.065
 """m from the middle to either end of the picture."""
-_HEIGHT = 150
+_HEIGHT = 166
 _END = 0.062
 _REACH = 0.055
 _PER_NEWTON = 90.0
@@ -77,7 +77,7 @@ class Rail(QWidget):
         painter.setPen(QPen(theme.color("line"), 1))
         painter.setBrush(theme.color("scene"))
         painter.drawRoundedRect(QRectF(0.5, 0.5, self.width() - 1, self.height() - 1), 8, 8)
-        base = self.height() - 36.0
+        base = self.height() - (52.0 if self.takes_hand else 36.0)
         self._rail(painter, base)
         self._marks(painter, base)
         if self.takes_hand:

@@ -17,7 +17,7 @@ class DirectionStep(StepPage):
         super().__init__(desk)
         self.say(
             "Now plug in the motor's 12 V supply. Put the handle in the middle, hands off, then press Push: "
-            "pulses of 0.1 N, 0.3 N at most, 80 ms long. A wrong sign would make a spring run away."
+            "pulses of 0.1\u00a0N, 0.3\u00a0N at most, 80 ms long. A wrong sign would make a spring run away."
         )
         self.rail = self.with_hand(Rail())
         self.pictures(KitDrawing(usb=True, supply=True), self.rail)

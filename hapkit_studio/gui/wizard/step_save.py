@@ -1,16 +1,17 @@
 """Last: what changed, the kit's name, and keeping it: on the board and in a file."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QWidget
 
 from hapkit_studio.analysis.calibrate.verdict import passed
 from hapkit_studio.devices import calibration_file, profiles
+from hapkit_studio.devices.calibration_words import MEASURED, shown, words_of
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.theme import number
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.page import StepPage
 
@@ -18,34 +19,8 @@ Notes = dict[str, tuple[bool, str]]
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.calibrate.session import Calibration
-    from hapkit_studio.protocol.messages import Board
-
-# field, words, factor, unit, decimals
-_ROWS = (
-    ("counts_per_flip", "Counts from repeat to repeat", 1.0, "", 0),
-    ("quantum", "Travel per count", 1e6, "µm", 2),
-    ("zero", "Zero, a count", 1.0, "", 0),
-    ("sense", "Counts grow to the", 0.0, "", 0),
-    ("direction", "Direction pin high pushes to the", 0.0, "", 0),
-    ("motor_constant", "Motor constant", 1e3, "mN·m", 2),
-    ("dead_band", "Dead band, duty of 255", 1.0, "", 0),
-    ("mass", "Mass at the handle", 1e3, "g", 1),
-    ("viscous", "Damping", 1.0, "N·s/m", 3),
-    ("coulomb", "Dry friction", 1.0, "N", 3),
-    ("handle_radius", "Axis to handle, rh", 1e3, "mm", 2),
-    ("pulley_radius", "Pulley, rp", 1e3, "mm", 2),
-)
 
 _UNSAVED = "Not saved yet: the board would forget it at its next start."
-
-
-def shown(board: "Board", row: tuple) -> str:
-    """Return one number of a board's settings as a person reads it."""
-    name, _words, factor, unit, decimals = row
-    value = getattr(board, name)
-    if not factor:
-        return "right" if value > 0 else "left"
-    return f"{number(factor * value, decimals)} {unit}".strip()
 
 
 class SaveStep(StepPage):
@@ -62,7 +37,7 @@ class SaveStep(StepPage):
         self._grid = QGridLayout(self.table)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setHorizontalSpacing(28)
-        self._grid.setVerticalSpacing(7)
+        self._grid.setVerticalSpacing(4)
         dress(self.table, "QLabel { font-size: 14px; }")
         self.column.addWidget(self.table)
         self.assumptions = QLabel()
@@ -84,6 +59,12 @@ class SaveStep(StepPage):
         for button in (self.undo, self.sure, self.stay):
             row.addWidget(button)
         self.ask_no_more()
+        self.file = QLabel()
+        self.file.setWordWrap(True)
+        self.file.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.file.hide()
+        dress(self.file, "QLabel { font-size: 13px; color: @ink2; }")
+        self.column.addWidget(self.file)
         self.column.addWidget(self.box)
 
     def enter(self) -> None:
@@ -142,6 +123,7 @@ class SaveStep(StepPage):
     def withdraw(self) -> None:
         super().withdraw()
         self.label.clear()
+        self.file.hide()
 
     def put_back(self) -> None:
         """Put back what the board had at the start."""
@@ -149,11 +131,13 @@ class SaveStep(StepPage):
 
     def _kept(self, path: str) -> None:
         self._fill()
+        self.file.setText(f"File: {path}")
+        self.file.show()
         reach = 1e3 * self._reach()
         self.show_verdict(
             passed(
-                f"Saved on the board and in {path}. Switch on with the handle within {reach:.0f} mm of the "
-                "middle: the board finds its zero from there."
+                f"Saved on the board and in {Path(path).name}. Switch on with the handle within "
+                f"{reach:.0f} mm of the middle: the board finds its zero from there."
             )
         )
 
@@ -173,9 +157,9 @@ class SaveStep(StepPage):
         before, now = self.subject.before, self.subject.board
         for column, words in enumerate(("", "before", "now")):
             self._cell(0, column, words, "axis")
-        for line, row in enumerate(_ROWS, 1):
-            old, new = shown(before, row), shown(now, row)
-            self._cell(line, 0, row[1], "axis")
+        for line, name in enumerate(MEASURED, 1):
+            old, new = shown(before, name), shown(now, name)
+            self._cell(line, 0, words_of(name), "axis")
             self._cell(line, 1, old, "axis")
             self._cell(line, 2, new if new != old else "as before", "" if new != old else "axis")
         self._grid.setColumnStretch(3, 1)

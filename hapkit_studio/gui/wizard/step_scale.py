@@ -29,7 +29,8 @@ class ScaleStep(StepPage):
         super().__init__(desk)
         self.say(
             "Mark 0 in the middle and 20 mm to either side, at the handle, with a ruler. Hold the handle "
-            "still at each mark and press Take. The middle comes twice: that shows whether the cable slips."
+            "still at each mark and press Take. The middle comes twice: that shows whether the cable slips. "
+            "Until then the zero is the board's old one, which may be off."
         )
         self.rail = self.with_hand(Rail())
         self.column.addWidget(self.rail)

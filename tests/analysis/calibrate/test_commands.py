@@ -41,6 +41,16 @@ def test_settings_are_shown_and_left_alone(capsys, port, kit):
     assert kit.stored is None
 
 
+def test_settings_are_read_in_plain_words(capsys, port):
+    assert cli.main(["calibrate", port]) == 0
+    text = capsys.readouterr().out
+    assert "magnetoresistive, on A2" in text
+    assert "PWM D5, direction D8" in text
+    assert "N·s/m" in text
+    for name in ("MAGNETORESISTIVE", "D5_D8", "viscous", "(", "N*"):
+        assert name not in text
+
+
 def test_a_kit_is_put_on_the_board_and_kept(capsys, port, kit):
     code, shown = run(capsys, "calibrate", port, "--kit", "hapkit3-short", "--label", "red 7")
     assert code == 0
