@@ -72,8 +72,8 @@ class DeviceList(QPushButton):
         """Show dot and words for the state of the link."""
         link = self._studio.link
         words = _WORDS.get(link.state, "{}").format(link.title.partition(": ")[0])
-        if link.state == "connecting" and link.text:
-            words = link.text  # what it waits for
+        if link.state in ("connecting", "idle") and link.text:
+            words = link.text  # what it waits for, who has it
         self.word.setText(words)
         self.setToolTip(link.text or "Choose a device")
         self.setAccessibleName(f"Device: {words}")

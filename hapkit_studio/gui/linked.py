@@ -65,10 +65,11 @@ class Linked(Chosen):
         if self.entry is not None:
             self.open(self.entry)
 
-    def let_go(self) -> None:
-        """Close the device in use, so that another program may have its port; ``reconnect`` takes it back."""
+    def let_go(self, user: str = "") -> None:
+        """Close the device in use, so that somebody else may have its port; ``reconnect`` takes it back."""
         self._again.stop()
-        self._set_link(Link("idle", self.entry.title if self.entry else ""))
+        text = f"In use: {user}" if user else ""
+        self._set_link(Link("idle", self.entry.title if self.entry else "", text))
         old = self._part()
         if old is not None:
             self._connector.leave(old)

@@ -1,6 +1,7 @@
 """What the loop in force is, as the stability limits take it: device, rate, measured delay, estimator."""
 
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, Signal
 
@@ -9,9 +10,32 @@ from hapkit_studio.gui.studio import Studio
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
 DELAY_STEP = 20e-6
+_STAYS = 0.8
+"""Of a step: so far a mean may wander without another limit; half a step would be no rest at all."""
+
+
+_steady: "WeakKeyDictionary[Engine, dict[str, float]]" = WeakKeyDictionary()
+
+
+def coarse(delay: float, before: float | None) -> float:
+    """Return a delay in s on a coarse step; the one before stays until the other is clearly nearer."""
+    if before is not None and abs(delay - before) < _STAYS * DELAY_STEP:
+        return before
+    return round(delay / DELAY_STEP) * DELAY_STEP
+
+
+def steady_delay(engine: "Engine", where: str) -> float | None:
+    """Return the delay in s of one way of rendering as all limits in the window take it, None if unknown."""
+    found = engine.delay_of(where)
+    if found is None:
+        return None
+    kept = _steady.setdefault(engine, {})
+    kept[where] = coarse(found.mean, kept.get(where))
+    return kept[where]
 
 
 class LoopFacts(QObject):
@@ -61,7 +85,8 @@ class LoopFacts(QObject):
         handing_over = engine is not None and engine.rendering != engine.where
         if handing_over or (health.delay == 0.0 and not self._studio.simulated):
             return
-        delay = round(health.delay / DELAY_STEP) * DELAY_STEP
+        own = None if engine is None or engine.device.simulated else steady_delay(engine, engine.where)
+        delay = coarse(health.delay, self.delay) if own is None else own
         if delay != self.delay:
             self.delay = delay
             self.changed.emit()
@@ -71,8 +96,7 @@ class LoopFacts(QObject):
         engine = self._studio.engine
         if engine is not None and not engine.device.simulated and engine.where != self._where:
             self._where = engine.where
-            found = engine.delay_of(engine.where)
-            self.delay = None if found is None else round(found.mean / DELAY_STEP) * DELAY_STEP
+            self.delay = steady_delay(engine, engine.where)
         self.changed.emit()
 
     def _forget(self) -> None:

@@ -72,7 +72,7 @@ class LoopPanel(QWidget):
         self.controller_words.setProperty("role", "hint")
         self.controller_words.setWordWrap(True)
         self.folded = False
-        self._by_hand = False
+        self._by_hand = self._low = False
         self._arrange()
         self._connect()
         self.show_state()
@@ -81,7 +81,7 @@ class LoopPanel(QWidget):
         """Fold the rows into one line, or unfold them."""
         self.folded = folded
         self._body.setVisible(not folded)
-        self.where.set_folded(folded)
+        self.where.set_folded(folded or (self._low and not self._by_hand))
         self.show_state()
 
     def set_room(self, narrow: bool, height: int) -> None:
@@ -93,6 +93,7 @@ class LoopPanel(QWidget):
         self.controller_words.setVisible(height >= _ROOM_FOR_SLIDERS)
         for choice in (self.estimator, self.grip):
             choice.set_compact(height < _ROOM_FOR_SLIDERS)
+        self._low = height < _ROOM_FOR_SLIDERS
         if not self._by_hand:
             self.set_folded(height < _ROOM_FOR_ROWS)
 
@@ -120,7 +121,9 @@ class LoopPanel(QWidget):
     def summary(self) -> str:
         """Return the loop in one line that fits the panel: the estimator without its options."""
         name = ESTIMATOR.word(ESTIMATOR.check(self._studio.loop.estimator))
-        return f"{self._rate():.0f} Hz · {self.delay.box.text()} ms · {name}"
+        engine = self._studio.engine
+        board = "Board " if engine is not None and engine.board_way is not None else ""
+        return f"{board}{self._rate():.0f} Hz · {self.delay.box.text()} ms · {name}"
 
     def _rate(self) -> float:
         engine = self._studio.engine

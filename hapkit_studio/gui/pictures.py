@@ -83,13 +83,21 @@ class Pictures(QObject):
         self._centre.refresh()
         self._status.show_clamp(clamped, self.max_force)
 
+    def _own_rate(self) -> tuple[float | None, bool]:
+        """Return the rate in Hz that the loop should have, and whether it is the board's own."""
+        engine = self._studio.engine
+        if engine is None or engine.device.simulated:
+            return None, False
+        way = engine.board_way if engine.rendering == engine.where else None
+        return (engine.loop.rate, False) if way is None else (float(way.rate), True)
+
     def show_health(self, health: "Health") -> None:
         """Show the loop's health in the status bar; without frames the pictures follow it as well."""
         if self._live.last is None or self._live.last is self._seen:
             self._centre.refresh()
         self._seen = self._live.last
         if self._studio.link.state == "running":
-            self._status.show_health(health)
+            self._status.show_health(health, *self._own_rate())
             self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
             self._warnings.watch(self._live.history)
 

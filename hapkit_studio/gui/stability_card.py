@@ -78,6 +78,8 @@ class StabilityCard(QWidget):
             studio.values_changed,
             studio.environment_changed,
             studio.engine_changed,
+            studio.stop_changed,
+            studio.link_changed,
             self.facts.changed,
         ):
             signal.connect(self._ask_soon)
@@ -142,12 +144,18 @@ class StabilityCard(QWidget):
 
     def _why_not(self) -> tuple[str, str]:
         if self._studio.engine is None:
-            return "Not judged yet", "Needs a device."
+            link = self._studio.link
+            return (
+                "Not judged yet",
+                f"{link.text}." if link.state == "idle" and link.text else "Needs a device.",
+            )
         if self._studio.environment.impedance is None:
             return "No limit applies", "This environment renders no stiffness or damping of its own."
         if not self.facts.linear:
             name = ESTIMATORS[self._studio.loop.estimator].label
             return "No exact limit", f"{name} is not linear: only a run can tell."
+        if self._studio.stopped or self._studio.engine.fault is not None:
+            return "Not measured while stopped", "The motor must be on for the delay to be measured."
         if self._studio.engine.where == "board":
             return "Measuring the delay", "The board has not rendered yet."
         return "Measuring the delay", "Half a second at zero force, on connecting."

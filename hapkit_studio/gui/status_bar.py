@@ -12,6 +12,10 @@ from hapkit_studio.gui.theme import number, theme
 HEIGHT = 30
 HOLD_S = 0.5
 _MARGIN, _SPACING = 14, 12
+_RATE_OFF = 0.02
+_MISSED = (
+    "Ticks whose force came too late or not at all, and frames lost on the line, since the device was opened"
+)
 
 
 class Field(QWidget):
@@ -64,6 +68,18 @@ def late(microseconds: float) -> str:
     return f"{number(value, 2 if value < 9.95 else 1)} ms"
 
 
+def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
+    """Write a rate as measured in Hz; where it is another than it should be, both, each with its name."""
+    measured = f"{number(rate, 1)} Hz" if rate else "– Hz"
+    if nominal is None:
+        return measured
+    if on_board:
+        return f"Board {nominal:,.0f} Hz · telemetry {f'{rate:,.0f}' if rate else '–'} Hz"
+    if rate and abs(rate - nominal) > _RATE_OFF * nominal:
+        return f"{rate:,.0f} of {nominal:,.0f} Hz"
+    return measured
+
+
 class StatusBar(QWidget):
     """Fields from left to right; the less important give way first where the window is narrow."""
 
@@ -79,6 +95,7 @@ class StatusBar(QWidget):
         self.margin, self.kept = Field("Stability"), Field("Record", edged=False)
         self.priority.link.setText("How to fix")
         self.priority.link.clicked.connect(self.how_to_fix)
+        self.missed.setToolTip(_MISSED)
         self._clamped_until = 0.0
         row = QHBoxLayout(self)
         row.setContentsMargins(_MARGIN, 0, _MARGIN, 0)
@@ -100,10 +117,10 @@ class StatusBar(QWidget):
         self.kept.show_words("")
         self._give_way()
 
-    def show_health(self, health) -> None:
-        """Show the loop's health."""
+    def show_health(self, health, nominal: float | None = None, on_board: bool = False) -> None:
+        """Show the loop's health; nominal: its rate in Hz as it should be, on_board: the board's own."""
         us = health.lateness_us
-        self.rate.show_words(f"{number(health.rate, 1)} Hz" if health.rate else "– Hz", "", "ink")
+        self.rate.show_words(rate_words(health.rate, nominal, on_board), "", "ink")
         self.late.show_words(f"Late p99 {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.lost_frames
         lately = health.missed_lately > 0

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from hapkit_studio.gui.loop_facts import DELAY_STEP
+from hapkit_studio.gui.loop_facts import steady_delay
 from hapkit_studio.gui.theme import number
 
 if TYPE_CHECKING:
@@ -72,15 +72,15 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     found = []
     for where, rate, spec in zip(WAYS, rates, specs, strict=True):
         delay = engine.delay_of(where)
-        own = _own(setting, rate, delay.mean, spec) if delay is not None else None
+        steady = steady_delay(engine, where)
+        own = _own(setting, rate, steady, spec) if steady is not None else None
         found.append(Way(delay, rate, engine.missed_of(where), own))
     return found[0], found[1]
 
 
 def _own(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":
     """Return what the limit of one way depends on; None where there is no exact one."""
-    coarse = round(delay / DELAY_STEP) * DELAY_STEP
-    own = replace(setting, rate=rate, delay=coarse, estimator=spec, controller=False)
+    own = replace(setting, rate=rate, delay=delay, estimator=spec, controller=False)
     return own if own.linear else None
 
 
@@ -100,5 +100,6 @@ def cells(way: Way, limit: float | None) -> tuple[str, ...]:
 def line(way: Way, limit: float | None) -> str:
     """Return a way in one line, for where room is short."""
     _, rate, stiffness, _ = cells(way, limit)
-    delay = UNKNOWN if way.delay is None else number(1e3 * way.delay.mean, 2)
-    return f"{delay} ms · {rate} Hz · limit {stiffness} N/m"
+    parts = [] if way.delay is None else [f"{number(1e3 * way.delay.mean, 2)} ms"]
+    parts.append(f"{rate} Hz")
+    return " · ".join(parts if stiffness == UNKNOWN else [*parts, f"limit {stiffness} N/m"])

@@ -86,7 +86,8 @@ class TimePlots(QWidget):
     def set_held(self, held: Held | None) -> None:
         """Show a past stretch under the traces, or none any more."""
         self.shown.held = held
-        self.headers[0].show_held("" if held is None else held.words)
+        for header in self.headers:
+            header.show_held("" if held is None else held.words)
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""
@@ -191,8 +192,10 @@ class TimePlots(QWidget):
         margins = self._column.contentsMargins()
         room = self.height() - margins.top() - margins.bottom()
         folded = [plot.folds and room < _FOLD_BELOW for plot in self.plots]
-        free = room - HEIGHT * len(self.plots) - _AXIS
+        free = room - HEIGHT * folded.count(False) - _AXIS
         whole = sum(p.share for p, away in zip(self.plots, folded, strict=True) if not away)
+        for header, away in zip(self.headers, folded, strict=True):
+            header.setVisible(not away)
         for plot, canvas, away in zip(self.plots, self.canvases, folded, strict=True):
             canvas.setVisible(not away)
             axis = _AXIS if canvas is self.canvases[-1] else 0
