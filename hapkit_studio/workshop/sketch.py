@@ -65,7 +65,8 @@ def text(
     """Return the sketch.
 
     values: those that differ from the defaults. rate in Hz: by default ``usual_rate``. prints: lines a second
-    on the serial monitor. remark: what a reader has to know first, e.g. how stiff it may be. Raise ParameterError for what a sketch does not do, LawError for a law that C++ cannot say.
+    on the serial monitor. remark: what a reader has to know first. Raise ParameterError for what a sketch
+    does not do, LawError for a law that C++ cannot say.
     """
     kit, values = kit or Kit(), environment.values(values)
     rate = usual_rate(environment, values) if rate is None else rate

@@ -10,7 +10,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws.cpp import CppLaw, translate_cpp
 from hapkit_studio.laws.cpp_words import WIDTH, comment, constant_name, mangled, number, wrapped
-from hapkit_studio.parameters import Choice
+from hapkit_studio.parameters import Choice, Parameter
 from hapkit_studio.workshop.sketch_calls import plain
 
 _NAMED = re.compile(r"\b(?:fast|laws)::(\w+)")
@@ -26,7 +26,8 @@ _OF_STATE = (
     re.compile(r"^inline void start\(float\*\) {}\n", re.MULTILINE),
     re.compile(r"float\*(?: s)?, |(?<=\()s, "),
 )
-_COMMENT_WIDTH = 105
+_COMMENT_WIDTH, _MOST = 105, 110
+_GOES_ON = re.compile(r" +(?:&&|\|\||[-+*?:]) ")
 _DIRECTIVE = re.compile(r"^#(?:pragma|include).*\n", re.MULTILINE)
 _INVERSE = re.compile(r"static laws::Inverse (\w+) ")
 _RESULTS = re.compile(r"\bResults<([^<>]*)>")
@@ -36,7 +37,7 @@ def constants(environment: Environment, values: Mapping[str, float]) -> str:
     """Return the tuned values as named constants, each with its unit and label."""
     if not environment.parameters:
         return "// This environment has nothing to tune."
-    codes = [f"constexpr float {mangled(p.key)} = {number(values[p.key])};" for p in environment.parameters]
+    codes = [_constant(p, values[p.key]) for p in environment.parameters]
     width = max(map(len, codes))
     rows = []
     for parameter, code in zip(environment.parameters, codes, strict=True):
@@ -49,9 +50,15 @@ def constants(environment: Environment, values: Mapping[str, float]) -> str:
     return "\n".join(["namespace tuned {", *rows, "}  // namespace tuned"])
 
 
+def _constant(parameter: Parameter | Choice, value: float) -> str:
+    """Return one tuned value; a choice is a whole number."""
+    kind, text = ("int", str(int(value))) if isinstance(parameter, Choice) else ("float", number(value))
+    return f"constexpr {kind} {mangled(parameter.key)} = {text};"
+
+
 def one_line(words: str) -> str:
     """Return a person's words so that they cannot end a comment or go on into the next line."""
-    return " ".join(words.split()).replace("\\", "/")
+    return " ".join(words.split()).replace("\\", "/").replace("·", "*")
 
 
 def _options(choice: Choice) -> str:
@@ -76,17 +83,33 @@ def law_text(environment: Environment, values: Mapping[str, float]) -> str:
         .replace("FAST_APART ", "")
         .replace("LAWS_NO_INVERSE", "{NAN, NAN}")
     )
+    for choice in (p for p in environment.parameters if isinstance(p, Choice)):
+        text = re.sub(rf"(\btuned::{mangled(choice.key)} (?:[=!<>]=|[<>]) -?\d+)\.0f", r"\1", text)
+    text = "\n".join(_joined(text.split("\n")))
     text = _helpers(text) + _WITHIN.sub("", text)
     text = text.replace("}  // namespace laws\n\nnamespace laws {\n", "")
     whole = re.sub(r"\n{3,}", "\n\n", text)
     return "\n".join(words for line in whole.split("\n") for words in _lines(line))
 
 
+def _joined(lines: list[str]) -> list[str]:
+    """Return lines with what goes on after an operator back on its line, if it has room there by now."""
+    made: list[str] = []
+    for line in lines:
+        before = made[-1] if made else ""
+        goes_on = _GOES_ON.match(line) and "//" not in before + line
+        if goes_on and len(before) + 1 + len(line.lstrip()) <= WIDTH:
+            made[-1] = f"{before} {line.lstrip()}"
+        else:
+            made.append(line)
+    return made
+
+
 def _lines(line: str) -> list[str]:
     """Return a line that has become too long in several."""
     if len(line) <= WIDTH or (own := line.find("//")) < 0:
         return wrapped(line)
-    if line[:own].strip():  # a comment behind code
+    if line[:own].strip() or len(line) <= _MOST:  # a comment behind code, or short enough
         return [line]
     return textwrap.wrap(line, _COMMENT_WIDTH, subsequent_indent=line[:own] + "// ")
 

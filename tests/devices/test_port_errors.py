@@ -105,8 +105,8 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake):
     ("line", "name"),
     [
         ("/usr/bin/python3\0-m\0hapkit_studio\0", "Hapkit Studio"),
-        ("/home/a/.venv/bin/python\0/home/a/.venv/bin/hapkit-studio\0run\0", "Hapkit Studio"),
-        ("/usr/bin/python3\0/home/a/hapkit_studio.py\0", "python3"),
+        ("/opt/a/bin/python\0/opt/a/bin/hapkit-studio\0run\0", "Hapkit Studio"),
+        ("/usr/bin/python3\0/opt/a/hapkit_studio.py\0", "python3"),
     ],
 )
 def test_the_studio_is_called_by_its_name(monkeypatch, tmp_path, line, name):

@@ -206,6 +206,15 @@ def test_a_sketch_names_what_was_tuned_and_stands_alone(key):
     assert max(map(len, text.split("\n"))) <= 110
 
 
+def test_it_is_readable_by_hand_in_and_by_a_plain_editor():
+    text = sketch.text(environments.named("wall"), {"damping_mode": "both"})
+    assert "// Name:\n// Date:\n" in text
+    assert "N*s/m" in text
+    assert "·" not in text
+    assert "constexpr int damping_mode = 1;" in text
+    assert "tuned::damping_mode == 2 || (tuned::damping_mode == 0 && rate < 0.0f)" in text
+
+
 def test_the_same_settings_give_the_same_sketch():
     environment = environments.named("texture")
     assert sketch.text(environment, {}) == sketch.text(environment, environment.values())
