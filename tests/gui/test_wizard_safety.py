@@ -139,3 +139,24 @@ def test_undo_asks_and_may_be_left(played):
     assert save.undo.isVisible()
     assert not save.sure.isVisible()
     assert play.shell.connect_step.verdict is not None
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_a_board_with_other_settings_comes_back_stopped(played, changed):
+    play = played()
+    step = play.shell.steps[2]
+    step.do(
+        "…", lambda work: work._change(zero=work.board.zero + (400 if changed else 0)), lambda _none: None
+    )
+    play.wait()
+    play.shell.close()
+    assert play.window.studio.stopped is changed
+
+
+def test_after_the_stop_it_is_said_what_to_do(played):
+    play = played()
+    play.shell.go(3)
+    play.shell.stop.click()
+    play.press(play.shell.step.push)
+    assert "Release E-stop" in play.shell.step.box.remedy.text()
+    play.shell.release.click()

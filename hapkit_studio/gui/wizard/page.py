@@ -209,9 +209,9 @@ class StepPage(QWidget):
         self.box.show_verdict(verdict)
         self.changed.emit()
 
-    def show_refusal(self, words: str) -> None:
-        """Show why a job ended."""
-        self.box.say(words, "", "triangle", "warn")
+    def show_refusal(self, words: str, remedy: str = "") -> None:
+        """Show why a job ended, and what to do."""
+        self.box.say(words, remedy, "triangle", "warn")
 
     def set_busy(self, busy: bool) -> None:
         """Let buttons rest while a job runs."""

@@ -30,7 +30,7 @@ class PaddleStep(StepPage):
         super().__init__(desk)
         self.say(
             "Stand the kit upright again. Handle in the middle, hands off, then press Sweep: for "
-            f"{moves.SWEEP_SECONDS:g} s the motor moves the handle by itself, within ± 25 mm and "
+            "a quarter to half a minute the motor moves the handle by itself, within ± 25 mm and "
             f"{moves.SWEEP_LIMITS.force:g} N. It stops at any doubt."
         )
         self.plot, self.rail = PositionPlot(), self.with_hand(Rail())

@@ -1,14 +1,17 @@
 """Set up my Hapkit: seven steps on the board itself, each of which may be skipped."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QScrollArea, QStackedWidget, QWidget
 
 from hapkit_studio.analysis.calibrate.session import Calibration
 from hapkit_studio.analysis.calibrate.verdict import Verdict, skipped
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.padding import measure_padding
+from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.gui.wizard.foot import Foot
 from hapkit_studio.gui.wizard.page import Seen, StepPage
@@ -31,6 +34,7 @@ TITLE = "Set up my Hapkit"
 _NAMES = ("Connect", "Sensor", "Zero and scale", "Direction", "Strength", "Friction", "Save")
 _DIRECTION = _NAMES.index("Direction")
 _SIZE = (1060, 672)
+_AFTER_STOP = "Press Release E-stop above, hands off, then begin this step again."
 _SMALLEST = (860, 560)
 
 
@@ -156,7 +160,7 @@ class WizardWindow(Shell):
         for step in self.steps:
             step.set_busy(self.desk.busy)
         if words:
-            self.step.show_refusal(words)
+            self.step.show_refusal(words, _AFTER_STOP if self.studio.stopped else "")
         self._offer()
         if not self.desk.busy and self.stop.hasFocus():
             self._focus()
@@ -193,6 +197,8 @@ class WizardWindow(Shell):
         for index, step in enumerate(self.steps):
             self.list.show_verdict(index, step.verdict or self._left.get(index))
         self._offer()
+        if self.step.verdict is not None and self.step.verdict.good:
+            self._focus()
 
     def _offer(self) -> None:
         """Say beside the buttons what the next one means."""
@@ -223,6 +229,12 @@ class WizardWindow(Shell):
         self.save_step.undone.connect(self._undone)
         self.connect_step.padding_wished.connect(self.studio.set_padding)
 
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Hand a board with other settings back stopped: its handle may stand inside a wall now."""
+        if self.studio.link.state == "idle" and _differs(self.desk.subject):
+            self.studio.stop()
+        super().closeEvent(event)
+
     def _undone(self) -> None:
         """Nothing that was found is in force any more: begin again."""
         self.withdraw_all()
@@ -232,6 +244,11 @@ class WizardWindow(Shell):
     def _choose(self, index: int) -> None:
         if not self.desk.busy:
             self.go(index)
+
+
+def _differs(work: Calibration | None) -> bool:
+    """Return whether a calibration changed anything but the kit's name."""
+    return work is not None and replace(of_settings(work.before), label=work.board.label) != work.board
 
 
 def _scrolled(page: QWidget) -> QScrollArea:
