@@ -57,7 +57,7 @@ class Shell(QDialog):
 
     def begin(self) -> None:
         """Take the board over."""
-        self.studio.let_go()
+        self.studio.let_go(self.windowTitle())
         self.setFocus()  # not the E-stop: an Enter too many would latch it
         self.desk.begin()
         self._frames.start()
