@@ -162,7 +162,7 @@ def test_an_own_law_is_added_after_the_others(tmp_path):
     out = tmp_path / "hapkit"
     assert written.main(["--out", str(out), "--with", str(own(tmp_path, "return x"))]) == 0
     table = (out / "laws" / "table.h").read_text()
-    places = [table.index(f'{{"{key}"') for key in (*ENVIRONMENTS, "own_law")]
+    places = [table.index(f"{{{key}::kKey, ") for key in (*ENVIRONMENTS, "own_law")]
     assert places == sorted(places)
     assert (out / "laws" / "moving.h").is_file()
 
