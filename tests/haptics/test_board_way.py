@@ -193,19 +193,6 @@ def test_over_speed_on_the_board_is_latched_here_and_stops_it(desk):
 
 
 @undisturbed()
-def test_over_speed_after_a_leap_has_the_speed_of_the_leap(desk):
-    """The board gives up its estimate at a leap: its counts tell how fast that was."""
-    desk.go()
-    desk.run(2)
-    desk.count += 400
-    desk.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 0.0}
-    desk.run(1)
-    speed = 400 * desk.engine.device.quantum / 1e-3
-    assert speed > 5.0
-    assert f"over-speed, {speed:.1f} m/s" in desk.engine.fault.text
-
-
-@undisturbed()
 def test_a_force_that_is_no_number_needs_another_scene(desk):
     desk.go()
     desk.telemetry = {"flags": int(BoardFlag.REFUSED), "asked": float("nan")}
