@@ -13,15 +13,21 @@ pytestmark = needs_board
 
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.25 hand -0.03 300 4 0.05 0.1", "0.36 hand 0.03 300 4 0.05 0.05")
 
-HELD = [("spring", (100, 2, 0)), ("wall", (400, 2, 0.005, 0, 0))] + [
-    (key, [p.check(p.default) for p in environments()[key].parameters])
-    for key in ("damping", "detents", "texture", "bump_valley", "friction", "button")
+HELD = [(key, {}) for key in environments()] + [
+    ("friction", {"model": "lugre"}),
+    ("friction", {"model": "projection"}),
+    ("texture", {"kind": "sandpaper"}),
+    ("bump_valley", {"law": "height"}),
+    ("mass_spring_damper", {"integrator": "verlet"}),
+    ("puck", {"integrator": "rk4"}),
 ]
 
 
-@pytest.mark.parametrize(("key", "values"), HELD)
-def test_two_kilohertz_with_telemetry_leave_a_fifth_of_the_processor(tmp_path, key, values):
-    run = render(tmp_path, key, values, 2000, 0.3, SWEEP)
+@pytest.mark.parametrize(("key", "given"), HELD)
+def test_each_law_at_its_rate_leaves_a_fifth_of_the_processor(tmp_path, key, given):
+    environment = environments()[key]
+    values = environment.values(given)
+    run = render(tmp_path, key, list(values.values()), environment.board_rate(values), 0.3, SWEEP)
     assert run.share <= 0.80
     assert run.telemetry[-1].overruns == 0
     assert 0 < run.summary["interrupts_off_cycles"] <= 250
