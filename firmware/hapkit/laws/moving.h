@@ -43,12 +43,8 @@ class Mass {
 
  private:
   FAST_APART void mirror() {
-    x = -x;
-    v = -v;
-    before = -before;
-    f = -f;
-    touch = -touch;
-    speed = -speed;
+    x = -x, v = -v, before = -before;
+    f = -f, touch = -touch, speed = -speed;
   }
 
   // Find out what acts at a place: the handle, its damper, a wall.
@@ -60,20 +56,14 @@ class Mass {
 
   // Reckon what acts there: force_ - damping_ v - stiffness_ x.
   FAST_APART void piece() {
-    damping_ = b;
-    stiffness_ = k;
-    force_ = f;
+    damping_ = b, stiffness_ = k, force_ = f;
     if (touching_) add(contact, contact * touch);
-    if (closing_) {
-      damping_ += pad;
-      force_ += pad * speed;
-    }
+    if (closing_) damping_ += pad, force_ += pad * speed;
     if (beyond_) add(wall, fast::flipped_by(wall * reach, beyond_));
   }
 
   FAST_APART void add(float stiffness, float force) {
-    stiffness_ += stiffness;
-    force_ += force;
+    stiffness_ += stiffness, force_ += force;
   }
 
   FAST_APART float pull(float q, float u) const { return force_ - damping_ * u - stiffness_ * q; }
@@ -92,21 +82,15 @@ class Mass {
     float u = v + (which == 0 || which == 2 ? h : half) * now;
     float own = x + (h - follows) * v;
     switch (which) {
-      case 1:
-        u += half * before;
-        break;
+      case 1: u += half * before; break;
       case 3:
         own = x + h * u;
         u = settled(u, own, half, 0.0f);
         own -= half * u;
         break;
-      case 4:
-        own = runge_kutta(now, &u) - half * u;
-        break;
+      case 4: own = runge_kutta(now, &u) - half * u; break;
       case 5:
-      case 6:
-        u = settled(which == 5 ? v : u, own, follows, follows);
-        break;
+      case 6: u = settled(which == 5 ? v : u, own, follows, follows); break;
     }
     if (friction > 0.0f) u = stopped(u, friction * h * inverse_);
     x = own + follows * u;
@@ -156,10 +140,7 @@ class Mass {
     place(x, v);
     float left = h;
     for (uint8_t n = 0; n < kPieces && left > 0.0f; n++) {
-      if (!begin(left)) {
-        v = 0.0f;
-        return;
-      }
+      if (!begin(left)) return static_cast<void>(v = 0.0f);
       left -= advance();
     }
   }
@@ -258,13 +239,11 @@ class Mass {
     // The velocity's zero parts a piece: it may touch something and leave it again, and friction turns round.
     if (start * u < 0.0f) {
       until(1, 0.0f);
-      q = at(0, share_);
-      u = 0.0f;
+      q = at(0, share_), u = 0.0f;
     }
     if (damped_ && (start - same) * (u - same) < 0.0f) {
       until(1, same);
-      q = at(0, share_);
-      u = same;
+      q = at(0, share_), u = same;
     }
     if (touched ? q > touch : q < touch) {
       touching_ = !touched;
@@ -283,7 +262,6 @@ class Mass {
     v = u == same ? speed : u / span_;
     return share_ * span_;
   }
-
 };
 
 Mass mass;
@@ -305,22 +283,10 @@ struct With {
 };
 
 #define LAWS_WITH(name) static const With<&Mass::name> with_##name = {}
-LAWS_WITH(method);
-LAWS_WITH(x);
-LAWS_WITH(v);
-LAWS_WITH(before);
-LAWS_WITH(h);
-LAWS_WITH(friction);
-LAWS_WITH(m);
-LAWS_WITH(b);
-LAWS_WITH(k);
-LAWS_WITH(f);
-LAWS_WITH(touch);
-LAWS_WITH(side);
-LAWS_WITH(speed);
-LAWS_WITH(contact);
-LAWS_WITH(pad);
-LAWS_WITH(reach);
+LAWS_WITH(method); LAWS_WITH(x); LAWS_WITH(v); LAWS_WITH(before);
+LAWS_WITH(h); LAWS_WITH(friction); LAWS_WITH(m); LAWS_WITH(b);
+LAWS_WITH(k); LAWS_WITH(f); LAWS_WITH(touch); LAWS_WITH(side);
+LAWS_WITH(speed); LAWS_WITH(contact); LAWS_WITH(pad); LAWS_WITH(reach);
 LAWS_WITH(wall);
 #undef LAWS_WITH
 
