@@ -59,7 +59,7 @@ def test_the_boards_rate_is_chosen_beside_it(board_window):
     switch.rate.changed.emit("board_rate", 4.0)
     assert studio.engine.board_way.rate == 500
     assert column(board_window, 1)[1] == "500"
-    assert board_window.loop.summary().startswith("500 Hz")
+    assert board_window.loop.summary().startswith("Board 500 Hz")
 
 
 def test_a_scene_that_the_board_has_not_stays_with_the_computer(board_window):
