@@ -40,7 +40,7 @@ struct Grains {
       n = place;
       seed = now;
       known = true;
-      const uint8_t whole = static_cast<uint8_t>(seed);
+      const uint8_t whole = static_cast<uint8_t>(static_cast<int16_t>(seed));
       down = static_cast<int16_t>(height(n, whole)) - height(n + 1, whole);
     }
     return down;
@@ -49,6 +49,8 @@ struct Grains {
 
 inline float sandpaper() {
   static Grains grains = {0, 0.0f, false, 0};
+  // beyond every scene: no force is right there
+  if (!(fast::magnitude(with_u) < 32000.0f) || !(fast::magnitude(with_seed) < 256.0f)) return NAN;
   int32_t place = static_cast<int32_t>(with_u * 65536.0f);
   if (place < 0) place--;
   const uint16_t u = static_cast<uint16_t>(place);
