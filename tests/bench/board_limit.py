@@ -20,8 +20,8 @@ from hapkit_studio.protocol.framing import Decoder, encode
 from hapkit_studio.protocol.messages import Alive, Force, LawName, Loop, Sample, Scene, Telemetry
 
 MASS, VISCOUS = 0.044, 0.5
-OFF = 1.2e-3
-"""m off the centre, 58 counts: the clamp is far away, and so are single counts."""
+_OFF, _PULL = 1.2e-3, 2.0
+"""At most so many m off the centre and so many N: the clamp is far away, and so are single counts."""
 _WAIT = 5.0
 
 
@@ -78,13 +78,18 @@ class Bench:
         self.board.close()
 
 
+def off_centre(stiffness: float) -> float:
+    """Return how far in m off the centre of a spring the handle begins."""
+    return min(_OFF, _PULL / stiffness)
+
+
 def on_computer(stiffness: float, damping: float, spec: str, seconds: float) -> Swing:
     """Render a spring by the answers to the board's samples."""
     bench = Bench()
     try:
         quantum = bench.board.quantum
         start = bench.samples(50)[-1]
-        centre = start.count * quantum - OFF
+        centre = start.count * quantum - off_centre(stiffness)
         code, coefs = estimators.design(spec, 1000.0, quantum)
         memory = np.zeros(estimators.MEMORY)
         estimators.reset(memory, start.count * quantum)
@@ -106,7 +111,7 @@ def on_board(stiffness: float, damping: float, spec: str, seconds: float, rate: 
     bench = Bench()
     try:
         quantum = bench.board.quantum
-        centre = bench.samples(50)[-1].count * quantum - OFF
+        centre = bench.samples(50)[-1].count * quantum - off_centre(stiffness)
         law = bench.laws["spring"]
         given = {"stiffness": stiffness, "damping": damping, "center": centre}
         values = [given[p.key] for p in environments.named("spring").parameters]
