@@ -69,11 +69,12 @@ def render(
     script=(),
     loop: Loop | None = None,
     options=(),
+    firmware=None,
 ) -> Rendering:
-    """Render one law from the start of a run."""
+    """Render one law from the start of a run, with the usual firmware or another image."""
     (folder / "script.txt").write_text("\n".join(script))
     words = ("--await", "0x83", *options)
-    board = VirtualBoard("lockstep", folder / "truth.f64", folder / "script.txt", words)
+    board = VirtualBoard("lockstep", folder / "truth.f64", folder / "script.txt", words, firmware)
     board.open()
     try:
         law = numbers(board)[key]

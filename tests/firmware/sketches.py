@@ -1,10 +1,14 @@
 """Arduino sketches as the Arduino IDE builds them, and what they render in the virtual board."""
 
+import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from hapkit_studio.devices import virtual_board
 from hapkit_studio.dynamics.estimators import estimate_velocity
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.workshop import calls
@@ -12,6 +16,11 @@ from tests.firmware.vb import FULL_FORCE, QUANTUM, run
 
 ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr")
 CORE, VARIANT = ARDUINO / "cores" / "arduino", ARDUINO / "variants" / "standard"
+needs_ide = pytest.mark.skipif(
+    not (virtual_board.built() and shutil.which("avr-g++") and CORE.is_dir()),
+    reason="no virtual board, no avr-gcc or no Arduino core",
+)
+
 _CHIP = [
     "-mmcu=atmega328p",
     "-DF_CPU=16000000L",
@@ -19,21 +28,25 @@ _CHIP = [
     "-DARDUINO_AVR_UNO",
     "-DARDUINO_ARCH_AVR",
 ]
-_COMMON = ["-c", "-Os", "-ffunction-sections", "-fdata-sections", *_CHIP, f"-I{CORE}", f"-I{VARIANT}"]
-_CXX = ["-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics", "-fpermissive"]
+# the options of the core's platform.txt
+_COMMON = ["-c", "-Os", "-ffunction-sections", "-fdata-sections", "-flto", f"-I{CORE}", f"-I{VARIANT}"]
+_CXX = ["-std=gnu++11", "-fpermissive", "-fno-exceptions", "-fno-threadsafe-statics"]
+_LANGUAGES = {
+    ".c": ["avr-gcc", "-std=gnu11", "-fno-fat-lto-objects"],
+    ".S": ["avr-gcc", "-x", "assembler-with-cpp"],
+    ".cpp": ["avr-g++", *_CXX],
+    ".ino": ["avr-g++", *_CXX, "-x", "c++", "-include", "Arduino.h"],
+}
+_STRICT = ["-Wall", "-Wextra", "-Werror"]
 FADE = 0.5
 """s in which a sketch's force comes up."""
 
 
 def core(folder: Path) -> Path:
     """Compile the Arduino core, all of it; return its archive."""
-    made = []
-    for source in sorted([*CORE.glob("*.c"), *CORE.glob("*.cpp")]):
-        made.append(folder / f"{source.name}.o")
-        plain = source.suffix == ".c"
-        # avr-libc 2.0 keeps this one from C++ before 2011
-        words = ["avr-gcc", "-std=gnu11"] if plain else ["avr-g++", *_CXX, "-DDECIMAL_DIG=9"]
-        subprocess.run([*words, *_COMMON, "-w", "-o", made[-1], source], check=True)
+    # avr-libc 2.0 keeps this one from C++ before 2011
+    options = ["-w", "-DDECIMAL_DIG=9"]
+    made = [_compiled(s, folder, options) for s in sorted([*CORE.glob("*.c"), *CORE.glob("*.cpp")])]
     archive = folder / "core.a"
     subprocess.run(["avr-gcc-ar", "rcs", archive, *made], check=True)
     return archive
@@ -41,13 +54,27 @@ def core(folder: Path) -> Path:
 
 def build(text: str, archive: Path, folder: Path) -> Path:
     """Compile a sketch with every warning an error; return its .elf."""
-    ino, made, elf = folder / "sketch.ino", folder / "sketch.o", folder / "sketch.elf"
+    ino = folder / "sketch.ino"
     ino.write_text(text, encoding="utf-8")
-    strict = ["-Wall", "-Wextra", "-Werror", "-include", "Arduino.h", "-x", "c++"]
-    subprocess.run(["avr-g++", *_CXX, *_COMMON, *strict, "-o", made, ino], check=True)
-    subprocess.run(
-        ["avr-gcc", *_CHIP, "-Os", "-Wl,--gc-sections", "-o", elf, made, archive, "-lm"], check=True
-    )
+    return _linked([_compiled(ino, folder, _STRICT)], archive, folder)
+
+
+def build_folder(sketch: Path, archive: Path, folder: Path) -> Path:
+    """Compile all files of a sketch's folder with every warning an error; return its .elf."""
+    sources = [path for path in sorted(sketch.iterdir()) if path.suffix in _LANGUAGES]
+    return _linked([_compiled(source, folder, _STRICT) for source in sources], archive, folder)
+
+
+def _compiled(source: Path, folder: Path, options: Sequence[str]) -> Path:
+    made = folder / f"{source.name}.o"
+    subprocess.run([*_LANGUAGES[source.suffix], *_COMMON, *_CHIP, *options, "-o", made, source], check=True)
+    return made
+
+
+def _linked(objects: Sequence[Path], archive: Path, folder: Path) -> Path:
+    elf = folder / "sketch.elf"
+    options = ["-w", "-Os", "-flto", "-fuse-linker-plugin", "-Wl,--gc-sections"]
+    subprocess.run(["avr-gcc", *options, *_CHIP, "-o", elf, *objects, archive, "-lm"], check=True)
     return elf
 
 

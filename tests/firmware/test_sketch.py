@@ -1,6 +1,5 @@
 """Exported sketches, built as the Arduino IDE does: what the pins render against the Python law."""
 
-import shutil
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -9,18 +8,14 @@ import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.devices import profiles, virtual_board
+from hapkit_studio.devices import profiles
 from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.laws.cpp_program import BY_HAND
 from hapkit_studio.protocol.messages import MotorMap
 from hapkit_studio.workshop import reading, sketch, sketch_file
 from tests.firmware import sketches
+from tests.firmware.sketches import needs_ide
 from tests.firmware.vb import QUANTUM
-
-needs_ide = pytest.mark.skipif(
-    not (virtual_board.built() and shutil.which("avr-g++") and sketches.CORE.is_dir()),
-    reason="no virtual board, no avr-gcc or no Arduino core",
-)
 
 ARITHMETIC = 2e-3
 """N between single and double precision."""
@@ -52,12 +47,6 @@ ENVIRONMENT = Environment(
     parameters=(Parameter("slope", "Slope", "N/m", default=40.0, low=0.0, high=100.0),),
 )
 '''
-
-
-@pytest.fixture(scope="session")
-def archive(tmp_path_factory):
-    """Return the Arduino core, compiled once."""
-    return sketches.core(tmp_path_factory.mktemp("core"))
 
 
 def compare(found, wanted):
