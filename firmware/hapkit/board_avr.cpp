@@ -39,10 +39,11 @@ void begin_clock() {
 }
 
 // The timer has just begun anew and is below every limit that it may get.
-inline void change_period() {
-  quarters = quarters_wanted;
-  period_us = quarters * kQuarterUs;
-  OCR1A = ticks_of(period_us) - 1;
+inline void change_period(uint8_t wanted) {
+  const uint16_t us = wanted * kQuarterUs;
+  quarters = wanted;
+  period_us = us;
+  OCR1A = ticks_of(us) - 1;
 }
 
 }  // namespace
@@ -54,8 +55,8 @@ ISR(TIMER1_COMPA_vect) {
   period_start_us = start;
   const uint16_t seq = periods + 1;
   periods = seq;
-  const uint8_t ended = quarters;
-  if (quarters_wanted != ended) change_period();
+  const uint8_t ended = quarters, wanted = quarters_wanted;
+  if (wanted != ended) change_period(wanted);
   if (sampling_busy) {
     missed = missed + 1;
     return;

@@ -85,7 +85,7 @@ class Turns:
         self.say(encode(message))
         while not found:
             self.turn()
-            found = [m for m in decoder.feed(self._take(4096)) if isinstance(m, kind)]
+            found = [m for m in decoder.feed(self.take(4096)) if isinstance(m, kind)]
         return found[0]
 
     def alone(self, until: float) -> None:
@@ -123,11 +123,11 @@ class Turns:
         return any(event & _POLLHUP for _, event in watch.poll(0))
 
     def read(self, _fd: int, address: int, size: int) -> int:
-        data = self._take(size)
+        data = self.take(size)
         ctypes.memmove(address, data, len(data))
         return len(data)
 
-    def _take(self, size: int) -> bytes:
+    def take(self, size: int) -> bytes:
         want, data = min(size, self._handed - self._taken), b""
         while len(data) < want:
             select.select([self.fd], [], [], 10.0)

@@ -1,0 +1,138 @@
+"""A computer that never stops talking while the board renders: the line is full, with every kind of message.
+
+By board time alone: the same bytes at the same instants in every run.
+"""
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.devices.virtual_board import truth
+from hapkit_studio.protocol.framing import Decoder, encode
+from hapkit_studio.protocol.messages import (
+    Alive,
+    Estimator,
+    Force,
+    Hello,
+    HelloRequest,
+    LawName,
+    LawRequest,
+    Loop,
+    Origin,
+    Release,
+    Save,
+    Sensor,
+    Settings,
+    SettingsRequest,
+    Stop,
+    Stream,
+    Telemetry,
+)
+from tests.firmware import kits
+from tests.firmware.board_runs import scene
+from tests.firmware.faults_turns import Turns
+from tests.firmware.vb import FULL_FORCE, needs_board
+
+pytestmark = needs_board
+
+SECONDS = 0.8
+BYTES = 100_000
+"""Bytes a second that the line carries."""
+AHEAD = 2500
+"""Bytes that wait: the longest turn, 20 ms, and more."""
+KITS = 8
+"""Turns of the talk with another kit, half of which come through; then it is saved, which takes 0.25 s."""
+SHOWN = ("--await", str(Telemetry.ID))
+LAWS = ("wall", "texture", "friction", "cat", "button", "spring")
+RATES = (4000, 2000, 1000, 500)
+COEFFICIENTS = ((0.0, 0.0), (0.2, 0.0), (0.35, 120.0))
+MOTION = [(0.02, 4.0, 0.5), (0.01, 11.0, 0.7)]
+
+
+def talk(numbers: dict[str, int], kit) -> Iterator[bytes]:
+    """Yield what a computer may say and what none would, again and again."""
+    rng = np.random.default_rng(3)
+    for turn in itertools.count(1):
+        key = LAWS[turn // 3 % len(LAWS)]
+        law = scene(numbers[key], list(environments.named(key).values().values()), turn % 256)
+        kind = turn % len(Estimator)
+        yield encode(Loop(RATES[turn % len(RATES)], Estimator(kind), *COEFFICIENTS[kind])) + encode(law)
+        for number in range(8):
+            yield encode(Alive()) + encode(Force(number, 2.0)) + encode(law)
+            yield encode(LawRequest(number)) + encode(SettingsRequest()) + encode(HelloRequest())
+        yield rng.integers(0, 256, 150, dtype=np.uint8).tobytes() + b"\0"
+        yield encode(Stream(1, (0, 62, 255)[turn % 3]))
+        yield b"\xff" * 300 + b"\0" * 100
+        yield encode(replace(kit, max_force=1000.0)) + encode(Stop()) + encode(Release()) + encode(law)
+        other = replace(kit, zero=kit.zero + 500)
+        yield (encode(other) + encode(law)) if turn <= KITS else encode(Save())
+
+
+def share(time: float) -> float:
+    """Return how full the line is: more than the board can read, then as much as it can, in turns."""
+    return 1.0 if time % 0.1 < 0.05 else 0.3
+
+
+class Flood:
+    """Keeps the line to a board full and hears what it says."""
+
+    def __init__(self, turns: Turns, kit):
+        self.turns, self.heard, self._decoder = turns, [], Decoder()
+        laws = turns.ask(HelloRequest(), Hello).laws
+        names = (turns.ask(LawRequest(number), LawName) for number in range(laws))
+        self._words = talk({name.key: name.law for name in names}, kit)
+        turns.say(encode(Stream(1, 0)))
+
+    def run(self) -> None:
+        turns, now, owed = self.turns, self.turns.time, AHEAD
+        end = now + SECONDS
+        while now < end:
+            while owed > 0:
+                words = next(self._words)
+                turns.say(words)
+                owed -= len(words)
+            turns.turn()
+            self.heard += self._decoder.feed(turns.take(4096))
+            owed += share(now) * BYTES * (turns.time - now)
+            now = turns.time
+
+    @property
+    def bad_frames(self) -> int:
+        return self._decoder.bad_frames
+
+    def of(self, kind):
+        return [m for m in self.heard if isinstance(m, kind)]
+
+
+@pytest.mark.parametrize("sensor", [Sensor.MAGNETORESISTIVE, Sensor.AS5048A, Sensor.QUADRATURE])
+def test_a_full_line_never_keeps_interrupts_off(tmp_path, sensor):
+    kit, memory = kits.board(sensor=sensor), tmp_path / "eeprom"
+    memory.write_bytes(kits.eeprom(kit))
+    turns = Turns(tmp_path, kits.motion(0.05, MOTION), (*kits.options(kit, memory), *SHOWN))
+    flood = Flood(turns, kit)
+    flood.run()
+    summary = turns.end()
+    assert 0 < summary["interrupts_off_cycles"] <= 250
+    assert summary["overruns"] == summary["overwritten"] == 0  # of bytes, in the chip's port
+    assert summary["received"] > 0.95 * 0.65 * BYTES * SECONDS
+    heard_all(flood)
+    duty = truth(turns.log).duty
+    assert FULL_FORCE * (np.abs(duty).max() - 1.0) ** 2 / 255.0**2 <= kit.max_force
+
+
+def heard_all(flood):
+    """Hold what the board said: whole frames, no restart, laws that push, an answer to every question."""
+    shown = flood.of(Telemetry)
+    assert flood.bad_frames == 0
+    assert np.all(np.diff([frame.time_us for frame in shown]) > 0)
+    assert np.ptp([frame.rx_errors for frame in shown]) > 0
+    assert len({frame.generation for frame in shown}) > 8
+    assert sum(frame.pwm != 0 for frame in shown) > 100
+    assert flood.of(Hello)
+    assert flood.of(LawName)
+    assert {frame.refused for frame in flood.of(Settings)} == {0, 1}
+    assert {Origin.UNSAVED, Origin.STORED} <= {frame.origin for frame in flood.of(Settings)}
