@@ -48,7 +48,7 @@ void check_motor() {
   if (pwm <= kit.dead_band + 1) return;
   const float lever = kit.sector_radius / (kit.handle_radius * kit.pulley_radius);
   CHECK(torque_of(kit, pwm - 1) * lever <= kit.max_force * 1.001f + 1e-6f);
-  CHECK(kit.max_force <= limits::kMaxForce.high);
+  CHECK(kit.max_force <= limits::kMostForce);
 }
 
 // What the board says is frames of messages that the computer knows.

@@ -1,5 +1,6 @@
 #include "answers.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "board.h"
@@ -18,12 +19,11 @@ bool Answers::send_hello(Sender& sender) {
   const protocol::Board& kit = settings::now();
   protocol::Hello hello;
   hello.version = protocol::kVersion;
-  hello.quantum = kit.quantum;
-  hello.max_force = kit.max_force;
-  hello.motor_constant = kit.motor_constant;
-  hello.handle_radius = kit.handle_radius;
-  hello.pulley_radius = kit.pulley_radius;
-  hello.sector_radius = kit.sector_radius;
+  constexpr uint8_t kNumbers = offsetof(protocol::Hello, tick_us) - offsetof(protocol::Hello, quantum);
+  static_assert(kNumbers == offsetof(protocol::Board, mass) - offsetof(protocol::Board, quantum),
+                "Hello tells quantum to sector radius as Board does");
+  memcpy(reinterpret_cast<uint8_t*>(&hello) + offsetof(protocol::Hello, quantum),
+         reinterpret_cast<const uint8_t*>(&kit) + offsetof(protocol::Board, quantum), kNumbers);
   hello.tick_us = board::kTickUs;
   hello.counts_per_flip = kit.counts_per_flip;
   hello.sample_rate = profile::kSampleRate;

@@ -78,6 +78,9 @@ void hardware::reading_done(uint16_t raw, bool failed) {
   sampling_busy = false;
 }
 
+// In place of the Arduino core's, which starts timers, the interrupt of one and the converter.
+extern "C" void init() { sei(); }
+
 void board::begin() {
   const Lock lock;
   hardware::begin_motor();

@@ -3,6 +3,12 @@
 
 #include <stdint.h>
 
+#ifdef __AVR__
+#include <avr/pgmspace.h>
+#else
+#define PROGMEM
+#endif
+
 namespace limits {
 
 struct Range {
@@ -12,15 +18,20 @@ struct Range {
   constexpr bool holds(float value) const { return low <= value && value <= high; }
 };
 
-constexpr Range kQuantum = {1e-7f, 2e-3f};        // [m] 14 bits a turn .. an encoder of 48 steps, thick pulley
-constexpr Range kMaxForce = {0.0f, 5.0f};         // [N] the board's hard limit, whatever the computer asks for
-constexpr Range kMotorConstant = {1e-4f, 0.2f};   // [N m]
-constexpr Range kHandleRadius = {0.02f, 0.3f};    // [m]
-constexpr Range kPulleyRadius = {0.001f, 0.02f};  // [m]
-constexpr Range kSectorRadius = {0.02f, 0.3f};    // [m]
-constexpr Range kMass = {0.0f, 1.0f};             // [kg]
-constexpr Range kViscous = {0.0f, 20.0f};         // [N s/m]
-constexpr Range kCoulomb = {0.0f, 5.0f};          // [N]
+constexpr float kMostForce = 5.0f;  // [N] the board's hard limit, whatever the computer asks for
+
+// Of the numbers of a kit from quantum to coulomb, in order.
+static const Range kNumbers[] PROGMEM = {
+    {1e-7f, 2e-3f},   // [m] quantum: 14 bits a turn .. an encoder of 48 steps, thick pulley
+    {0.0f, kMostForce},
+    {1e-4f, 0.2f},    // [N m] motor constant
+    {0.02f, 0.3f},    // [m] handle radius
+    {0.001f, 0.02f},  // [m] pulley radius
+    {0.02f, 0.3f},    // [m] sector radius
+    {0.0f, 1.0f},     // [kg] mass
+    {0.0f, 20.0f},    // [N s/m] viscous
+    {0.0f, 5.0f},     // [N] Coulomb
+};
 
 constexpr uint16_t kFewestCounts = 100;   // of a magnetoresistive sensor, from one repeat to the next
 constexpr uint16_t kMostCounts = 1007;    // from rail to rail there are 1008

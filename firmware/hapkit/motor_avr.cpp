@@ -44,8 +44,8 @@ void claim_pins(const protocol::Board& kit) {
   hold_low(kD5 | kD6 | kD7 | d3, kD8 | d11);
 }
 
-// Phase-correct PWM without prescaler: 31.4 kHz, above hearing and below the 40 kHz of the L298. The overflow
-// interrupt that the Arduino core started on timer 0 would take a fifth of the processor: it stays off.
+// Phase-correct PWM without prescaler: 31.4 kHz, above hearing and below the 40 kHz of the L298. Its overflow
+// interrupt would take a fifth of the processor: it stays off.
 void start_timer() {
   if (on_timer_2) {
     TCCR2A = _BV(COM2B1) | _BV(WGM20);

@@ -5,6 +5,7 @@
 
 #include "settings.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "board.h"
@@ -78,12 +79,26 @@ bool is_text(const char* label) {
 
 bool is_sign(int8_t sign) { return sign == 1 || sign == -1; }
 
+limits::Range range_of(uint8_t number) {
+#ifdef __AVR__
+  limits::Range range;
+  memcpy_P(&range, &limits::kNumbers[number], sizeof(range));
+  return range;
+#else
+  return limits::kNumbers[number];
+#endif
+}
+
 bool numbers_fit(const protocol::Board& kit) {
-  return limits::kQuantum.holds(kit.quantum) && limits::kMaxForce.holds(kit.max_force) &&
-         limits::kMotorConstant.holds(kit.motor_constant) && limits::kHandleRadius.holds(kit.handle_radius) &&
-         limits::kPulleyRadius.holds(kit.pulley_radius) && limits::kSectorRadius.holds(kit.sector_radius) &&
-         limits::kMass.holds(kit.mass) && limits::kViscous.holds(kit.viscous) &&
-         limits::kCoulomb.holds(kit.coulomb);
+  constexpr uint8_t kCount = sizeof(limits::kNumbers) / sizeof(limits::Range);
+  constexpr uint8_t kFirst = offsetof(protocol::Board, quantum);
+  static_assert(offsetof(protocol::Board, coulomb) == kFirst + (kCount - 1) * sizeof(float), "a number has no range");
+  for (uint8_t i = 0; i < kCount; ++i) {
+    float value;
+    memcpy(&value, reinterpret_cast<const uint8_t*>(&kit) + kFirst + i * sizeof(value), sizeof(value));
+    if (!range_of(i).holds(value)) return false;
+  }
+  return true;
 }
 
 bool is_a_kit(const protocol::Board& kit) {

@@ -1,0 +1,63 @@
+// Runs when a person changes something: made small, not fast.
+#ifdef __AVR__
+#pragma GCC optimize("Os")
+#endif
+
+#include "motor_map.h"
+
+#include <string.h>
+
+#include "motor.h"
+#include "profile.h"
+
+namespace motor {
+
+Map map = {};
+
+namespace {
+
+uint32_t bits_of(float value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof(bits));
+  return bits;
+}
+
+Factor factor_of(float value) {
+  const uint32_t bits = bits_of(value) + 0x80;  // to the nearest
+  return {static_cast<uint16_t>(0x8000 | (bits >> 8)), static_cast<int16_t>(bits >> 23)};
+}
+
+void add_piece(uint16_t duty, uint16_t width, uint8_t low, uint8_t high) {
+  if (high == low) return;  // the lowest duty for a torque is enough
+  const uint32_t slope = (static_cast<uint32_t>(width) << 8) / static_cast<uint8_t>(high - low);
+  map.pieces[map.piece_count++] = {low, high, duty, static_cast<uint8_t>(slope >> 16), static_cast<uint16_t>(slope)};
+}
+
+void set_pieces(const protocol::Board& kit) {
+  map.piece_count = 0;
+  const uint16_t whole = map.top << 8;
+  if (kit.motor_map == protocol::kMotorMapLinear) return add_piece(0, whole, 0, 255);
+  const uint16_t eighth = whole / sizeof(kit.table);
+  uint16_t duty = 0;
+  uint8_t low = 0;
+  for (const uint8_t high : kit.table) {
+    add_piece(duty, eighth, low, high);
+    duty += eighth;
+    low = high;
+  }
+}
+
+}  // namespace
+
+void set(const protocol::Board& kit) {
+  map.most = bits_of(kit.max_force);
+  map.dead_band = kit.dead_band;
+  map.top = profile::kPwmTop - kit.dead_band;
+  map.straight = kit.motor_map != protocol::kMotorMapSquare;
+  // torque = force * handle radius * pulley radius / sector radius, as a share of that at full duty
+  const float share = kit.handle_radius * kit.pulley_radius / kit.sector_radius / kit.motor_constant;
+  map.factor = factor_of(share * (map.straight ? 255.0f : static_cast<float>(map.top * map.top)));
+  set_pieces(kit);
+}
+
+}  // namespace motor

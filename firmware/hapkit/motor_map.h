@@ -1,0 +1,36 @@
+// How a kit turns force into duty, as pwm_of() needs it.
+#pragma once
+
+#include <stdint.h>
+
+#include "protocol.h"
+
+namespace motor {
+
+// What multiplies a force: mantissa / 2^16 * 2^exponent, the exponent as a float writes it.
+struct Factor {
+  uint16_t mantissa;
+  int16_t exponent;
+};
+
+// A straight piece of the map. Torque is in 255ths of that at full duty, duty in 256ths of a step.
+struct Piece {
+  uint8_t from, to;     // torque
+  uint16_t duty;        // where it begins
+  uint8_t slope;        // whole steps a 255th
+  uint16_t slope_rest;  // and 65536ths
+};
+
+struct Map {
+  uint32_t most;  // the largest force, as bits
+  uint8_t dead_band;
+  uint8_t top;  // steps of duty above the dead band
+  bool straight;  // a piece or more, not the square
+  Factor factor;  // from newton to steps squared, or to 255ths of the torque at full duty
+  Piece pieces[sizeof(protocol::Board::table)];
+  uint8_t piece_count;
+};
+
+extern Map map;
+
+}  // namespace motor
