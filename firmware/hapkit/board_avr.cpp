@@ -78,8 +78,12 @@ void hardware::reading_done(uint16_t raw, bool failed) {
   sampling_busy = false;
 }
 
-// In place of the Arduino core's, which starts timers, the interrupt of one and the converter.
-extern "C" void init() { sei(); }
+// In place of the Arduino core's, which starts timers as well and the interrupt of one. The converter is on because
+// the first tick may come before there is a kit.
+extern "C" void init() {
+  ADCSRA = _BV(ADEN);
+  sei();
+}
 
 void board::begin() {
   const Lock lock;

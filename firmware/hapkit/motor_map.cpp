@@ -56,7 +56,8 @@ void set(const protocol::Board& kit) {
   map.straight = kit.motor_map != protocol::kMotorMapSquare;
   // torque = force * handle radius * pulley radius / sector radius, as a share of that at full duty
   const float share = kit.handle_radius * kit.pulley_radius / kit.sector_radius / kit.motor_constant;
-  map.factor = factor_of(share * (map.straight ? 255.0f : static_cast<float>(map.top * map.top)));
+  const uint16_t steps = map.straight ? 255 : map.top * static_cast<uint16_t>(map.top);
+  map.factor = factor_of(share * steps);
   set_pieces(kit);
 }
 
