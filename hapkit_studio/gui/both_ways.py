@@ -1,17 +1,21 @@
 """Both ways of rendering on top of each other: what was rendered before a switch stays in the plots, grey.
 
-Compare does it with the same movement of the simulated hand, each way once, and then holds the plots.
+Over position it is shown at once; over time as soon as the handle moves as it did before, and there.
 """
 
 import time
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Qt, QTimer
+import numpy as np
+from PySide6.QtCore import QObject
 
-from hapkit_studio.dynamics.hand import Hand, hand_named
-from hapkit_studio.gui.live import FRAME_MS, Live
-from hapkit_studio.gui.plots.held import held
+from hapkit_studio.gui import alignment
+from hapkit_studio.gui.comparison import Comparison, Part
+from hapkit_studio.gui.history import History
+from hapkit_studio.gui.live import Live
+from hapkit_studio.gui.plots.held import Held, held
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.theme import number
 from hapkit_studio.gui.where_facts import WAYS
 from hapkit_studio.gui.where_switch import WhereSwitch
 
@@ -19,16 +23,10 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.centre import Centre
 
 HELD_SECONDS = 5.0
-COMPARED_SECONDS = 4.0
-SETTLE_SECONDS = 0.6
-"""From the handing over to the first movement: the force has faded in, the handle rests."""
-_PATIENCE = 5.0
-_ORDER = "press", "tap", "stroke", "sweep", "pet"
-
-
-def movement(hands: tuple[str, ...]) -> Hand:
-    """Return the movement by which an environment is compared: one of its own, a press by default."""
-    return hand_named(next((name for name in hands if name in _ORDER), "press"))
+PAST_SECONDS = 12.0
+"""So far back from a switch a movement like the one after it is looked for."""
+FADED_SECONDS = 0.2
+"""After a switch the force has faded in."""
 
 
 class BothWays(QObject):
@@ -39,104 +37,84 @@ class BothWays(QObject):
         self._studio, self._live, self._centre, self._switch = studio, live, centre, switch
         self._rendered_by = WAYS[0]
         self._began = time.perf_counter()
-        self._left: list[str] = []
-        self._parts: list[tuple[str, float, float]] = []
-        self._hand: Hand | None = None
-        self._moving_since = self._asked_at = 0.0
-        self._timer = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self._go_on)
+        self._before: Part | None = None  # of what is to be laid over the present, once it moves alike
+        self._aligned_at = 0.0
+        self._compared = False
+        self.comparison = Comparison(studio, live, switch, self)
+        self.comparison.began.connect(self._clear)
+        self.comparison.finished.connect(self._show_compared)
         live.health.connect(switch.note_health)
+        live.health.connect(lambda _health: self._align())
         live.frame.connect(lambda _row, _clamped: self._look())
-        switch.compare.connect(self.compare)
+        live.paused_changed.connect(lambda _on: self._resume())
         studio.environment_changed.connect(self._forget)
         studio.engine_changed.connect(self._forget)
-        studio.stop_changed.connect(self.cancel)
-
-    @property
-    def comparing(self) -> bool:
-        """Say whether a comparison goes on."""
-        return bool(self._left)
-
-    def compare(self) -> None:
-        """Render some seconds each way with the same movement of the hand, then show both; again: cancel."""
-        if self.comparing:
-            self.cancel()
-            return
-        engine = self._studio.engine
-        if engine is None or not self._studio.hand_is_ours or engine.board_refusal():
-            return
-        self._forget()
-        self._live.set_paused(False)
-        self._parts, self._left = [], list(WAYS)
-        self._hand = movement(self._studio.environment.hands)
-        self._begin()
-
-    def cancel(self) -> None:
-        """Let the hand go and stop comparing."""
-        if self.comparing:
-            self._left = []
-            self._timer.stop()
-            self._studio.move_hand(None)
-            self._switch.set_busy("")
-
-    # a switch by hand
 
     def _look(self) -> None:
+        """Notice that somebody else renders now."""
         engine = self._studio.engine
         if engine is None or engine.rendering == self._rendered_by:
             return
         before, now = self._rendered_by, time.perf_counter()
         self._rendered_by = engine.rendering
-        if not self.comparing:
-            start = max(self._began, now - HELD_SECONDS)
-            self._show(before, start, now, now - start)
+        if not (self.comparison.running or self._compared):
+            self._clear()
+            start = max(self._began, now - PAST_SECONDS)
+            self._before, self._aligned_at = Part(before, start, now), 0.0
+            past = self._held(Part(before, max(start, now - HELD_SECONDS), now), 0.0)
+            self._centre.phase.set_held(past)
         self._began = now
 
-    def _show(self, where: str, start: float, stop: float, shift: float) -> None:
-        past = held(self._live.history, f"on the {where}", start, stop, shift)
+    def _align(self) -> None:
+        """Lay the past over the present where the handle moved alike; better while it goes on moving."""
+        if self._before is None:
+            return
+        switch, now = self._before.stop, self._live.history.now
+        begin = self._aligned_at or max(switch + FADED_SECONDS, now - alignment.MOST)
+        found = alignment.earlier(self._live.history, self._before.start, switch, begin, now)
+        if found is None:
+            return
+        first = Part(self._before.where, begin - found, min(begin - found + HELD_SECONDS, switch))
+        self._centre.time.set_held(self._held(first, found))
+        self._aligned_at = begin
+        if now >= begin + alignment.MOST:
+            self._before = None
+
+    def _held(self, part: Part, shift: float) -> Held | None:
+        return held(self._live.history, f"on the {part.where}", part.start, part.stop, shift)
+
+    def _show_compared(self, one: Part, other: Part) -> None:
+        """Hold the plots with both parts on top of each other, and say by how much the forces differ."""
+        self._live.tick()
+        past = self._held(one, other.start - one.start)
         self._centre.time.set_held(past)
         self._centre.phase.set_held(past)
+        self._compared = True
+        self._live.set_paused(True)
+        self._switch.tell(difference_words(self._live.history, one, other))
 
-    def _forget(self) -> None:
-        self.cancel()
-        self._began = time.perf_counter()
+    def _resume(self) -> None:
+        self._compared = self._compared and self._live.paused
+
+    def _clear(self) -> None:
+        self._before = None
         self._centre.time.set_held(None)
         self._centre.phase.set_held(None)
 
-    # both by the same movement
+    def _forget(self) -> None:
+        self._began, self._compared = time.perf_counter(), False
+        self._clear()
 
-    def _begin(self) -> None:
-        self._moving_since, self._asked_at = 0.0, time.perf_counter()
-        self._studio.move_hand(0.0)
-        self._studio.set_loop(where=self._left[0])
-        self._switch.set_busy(f"Cancel: on the {self._left[0]} …")
-        self._timer.start()
 
-    def _go_on(self) -> None:
-        engine, now = self._studio.engine, time.perf_counter()
-        if engine is None or self._hand is None or now - self._asked_at > _PATIENCE + COMPARED_SECONDS:
-            self.cancel()
-            return
-        if not self._moving_since:
-            if engine.rendering == self._left[0] and now - self._asked_at > SETTLE_SECONDS:
-                self._moving_since = now
-            return
-        passed = now - self._moving_since
-        let_go = passed >= self._hand.release
-        self._studio.move_hand(None if let_go else float(self._hand.target(passed)))
-        if passed >= COMPARED_SECONDS:
-            self._end_of_part(now)
-
-    def _end_of_part(self, now: float) -> None:
-        self._parts.append((self._left.pop(0), self._moving_since, now))
-        if self._left:
-            if len(self._parts) == 1:
-                self._begin()
-            return
-        self._timer.stop()
-        self._switch.set_busy("")
-        (where, start, stop), (_, second, _) = self._parts
-        self._live.tick()
-        self._show(where, start, stop, second - start)
-        self._studio.move_hand(None)
-        self._live.set_paused(True)
+def difference_words(history: History, one: Part, other: Part) -> str:
+    """Say by how much the applied forces of two parts with the same movement differ."""
+    first, second = (history.between(part.start, part.stop) for part in (one, other))
+    known = [np.isfinite(w.x) for w in (first, second)]
+    if min(map(np.count_nonzero, known)) < 2:
+        return ""
+    there = np.interp(
+        first.x[known[0]] - one.start, second.x[known[1]] - other.start, second.y["applied"][known[1]]
+    )
+    apart = np.abs(first.y["applied"][known[0]] - there)
+    usual, most = (number(value, 2) for value in (float(np.sqrt(np.mean(apart**2))), float(apart.max())))
+    return f"Same movement of the hand, both ways: the forces differ by {usual} N rms, {most} N at most."

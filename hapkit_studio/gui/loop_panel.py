@@ -36,6 +36,8 @@ GRIP = Choice(
 )  # fmt: skip
 CONTROLLER = "Adds damping only while the scene gives energy."
 _ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
+_ROOM_FOR_WAYS = 120
+"""What the switch and its facts take in addition, where there is a board."""
 _LEAST_TARGET = 24
 
 
@@ -73,6 +75,7 @@ class LoopPanel(QWidget):
         self.controller_words.setWordWrap(True)
         self.folded = False
         self._by_hand = self._low = False
+        self._height = _ROOM_FOR_SLIDERS
         self._arrange()
         self._connect()
         self.show_state()
@@ -93,9 +96,15 @@ class LoopPanel(QWidget):
         self.controller_words.setVisible(height >= _ROOM_FOR_SLIDERS)
         for choice in (self.estimator, self.grip):
             choice.set_compact(height < _ROOM_FOR_SLIDERS)
-        self._low = height < _ROOM_FOR_SLIDERS
+        self._low, self._height = height < _ROOM_FOR_SLIDERS, height
+        self._give_way()
+
+    def _give_way(self) -> None:
+        """Fold by the room there is, until a person does."""
+        engine = self._studio.engine
+        board = engine is not None and not engine.device.simulated
         if not self._by_hand:
-            self.set_folded(height < _ROOM_FOR_ROWS)
+            self.set_folded(self._height < _ROOM_FOR_ROWS + (_ROOM_FOR_WAYS if board else 0))
 
     def _turn(self) -> None:
         self._by_hand = True
@@ -161,6 +170,7 @@ class LoopPanel(QWidget):
 
     def _connect(self) -> None:
         self._studio.loop_changed.connect(self.show_state)
+        self._studio.engine_changed.connect(self._give_way)
         self._studio.engine_changed.connect(self.show_state)
         self.rate.changed.connect(lambda _key, value: self._apply(self.rate, rate=value))
         self.delay.changed.connect(lambda _key, value: self._apply(self.delay, delay=value))

@@ -97,9 +97,8 @@ def cells(way: Way, limit: float | None) -> tuple[str, ...]:
     return delay, f"{way.rate:,.0f}", f"{limit:,.0f}" if known else UNKNOWN, f"{way.missed:,d}"
 
 
-def line(way: Way, limit: float | None) -> str:
-    """Return a way in one line, for where room is short."""
-    _, rate, stiffness, _ = cells(way, limit)
-    parts = [] if way.delay is None else [f"{number(1e3 * way.delay.mean, 2)} ms"]
-    parts.append(f"{rate} Hz")
-    return " · ".join(parts if stiffness == UNKNOWN else [*parts, f"limit {stiffness} N/m"])
+def short(way: Way, limit: float | None) -> tuple[str, str]:
+    """Return a way's delay and limit with their units, for where room is short."""
+    stiffness = cells(way, limit)[2]
+    delay = UNKNOWN if way.delay is None else f"{number(1e3 * way.delay.mean, 2)} ms"
+    return delay, stiffness if stiffness == UNKNOWN else f"limit {stiffness} N/m"

@@ -2,25 +2,22 @@
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.choice_row import ChoiceRow
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.margin import MarginWorker
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.where_columns import NAMES, Facts, Lines
 from hapkit_studio.gui.where_facts import (
     BOARD,
-    HINTS,
-    ROWS,
-    UNKNOWN,
     WAYS,
     Found,
     Limits,
     cells,
-    line,
+    short,
     solve,
     ways,
 )
@@ -30,7 +27,6 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.where_facts import Way
     from hapkit_studio.haptics.health import Health
 
-NAMES = "Computer", "Board"
 TIP = (
     "Who computes the force. The computer: a sample goes up, a force comes down, with the delay of the USB "
     "line. The board: parameters go down once, its own processor runs the same law."
@@ -40,40 +36,6 @@ RATE = Choice(
     "How often the board computes the force. A law that takes long allows no more than its own fastest rate.",
     labels=("fastest", "4,000 Hz", "2,000 Hz", "1,000 Hz", "500 Hz"),
 )  # fmt: skip
-_SHEET = 'QLabel[on="true"] { color: @accent; font-weight: 650; } QLabel { font-size: 12px; }'
-
-
-class Facts(QWidget):
-    """Four rows of two columns, the way that renders in the accent."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 2, 0, 2)
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(2)
-        grid.setColumnStretch(0, 1)
-        self.heads = [QLabel(name) for name in NAMES]
-        self.values = [[QLabel(UNKNOWN) for _ in ROWS] for _ in NAMES]
-        for column, (head, values) in enumerate(zip(self.heads, self.values, strict=True), start=1):
-            for row, label in enumerate((head, *values)):
-                label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-                grid.addWidget(label, row, column)
-        for row, (name, hint) in enumerate(zip(ROWS, HINTS, strict=True), start=1):
-            label = QLabel(name)
-            label.setToolTip(hint)
-            grid.addWidget(label, row, 0)
-        dress(self, _SHEET)
-
-    def show_way(self, column: int, texts: tuple[str, ...], on: bool) -> None:
-        """Show one way's texts in the order of ROWS; on: it renders now."""
-        for label, text in zip(self.values[column], texts, strict=True):
-            label.setText(text)
-        for label in (self.heads[column], *self.values[column]):
-            if label.property("on") != on:
-                label.setProperty("on", on)
-                label.style().unpolish(label)
-                label.style().polish(label)
 
 
 class WhereSwitch(QWidget):
@@ -92,20 +54,22 @@ class WhereSwitch(QWidget):
         self.switch = Segmented("Rendered by", NAMES)
         self.switch.setToolTip(TIP)
         self.switch.chosen.connect(self._choose)
-        self.facts, self.line, self.note = Facts(), QLabel(), QLabel()
+        self.facts, self.lines, self.note = Facts(), Lines(), QLabel()
         self.rate = ChoiceRow(RATE)
         self.rate.changed.connect(lambda _key, index: self._set(board_rate=_rate(int(index))))
         self.button = QPushButton("Compare both")
         self.button.clicked.connect(self.compare)
-        for words in (self.line, self.note):
-            words.setProperty("role", "hint")
-            words.setWordWrap(True)
+        self.note.setProperty("role", "hint")
+        self.note.setWordWrap(True)
+        self._told = ""
         self._folded = False
         self._ways: tuple[Way, Way] | None = None
         self._arrange()
         for signal in (studio.engine_changed, studio.loop_changed, studio.environment_changed):
             signal.connect(self.show_state)
         studio.values_changed.connect(self._look)
+        for signal in (studio.engine_changed, studio.environment_changed, studio.values_changed):
+            signal.connect(self._untell)
         self.show_state()
 
     # what is shown
@@ -122,7 +86,13 @@ class WhereSwitch(QWidget):
     def set_busy(self, words: str) -> None:
         """Say what goes on while both ways are compared; nothing ends it."""
         self.switch.setEnabled(not words)
-        self.button.setText(words or "Compare both")
+        self.button.setText("Cancel" if words else "Compare both")
+        self.tell(words)
+
+    def tell(self, words: str) -> None:
+        """Say what became of a comparison, until something else is chosen."""
+        self._told = words
+        self.show_state()
 
     def show_state(self) -> None:
         """Show who renders, and why the board cannot where it cannot."""
@@ -135,13 +105,13 @@ class WhereSwitch(QWidget):
         self.switch.show_index(WAYS.index(engine.where))
         self.switch.button(1).setEnabled(not refusal)
         self.rate.show_value(_place(self._studio.loop.board_rate))
-        self.note.setText(refusal or self._remark(engine))
+        self.note.setText(refusal or self._told or self._remark(engine))
         able, compare = not refusal, self._studio.hand_is_ours
         self.facts.setVisible(able and not self._folded)
-        self.line.setVisible(able and self._folded)
+        self.lines.setVisible(able and self._folded)
         self.rate.setVisible(able and not self._folded)
         self.button.setVisible(able and compare)
-        self.note.setVisible(bool(self.note.text()) and (not self._folded or not able))
+        self.note.setVisible(bool(self.note.text()))
         self._look()
 
     def _remark(self, engine) -> str:
@@ -184,8 +154,11 @@ class WhereSwitch(QWidget):
         limits = self._found.limits if self._found is not None else (None, None)
         for column, (way, limit, where) in enumerate(zip(self._ways, limits, WAYS, strict=True)):
             self.facts.show_way(column, cells(way, limit), where == engine.where)
-        now: int = WAYS.index(engine.where)
-        self.line.setText(line(self._ways[now], limits[now]))
+            self.lines.show_way(column, short(way, limit), where == engine.where)
+
+    def _untell(self) -> None:
+        if self._told and self.switch.isEnabled():
+            self.tell("")
 
     def close_worker(self) -> None:
         """End the worker's thread."""
@@ -194,6 +167,7 @@ class WhereSwitch(QWidget):
     # what a person does
 
     def _choose(self, index: int) -> None:
+        self._told = ""
         self._set(where=WAYS[index])
 
     def _set(self, **change: object) -> None:
@@ -212,7 +186,7 @@ class WhereSwitch(QWidget):
         column.setContentsMargins(0, 4, 0, 4)
         column.setSpacing(4)
         column.addLayout(head)
-        for part in (self.facts, self.line, self.rate, self.note, self.button):
+        for part in (self.facts, self.lines, self.rate, self.button, self.note):
             column.addWidget(part)
 
 

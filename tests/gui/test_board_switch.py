@@ -3,34 +3,12 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.devices import DeviceEntry
-from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.gui import where_facts
-from hapkit_studio.gui.both_ways import movement
+from hapkit_studio.gui.comparison import movement
 from hapkit_studio.gui.history import CHANNELS, History
 from hapkit_studio.gui.plots.held import Held, held
-from hapkit_studio.haptics import drivers, rows, way
-from tests.devices.fake_board import FakeBoard
-from tests.gui.window_support import PATIENCE_MS, SIMULATED
-from tests.haptics.board_support import RendersItself
-
-
-@pytest.fixture
-def scripted():
-    board = FakeBoard(RendersItself(changed=("friction",)))
-    yield board
-    board.unplug()
-
-
-@pytest.fixture
-def board_window(make_window, qtbot, monkeypatch, scripted):
-    """Return a window on a scripted board that renders; nothing is streamed, so nothing depends on time."""
-    monkeypatch.setattr(drivers, "HOLD_SECONDS", 0.0)
-    entry = DeviceEntry("board", "Board", lambda: HapkitBoard(scripted.path))
-    window = make_window((SIMULATED, entry))
-    window.studio.open(entry)
-    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
-    return window
+from hapkit_studio.haptics import rows, way
+from tests.gui.window_support import PATIENCE_MS
 
 
 def column(window, index):
