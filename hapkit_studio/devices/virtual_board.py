@@ -3,7 +3,7 @@
 import json
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,12 @@ import numpy as np
 from hapkit_studio import resources
 from hapkit_studio.devices.base import DeviceEntry, DeviceKind
 from hapkit_studio.devices.board_program import BoardProgram
-from hapkit_studio.devices.hapkit import HANDSHAKE_TIME, HapkitBoard
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.talk import Reply
 from hapkit_studio.dynamics.hand import Grip, grip_named
 from hapkit_studio.errors import DeviceError
+from hapkit_studio.protocol.declare import Message
+from hapkit_studio.protocol.messages import Sample
 
 VARIABLE = "HAPKIT_VIRTUAL_BOARD"
 """Environment variable with the path of the program, where it is not in the checkout."""
@@ -26,6 +29,8 @@ TRUTH_COLUMNS = (
 """Columns of the truth log: s, m, m/s, N, signed of 255, N, m, 0..1023."""
 
 MODES = ("paced", "lockstep", "fast")
+PATIENCE = 10.0
+"""s that an answer may take: a busy machine simulates slowly, and never loses a byte."""
 HAND_PERIOD = 1.0 / 60.0
 """s in which the hand follows to a new target: the pace at which a window sends them."""
 
@@ -85,7 +90,7 @@ class VirtualBoard(HapkitBoard):
         self._grip: Grip | None = grip_named("medium")
         self._target: float | None = None
 
-    def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
+    def open(self, handshake_time: float = PATIENCE) -> None:
         """Start the board and shake hands; raise DeviceError."""
         self.start()
         try:
@@ -98,6 +103,14 @@ class VirtualBoard(HapkitBoard):
         """Set the force to zero, end the board and keep its counters in ``summary``; never fails."""
         super().close()
         self.end()
+
+    def request(self, message: Message, reply: type[Reply], seconds: float = PATIENCE) -> Reply:
+        """Return the board's answer of that type; raise DeviceError."""
+        return super().request(message, reply, max(seconds, PATIENCE))
+
+    def samples(self, silence: float = PATIENCE) -> Iterator[Sample]:
+        """Yield what comes after start_stream; raise NoDataError after that many s of silence."""
+        return super().samples(max(silence, PATIENCE))
 
     # --- the program
     def start(self) -> None:

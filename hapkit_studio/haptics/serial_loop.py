@@ -44,6 +44,20 @@ def wait(fd, spec):
 
 
 @compiled
+def hold_back(r, before, hurried):
+    """Latch once that the machine cannot keep up, and wait a period a pass until that is cleared.
+
+    Return how many passes in a row found bytes there. After a period's wait the next one does as well, so
+    clearing begins the count anew: else no board at its own rate could ever be cleared.
+    """
+    if hurried == MOST_PASSES_WITHOUT_WAITING + 1:
+        latch(r, rig.RUNAWAY, 1.0 / r.values[block.PERIOD], 0.0)
+        demote()
+    sleep.until(before + r.values[block.PERIOD])
+    return hurried if load_acquire(r.control, rig.FAULT) else 0
+
+
+@compiled
 def run(r, conn, out, late, fd, spec):
     """Own the calling thread until told to quit or the line ends; the last act is a zero command."""
     settings.adopt(r, 0.0)
@@ -67,9 +81,7 @@ def run(r, conn, out, late, fd, spec):
         if exchange.given_up(r, conn):
             break
         if hurried > MOST_PASSES_WITHOUT_WAITING:
-            latch(r, rig.RUNAWAY, 1.0 / r.values[block.PERIOD], 0.0)
-            demote()
-            sleep.until(before + r.values[block.PERIOD])
+            hurried = hold_back(r, before, hurried)
     send(fd, conn.frame, exchange.zero(conn))
     store_release(r.control, rig.DONE, 1)
 

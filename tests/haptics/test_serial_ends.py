@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from hapkit_studio.haptics import histogram, line, rig, ring, rows, serial_loop
+from hapkit_studio.haptics import histogram, line, rig, ring, rows, serial_loop, sleep
 from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import Force
 from tests.haptics.serial_support import QUANTUM, sample, wait_for
@@ -120,6 +120,19 @@ def test_a_pulled_pseudo_terminal_leaves_the_processor_idle(direct):
     assert time.process_time() - used < 0.5
     assert direct.r.control[rig.FAULT] == rig.DEVICE_GONE
     os.close(fds[1])
+
+
+def test_a_machine_that_keeps_up_again_can_be_cleared(direct):
+    """A board goes on while the loop holds back: bytes that are there then say nothing of the machine."""
+    control, most = direct.r.control, serial_loop.MOST_PASSES_WITHOUT_WAITING
+    passes = most + 1
+    for _ in range(3):
+        passes = serial_loop.hold_back(direct.r, sleep.now(), passes) + 1
+        assert control[rig.FAULT] == rig.RUNAWAY
+    assert passes == most + 4
+    control[rig.FAULT] = rig.NO_FAULT
+    assert serial_loop.hold_back(direct.r, sleep.now(), passes) == 0
+    assert control[rig.FAULT] == rig.NO_FAULT
 
 
 def test_a_flood_of_garbage_is_demoted_and_latched(direct, rng):
