@@ -7,9 +7,8 @@ import pytest
 from hapkit_studio.commands import rendered, run_on
 from hapkit_studio.devices.virtual_board import built
 from hapkit_studio.haptics.engine import Engine
+from tests.lateness import ATTEMPTS
 from tests.test_cli import as_json, run
-
-ATTEMPTS = 5
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_kit import sample
+from tests.lateness import ATTEMPTS
 
 pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 BYTE = 10e-6
@@ -46,9 +47,8 @@ def test_filling_saves_what_the_latency_timer_costs():
     assert direct.better == 0
 
 
-@pytest.mark.parametrize("padding", [0, PACKET])
-def test_the_loop_itself_measures_the_same_delay(padding):
-    want = measured(0.016)[padding > 0]
+def looped(padding):
+    """Run the loop for a second of the board; return the delay it measured, and if no frame came late."""
     board = VirtualBoard("lockstep", options=["--latency", "0.016"])
     board.padding = padding
     engine = Engine(board, "spring", realtime=False)
@@ -58,7 +58,18 @@ def test_the_loop_itself_measures_the_same_delay(padding):
         while rows < 1000 and engine.health().running:
             rows += len(reader.read())
             time.sleep(0.01)
-        assert engine.health().delay == pytest.approx(want, rel=0.04)
+        health = engine.health()
     finally:
         engine.close()
     assert rows >= 1000
+    return health.delay, health.stale_count == 0
+
+
+@pytest.mark.parametrize("padding", [0, PACKET])
+def test_the_loop_itself_measures_the_same_delay(padding):
+    want = measured(0.016)[padding > 0]
+    for _ in range(ATTEMPTS):
+        delay, undisturbed = looped(padding)
+        if undisturbed:
+            break
+    assert delay == pytest.approx(want, rel=0.04)

@@ -73,7 +73,8 @@ def render(
 ) -> Rendering:
     """Render one law from the start of a run, with the usual firmware or another image."""
     (folder / "script.txt").write_text("\n".join(script))
-    words = ("--await", "0x83", *options)
+    # a script goes by the board's clock, which must not run on while a busy machine keeps us waiting
+    words = ("--await", "0x83", "--answer-timeout", "60", *options)
     board = VirtualBoard("lockstep", folder / "truth.f64", folder / "script.txt", words, firmware)
     board.open()
     try:

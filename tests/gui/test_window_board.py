@@ -7,6 +7,7 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
 from hapkit_studio.haptics import rows
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
+from tests.lateness import clear_lateness
 
 pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 STIFFNESS, SURFACE, HAND = 200.0, 0.005, 0.014
@@ -19,7 +20,7 @@ def board():
 
 @pytest.fixture
 def patient_board(tmp_path):
-    """Return a board that waits for every answer, so that a busy machine changes nothing it does."""
+    """Return a board that waits for every answer: a busy machine changes nothing of what it does with one."""
     return VirtualBoard("lockstep", log=tmp_path / "truth.bin")
 
 
@@ -41,6 +42,7 @@ def at_rest(window, qtbot, place):
     """Wait until the handle has stood still beyond a place in m for 100 rows; return the last row."""
 
     def still():
+        clear_lateness(window.studio)
         window.live.tick()
         last = window.live.last
         if last is None or last[rows.POSITION] < place or last[rows.FLAGS]:

@@ -4,7 +4,8 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.haptics.engine import Engine
 
-PATIENCE_MS = 60_000
+PATIENCE_MS = 180_000
+"""What anything may take: the first loop is compiled, which takes a busy machine more than a minute."""
 SIMULATED = DeviceEntry("simulated", "Simulated Hapkit", SimulatedHapkit)
 
 

@@ -20,7 +20,8 @@ from hapkit_studio.protocol.messages import (
 )
 from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import KIT, FakeKit
-from tests.haptics.serial_support import ATTEMPTS, read
+from tests.haptics.serial_support import read
+from tests.lateness import ATTEMPTS
 
 LAWS = tuple(environments.discover())
 ZERO = 1000

@@ -12,10 +12,9 @@ from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Sample, Stream
 from tests.devices.fake_board import HELLO_FIELDS, FakeBoard
+from tests.lateness import ATTEMPTS
 
 QUANTUM = float(np.float32(HELLO_FIELDS["quantum"]))
-# A shared machine may stop a thread for 20 ms at any time: what it spoils is done again.
-ATTEMPTS = 8
 
 
 def sample(seq, count, answered=0, delay_us=0, flags=0, period_us=1000):
