@@ -8,7 +8,7 @@
 namespace board {
 
 constexpr float kTickUs = 0.5f;  // resolution of the clock [us]
-constexpr uint8_t kQueue = 127;  // bytes that can wait to be sent
+constexpr uint8_t kQueue = 152;  // bytes that can wait to be sent
 
 // One reading of the sensor.
 struct Sampling {
@@ -41,15 +41,15 @@ uint16_t age_us();
 // Take the next received byte; false if there is none.
 bool read(uint8_t* byte);
 
-// How many bytes can be queued for sending now.
-uint8_t room();
+// Queue the frame of an identifier and a payload, and delimiters behind it up to a whole number of bytes; false, and
+// nothing queued, if there is no room now. Main program only.
+bool send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t whole);
 
-// Queue the frame of an identifier and a payload, and more delimiters behind it, for which room was found. Main
-// program only.
-void send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t more);
-
-// Sleep until a byte is received or this becomes true; return at once if it is so.
-void sleep_unless(const volatile bool& due);
+// From now on a byte that is received, or wake() in an interrupt, ends the next sleep(), also before it has begun;
+// and it does not begin while there is something to read.
+void may_sleep();
+void wake();
+void sleep();
 
 // Tell the hardware watchdog that all is well; a pause of 15 ms resets the board.
 void pat();

@@ -24,8 +24,8 @@ class Controller {
   // Send what the last tick has shown and what the computer has asked for; move the scene's numbers.
   void poll();
 
-  // Whether poll() has something to do, set by the tick once a millisecond.
-  const volatile bool& due() const { return due_; }
+  // Whether a millisecond has passed since poll() has seen to one.
+  bool due() const { return due_; }
 
   // Handle one sensor reading: position, velocity, safety, and the force of the board's own law.
   void sample(const board::Sampling& sampling);

@@ -31,9 +31,10 @@ void program::begin() {
 
 void program::poll() {
   hang(2);
+  board::may_sleep();
   uint8_t byte;
   while (!controller.due() && board::read(&byte)) controller.receive(byte);
   controller.poll();
-  settings::poll();
-  board::sleep_unless(controller.due());
+  if (settings::saving()) settings::poll();
+  board::sleep();
 }

@@ -2,17 +2,14 @@
 
 #include "sender.h"
 
-// How many delimiters fill a frame up.
-uint8_t Sender::filling(uint8_t size) const {
-  const uint8_t rest = multiple_ ? size % multiple_ : 0;
-  const uint16_t missing = rest ? multiple_ - rest : 0;
-  return size + missing <= board::kQueue ? static_cast<uint8_t>(missing) : 0;
+// How many bytes a frame takes with its filling. A frame is below 128 bytes, so this cannot pass 255.
+uint8_t Sender::filled(uint8_t size) const {
+  if (multiple_ == 0) return size;
+  uint8_t whole = multiple_;
+  while (whole < size) whole += multiple_;
+  return whole <= board::kQueue ? whole : size;
 }
 
 bool Sender::send(uint8_t id, const void* payload, uint8_t size) {
-  const uint8_t whole = 1 + size + frame::kOverhead;
-  const uint8_t more = filling(whole);
-  if (board::room() < whole + more) return false;
-  board::send_frame(id, payload, size, more);
-  return true;
+  return board::send_frame(id, payload, size, filled(1 + size + frame::kOverhead));
 }

@@ -21,7 +21,7 @@ class Sender {
 
  private:
   bool send(uint8_t id, const void* payload, uint8_t size);
-  uint8_t filling(uint8_t size) const;
+  uint8_t filled(uint8_t size) const;
 
   uint8_t multiple_ = 0;
 };

@@ -1,17 +1,17 @@
-// What the main program does once a millisecond: it sends what the last tick has shown.
+// What the main program does: once a millisecond it sends what the last tick has shown, before that the answers
+// for which there is room.
 #include "controller.h"
 #include "lock.h"
 
 void Controller::poll() {
-  if (due_) {
-    if (fade_.out()) leave_law();
-    if (streaming_) report();
-    due_ = false;
-    board::pat();
-    renderer_.move();
-    if (next_.quarters > 4) renderer_.move();
-  }
   if (answers_.waiting()) answers_.send(sender_);
+  if (!due_) return;
+  if (fade_.out()) leave_law();
+  if (streaming_) report();
+  due_ = false;
+  board::pat();
+  renderer_.move();
+  if (next_.quarters > 4) renderer_.move();
 }
 
 void Controller::report() {

@@ -83,6 +83,7 @@ void Controller::show(const board::Sampling& sampling, int32_t count) {
   }
   fence();
   due_ = true;
+  board::wake();
 }
 
 static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }

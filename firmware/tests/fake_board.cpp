@@ -112,15 +112,17 @@ void board::hold(bool on) {
   happening();
 }
 bool board::read(uint8_t*) { return false; }
-uint8_t board::room() { return fake::room; }
-void board::send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t more) {
+bool board::send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t whole) {
+  if (fake::room < whole) return false;
   const auto queue = [](const uint8_t* bytes, uint8_t n) { fake::sent.insert(fake::sent.end(), bytes, bytes + n); };
   frame::Writer<decltype(queue)> writer(queue);
   writer.put(id);
   writer.put(payload, size);
   writer.finish();
-  fake::sent.insert(fake::sent.end(), more, 0);
+  fake::sent.insert(fake::sent.end(), whole - (1 + size + frame::kOverhead), 0);
+  return true;
 }
+void board::wake() {}
 void board::set_motor(int16_t pwm) { fake::pwm = pwm; }
 uint32_t board::now_us() { return fake::now_us; }
 uint8_t board::lost_bytes() { return fake::lost; }

@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { R_SMCR = 0x53, SLEEP_ENABLE = 1 };
 enum { SETTLING = 160, SILENCE = FREQUENCY / 50, EXIT_UNKNOWN_MODE = 3, EXIT_CRASHED = 4 };
 
 double board_seconds(const struct board *b)
@@ -134,6 +135,8 @@ static void step(struct board *b, avr_cycle_count_t until)
 	avr_flashaddr_t pc = avr->pc, next = pc;
 	if (avr->state == cpu_Running)
 		next = avr_run_one(avr);
+	if (avr->state == cpu_Sleeping && !(avr->data[R_SMCR] & SLEEP_ENABLE))
+		avr->state = cpu_Running;  // simavr sleeps all the same
 	watch_stack(b);
 	avr_cycle_count_t idle = avr_cycle_timer_process(avr);
 	avr->pc = next;

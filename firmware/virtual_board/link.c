@@ -122,3 +122,12 @@ bool link_admit_frames(struct link *l, bool all)
 		l->admitted = l->in_end;  // no frame is that long: whatever it is, the firmware shall see it
 	return l->admitted > l->in_at;
 }
+
+bool link_take_silence(struct link *l)
+{
+	if (l->admitted == l->in_end || l->in[l->admitted] != 0)
+		return false;
+	l->in_end--;
+	memmove(l->in + l->admitted, l->in + l->admitted + 1, l->in_end - l->admitted);
+	return true;
+}

@@ -59,6 +59,10 @@ void link_admit(struct link *l);
 // Let whole frames onto the line, one or all that are there; false if there is none.
 bool link_admit_frames(struct link *l, bool all);
 
+// Take a lone delimiter away, by which the computer says that it has nothing to say; false if there is none. The
+// firmware does not get it: on a real line there would be nothing at all.
+bool link_take_silence(struct link *l);
+
 // For the chip's serial port: take a byte out, put one in.
 int link_next(void *link);
 void link_sent(void *link, uint8_t byte);

@@ -67,7 +67,7 @@ static void usage(FILE *to)
 {
 	fprintf(to, "usage: virtual_board FIRMWARE.elf|.hex [options]\n"
 	            "  --paced             board time follows the clock (default)\n"
-	            "  --lockstep          as fast as the computer answers, never ahead of it\n"
+	            "  --lockstep          as fast as the computer answers, never ahead of it; a lone delimiter is an answer\n"
 	            "  --turns             says `turn SECONDS BYTES` after every answered frame or 20 ms, waits for `go BYTES`\n"
 	            "  --fast              as fast as it goes, waiting for nobody\n"
 	            "  --control           commands on standard input; its end ends the program\n"

@@ -110,13 +110,18 @@ static void run_paced(struct run *r)
 	}
 }
 
-// Wait for a whole frame from the computer; for ever if none was asked for. Without a question one frame
-// is let through at a time, so that what happens does not depend on how fast they came.
+static bool answered(struct link *l)
+{
+	return link_admit_frames(l, l->asked) || (l->asked && link_take_silence(l));
+}
+
+// Wait for a whole frame from the computer, or for a lone delimiter as an answer; for ever if none was asked for.
+// Without a question one frame is let through at a time, so that what happens does not depend on how fast they came.
 static void wait_for_answer(struct run *r)
 {
 	struct link *l = &r->board->link;
 	double deadline = clock_now() + (l->asked ? r->options->answer_timeout : INFINITY);
-	while (!over(r) && !link_admit_frames(l, l->asked)) {
+	while (!over(r) && !answered(l)) {
 		if (clock_now() > deadline) {
 			r->unanswered++;
 			return;

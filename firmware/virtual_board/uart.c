@@ -38,13 +38,15 @@ static uint8_t on_the_line(const struct uart *u, uint8_t byte)
 	return ratio > 0.96 && ratio < 1.04 ? byte : (uint8_t)~(byte << 3);
 }
 
-// Both interrupts ask for service for as long as their flag stands.
+// An interrupt asks for service for as long as its flag stands; serving it clears the flag of the last one here.
 static void ask(struct uart *u)
 {
 	if (*status(u) & RXC)
 		avr_raise_interrupt(u->avr, &u->chip->rxc);
 	if (*status(u) & UDRE)
 		avr_raise_interrupt(u->avr, &u->chip->udrc);
+	if (*status(u) & TXC)
+		avr_raise_interrupt(u->avr, &u->chip->txc);
 }
 
 static void withdraw(struct uart *u, avr_int_vector_t *vector, uint8_t flag)
@@ -52,6 +54,14 @@ static void withdraw(struct uart *u, avr_int_vector_t *vector, uint8_t flag)
 	if (vector->pending)
 		avr_clear_interrupt(u->avr, vector);
 	*status(u) &= (uint8_t)~flag;
+}
+
+static void begin_byte(struct uart *u)
+{
+	u->shifting = u->buffer;
+	u->buffered = false;
+	*status(u) |= UDRE;
+	ask(u);
 }
 
 static avr_cycle_count_t byte_left(avr_t *avr, avr_cycle_count_t when, void *param)
@@ -65,31 +75,38 @@ static avr_cycle_count_t byte_left(avr_t *avr, avr_cycle_count_t when, void *par
 		avr_raise_interrupt(u->avr, &u->chip->txc);
 		return 0;
 	}
-	u->shifting = u->buffer;
-	u->buffered = false;
-	*status(u) |= UDRE;
-	ask(u);
+	begin_byte(u);
 	return when + byte_cycles(u);
 }
 
+static avr_cycle_count_t bit_began(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+	struct uart *u = param;
+	begin_byte(u);
+	avr_cycle_timer_register(avr, byte_cycles(u) - (avr->cycle - when), byte_left, u);
+	return 0;
+}
+
+// The transmitter's bit clock never stands still, so a byte may have to wait a whole bit before an idle shift
+// register takes it; the data sheet promises nothing better. Until then the buffer is full.
 static void write_data(avr_t *avr, avr_io_addr_t addr, uint8_t value, void *param)
 {
 	struct uart *u = param;
 	(void)addr;
 	if (!(control(u) & TXEN))
 		return;
-	if (!u->sending) {
-		u->sending = true;
-		u->shifting = value;
-		avr_cycle_timer_register(avr, byte_cycles(u), byte_left, u);
-		ask(u);
-	} else if (!u->buffered) {
-		u->buffered = true;
-		u->buffer = value;
-		withdraw(u, &u->chip->udrc, UDRE);
-	} else {
+	if (u->buffered) {
 		u->overwritten++;
+		return;
 	}
+	u->buffered = true;
+	u->buffer = value;
+	withdraw(u, &u->chip->udrc, UDRE);
+	if (u->sending)
+		return;
+	u->sending = true;
+	avr_cycle_count_t bit = byte_cycles(u) / BITS_PER_BYTE;
+	avr_cycle_timer_register(avr, bit - avr->cycle % bit, bit_began, u);
 }
 
 static void store(struct uart *u, uint8_t byte)

@@ -64,7 +64,8 @@ class VirtualBoard(HapkitBoard):
     """A board that is a program of its own: started by open, ended by close.
 
     mode: "paced" follows the clock, "lockstep" waits for every answer and is otherwise as fast as it goes,
-    "fast" waits for nobody. log: path of the truth log. script: path of commands by board time.
+    "fast" waits for nobody. A lone delimiter is an answer in lockstep, one that the chip does not get.
+    log: path of the truth log. script: path of commands by board time.
     options: further words of the program's command line.
     """
 

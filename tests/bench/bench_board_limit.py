@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable
 
 from hapkit_studio.devices import virtual_board
+from hapkit_studio.haptics.board_words import ALIVE_APART
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import BAUD, Alive, Force, Message, Sample, Telemetry
 from tests.bench import board_limit
@@ -14,8 +15,6 @@ NAME = "board_limit"
 ORDER = 41
 SECONDS = 4.0
 INSIDE, OUTSIDE, TOLERANCE = 0.97, 1.03, 0.03
-ALIVE_EVERY = 4
-"""Telemetry frames on one word that the computer is there, about."""
 
 
 def run() -> list[Row]:
@@ -57,7 +56,7 @@ def _way(name: str, rate: int, damping: float, spec: str, swing: Callable[[float
 def _streams() -> list[Row]:
     """Return what goes over the line each second; a byte takes ten bits."""
     up, down = _bytes(Sample) * 1000, _bytes(Force) * 1000
-    told, alive = _bytes(Telemetry) * 1000, _bytes(Alive) * 1000 // ALIVE_EVERY
+    told, alive = _bytes(Telemetry) * 1000, round(_bytes(Alive) / ALIVE_APART)
     return [
         Row("computer renders: up", up / 1000, "kB/s", "line", BAUD / 10_000, 10 * up / BAUD),
         Row("computer renders: down", down / 1000, "kB/s", "line", BAUD / 10_000, 10 * down / BAUD),

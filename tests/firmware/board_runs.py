@@ -1,4 +1,4 @@
-"""Runs of the board's own laws in the virtual board, in lockstep: telemetry in, a word that we live out."""
+"""Runs of the board's own laws in the virtual board, in lockstep: telemetry in, a word out now and then."""
 
 import os
 import select
@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
-from hapkit_studio.protocol.framing import Decoder, encode
+from hapkit_studio.haptics.board_words import ALIVE_APART
+from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
 from hapkit_studio.protocol.messages import (
     VALUES,
     Alive,
@@ -48,15 +49,17 @@ def scene(law: int, values: Sequence[float], generation: int = 1) -> Scene:
 
 
 def listen(board: VirtualBoard, seconds: float) -> list[Telemetry]:
-    """Answer telemetry for so many s of board time; return it."""
-    decoder, seen = Decoder(), []
+    """Answer telemetry for so many s of board time, as often as the studio; return it."""
+    decoder, seen, told = Decoder(), [], -1
     while not seen or (seen[-1].time_us - seen[0].time_us) * 1e-6 < seconds:
         ready, _, _ = select.select([board.fileno()], [], [], SILENCE)
         assert ready, "the board has gone silent"
         for message in decoder.feed(os.read(board.fileno(), 4096)):
             if isinstance(message, Telemetry):
                 seen.append(message)
-                os.write(board.fileno(), encode(Alive()))
+                turn = round(message.time_us * 1e-6 / ALIVE_APART)
+                os.write(board.fileno(), encode(Alive()) if turn != told else DELIMITER)
+                told = turn
     return seen
 
 
