@@ -9,7 +9,7 @@
 
 namespace {
 
-constexpr std::size_t kQueue = 127;  // a frame that would not fit goes out as it is
+constexpr std::size_t kQueue = board::kQueue;  // a frame that would not fit goes out as it is
 
 // What a frame takes on the wire: the next whole multiple of its own length.
 std::size_t filled(std::size_t plain, unsigned multiple) {
@@ -79,6 +79,6 @@ TEST(filling_is_on_and_off_as_the_stream_says) {
     const std::size_t hello = fake::frame_of(fake::body_of(protocol::Hello{})).size();
     CHECK(fake::sent.size() == filled(sample, multiple) + filled(hello, multiple));
     const auto found = bodies();
-    CHECK(found.size() == 2 && found[0][0] == protocol::Sample::kId && found[1][0] == protocol::Hello::kId);
+    CHECK(found.size() == 2 && found[0][0] == protocol::Hello::kId && found[1][0] == protocol::Sample::kId);
   }
 }

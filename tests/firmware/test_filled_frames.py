@@ -1,4 +1,4 @@
-"""Filled frames as the chip writes them into its ring of 128 bytes, beginning at every place of it."""
+"""Filled frames as the chip queues them, up to all 152 bytes of its queue."""
 
 import re
 
@@ -10,14 +10,14 @@ from tests.devices.fake_kit import sample
 from tests.firmware.faults_turns import Turns
 from tests.firmware.vb import needs_board
 
-QUEUE = 127
+QUEUE = 152
 FRAMES = 140
 BYTE, PERIOD = 10e-6, 1e-3
 PLAIN = len(encode(sample(1)))
 
 
 @needs_board
-@pytest.mark.parametrize("multiple", [0, 1, 61, 62, 127, 128])
+@pytest.mark.parametrize("multiple", [0, 1, 61, 62, 127, 152, 153])
 def test_every_frame_is_as_long_as_whole_packets(tmp_path, multiple):
     packets = -(-PLAIN // multiple) * multiple if 0 < multiple <= QUEUE else PLAIN
     turns = Turns(tmp_path, (), ("--await", str(Sample.ID)))
