@@ -94,7 +94,7 @@ class Board {
     seq_ = static_cast<uint16_t>(seq_ + 1 + missed);
     fake::now_us += (1u + missed) * quarters * 250u;
     fake::room = static_cast<uint8_t>(raw >> 4);
-    controller_.sample({seq_, fake::now_us, static_cast<uint16_t>(raw & 1023), missed, quarters, failed});
+    controller_.sample({seq_, fake::now_us, reading(raw), missed, quarters, failed});
     check_motor();
     if (raw & 0x1000) poll();
   }
@@ -112,6 +112,12 @@ class Board {
   }
 
  private:
+  // What the sensor that the settings name can read.
+  static uint16_t reading(uint16_t raw) {
+    const uint8_t sensor = settings::now().sensor;
+    return sensor == protocol::kSensorQuadrature ? raw : raw & (sensor == protocol::kSensorAs5048A ? 16383 : 1023);
+  }
+
   Controller controller_;
   uint16_t seq_ = 0;
   uint8_t quarters_ = 4;

@@ -41,18 +41,27 @@ inline uint32_t share(uint32_t value, uint32_t half) {
 #endif
 }
 
+// Sum and difference that wrap: coefficients that make a filter swing up are no reason for undefined steps.
+inline int32_t sum(int32_t a, int32_t b) {
+  return static_cast<int32_t>(static_cast<uint32_t>(a) + static_cast<uint32_t>(b));
+}
+
+inline int32_t difference(int32_t a, int32_t b) {
+  return static_cast<int32_t>(static_cast<uint32_t>(a) - static_cast<uint32_t>(b));
+}
+
 // Return value times twice a half coefficient, rounded alike on both sides of zero.
 int32_t scaled(int32_t value, uint32_t half) {
   const bool negative = value < 0;
-  const uint32_t twice = static_cast<uint32_t>(negative ? -value : value) << 1;
+  const uint32_t twice = static_cast<uint32_t>(negative ? difference(0, value) : value) << 1;
   const int32_t result = static_cast<int32_t>(share(twice, half));
-  return negative ? -result : result;
+  return negative ? difference(0, result) : result;
 }
 
 }  // namespace
 
 void Estimator::change(uint8_t quarters_before, uint8_t quarters) {
-  for (; quarters_before < quarters; quarters_before <<= 1) speed_ *= 2;
+  for (; quarters_before < quarters; quarters_before <<= 1) speed_ = sum(speed_, speed_);
   for (; quarters_before > quarters; quarters_before >>= 1) speed_ /= 2;
   rest_ = 0;
 }
@@ -67,15 +76,15 @@ bool Estimator::update(const Design& design, int32_t count, uint8_t periods) {
     return false;
   }
   int32_t speed = speed_;
-  const int32_t surprise = static_cast<int32_t>(static_cast<uint32_t>(steps) << 16) - speed;
+  const int32_t surprise = difference(static_cast<int32_t>(static_cast<uint32_t>(steps) << 16), speed);
   if (design.method == protocol::kEstimatorDifference) {
-    speed += surprise;
+    speed = sum(speed, surprise);
   } else if (design.method == protocol::kEstimatorIir) {
-    speed += scaled(surprise, design.first);
+    speed = sum(speed, scaled(surprise, design.first));
   } else {
-    const int32_t all = surprise + rest_;
-    rest_ = all - scaled(all, design.first);
-    speed += scaled(all, design.second);
+    const int32_t all = sum(surprise, rest_);
+    rest_ = difference(all, scaled(all, design.first));
+    speed = sum(speed, scaled(all, design.second));
   }
   speed_ = speed;
   const int16_t whole = static_cast<int16_t>(speed >> 16);

@@ -1,0 +1,39 @@
+// The velocity filter with coefficients that only a broken computer sends, on readings that no handle makes.
+#include <random>
+
+#include "check.h"
+#include "estimator.h"
+
+namespace {
+
+constexpr float kQuantum = 20e-6f, kFastest = 5.0f;
+constexpr int kMost = estimator::kMostCounts;
+
+estimator::Design design(uint8_t method, float first, float second) {
+  estimator::Design made{};
+  CHECK(estimator::design({1000, method, first, second}, kQuantum, kFastest, &made));
+  return made;
+}
+
+}  // namespace
+
+// The sanitizers watch: a filter that does not damp doubles what it holds within some readings.
+TEST(a_filter_that_swings_up_takes_no_undefined_step) {
+  std::mt19937 random(7);
+  for (const float first : {0.0f, 1e-4f, 0.35f, 1.0f}) {
+    for (const float second : {0.0f, 0.1f, 500.0f, 1990.0f}) {
+      estimator::Design made = design(protocol::kEstimatorKalman, first, second);
+      estimator::Estimator filter;
+      int32_t count = 0;
+      for (int k = 0; k < 2000; ++k) {
+        count += static_cast<int>(random() % (2 * kMost + 1)) - kMost;
+        filter.update(made, count);
+        if (k % 100 == 0) filter.change(1, 8);
+      }
+      filter.restart(count);
+      made = design(protocol::kEstimatorDifference, 0.0f, 0.0f);
+      CHECK(filter.update(made, count + 50));
+      CHECK_NEAR(filter.velocity(made), 50 * kQuantum / 1e-3f, 1e-6f);
+    }
+  }
+}
