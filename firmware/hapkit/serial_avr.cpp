@@ -11,6 +11,9 @@
 #include "protocol.h"
 #include "ring.h"
 
+// Write a frame and return its end: frame_avr.S.
+extern "C" uint8_t* write_frame(uint8_t* to, const void* payload, uint8_t size, uint8_t id);
+
 namespace {
 
 constexpr uint32_t kCpu = 16000000;
@@ -134,57 +137,6 @@ void hardware::begin_serial() {
 }
 
 bool board::read(uint8_t* byte) { return received.pop(byte); }
-
-// Write a frame and return its end: frame::Writer in one pass, with room found before. A byte takes 21 cycles, a
-// zero 8 more. mul shifts: to x^16 belong x^12 + x^5 + 1. Where the body ends, the CRC's high byte is taken as the
-// next one; that moves its low byte up, which is the one after, and leaves a zero: the end.
-__attribute__((naked, noinline)) uint8_t* write_frame(uint8_t*, const void*, uint8_t, uint8_t) {
-  __asm__ volatile(
-      "push r28\n\t"
-      "push r29\n\t"
-      "movw r26, r24\n\t"  // where the next byte goes
-      "movw r28, r24\n\t"  // and the code of its block
-      "adiw r26, 1\n\t"
-      "movw r30, r22\n\t"
-      "ldi r24, 0xff\n\t"  // the CRC: r25 and r24
-      "ldi r25, 0xff\n\t"
-      "ldi r22, 16\n\t"
-      "ldi r23, 32\n\t"
-      "ldi r21, 3\n\t"  // of the CRC and the end
-      "inc r20\n\t"
-      "rjmp 2f\n"
-      "1:\tld r18, Z+\n"
-      "2:\teor r25, r18\n\t"
-      "mul r25, r22\n\t"
-      "eor r25, r1\n\t"
-      "mul r25, r22\n\t"
-      "eor r24, r0\n\t"
-      "mul r25, r23\n\t"
-      "eor r1, r24\n\t"
-      "eor r0, r25\n\t"
-      "movw r24, r0\n\t"
-      "tst r18\n\t"
-      "breq 4f\n\t"
-      "st X+, r18\n"
-      "3:\tdec r20\n\t"
-      "brne 1b\n\t"
-      "inc r20\n\t"
-      "mov r18, r25\n\t"
-      "dec r21\n\t"
-      "brpl 2b\n\t"
-      "movw r24, r26\n\t"
-      "clr r1\n\t"
-      "st Y, r1\n\t"
-      "pop r29\n\t"
-      "pop r28\n\t"
-      "ret\n"
-      "4:\tmov r19, r26\n\t"
-      "sub r19, r28\n\t"
-      "st Y, r19\n\t"
-      "movw r28, r26\n\t"
-      "adiw r26, 1\n\t"
-      "rjmp 3b");
-}
 
 bool board::send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t whole) {
   uint8_t* const begin = all_sent() ? queue : end;

@@ -15,8 +15,9 @@ from tests.lateness import ATTEMPTS
 
 pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 BYTE = 10e-6
-FILLING = 20 / 16e6
-"""s in which the board's main program queues one byte of filling, about 20 cycles."""
+FILLING = BYTE / 10 + 6 / 16e6
+"""s a byte of filling takes besides its own bits: the line rests for two bits after every second byte, and the
+board's main program queues a byte in 6 cycles."""
 PERIOD = 1e-3
 FRAME = len(encode(sample(1)))
 
