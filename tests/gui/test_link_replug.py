@@ -145,7 +145,8 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
     assert broken > 0
     window.centre.time.take()
     longest = max(b - a for a, b in window.centre.time.shown.gaps)
-    assert longest == pytest.approx(np.nanmax(np.diff(shown.x[np.isfinite(shown.x)])), abs=1e-3)
+    # its length is said to 0.1 s; a plot of more samples than columns knows the ends to a column
+    assert longest == pytest.approx(np.nanmax(np.diff(shown.x[np.isfinite(shown.x)])), abs=0.05)
 
 
 @EITHER
