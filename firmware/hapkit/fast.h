@@ -1,138 +1,11 @@
 // Single precision for a chip without floating point: what is cheaper by bits, by tables, or both.
-// The same code runs on a PC, where the tests hold it against double precision.
+// The same values come out on a PC, where the tests hold them against double precision.
 #pragma once
 
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-
+#include "fast_bits.h"
 #include "fast_tables.h"
 
-// What is called from many places is there once: a chip of 32 KB holds all laws only so.
-#ifdef __AVR__
-#define FAST_APART __attribute__((noinline))
-#else
-#define FAST_APART
-#endif
-#define FAST_ONCE inline FAST_APART
-
 namespace fast {
-
-inline uint32_t bits(float x) {
-  uint32_t b;
-  memcpy(&b, &x, sizeof b);
-  return b;
-}
-
-inline float number(uint32_t b) {
-  float x;
-  memcpy(&x, &b, sizeof x);
-  return x;
-}
-
-// A number of 24 bits in a table, on a PC.
-inline uint32_t read(const uint8_t* at) { return at[0] | at[1] << 8 | static_cast<uint32_t>(at[2]) << 16; }
-
-inline int16_t read(const int16_t* table) {
-#ifdef __AVR__
-  return static_cast<int16_t>(pgm_read_word(table));
-#else
-  return *table;
-#endif
-}
-
-constexpr uint32_t kSign = 0x80000000UL;
-
-inline float magnitude(float x) { return number(bits(x) & ~kSign); }
-
-// |x| with the sign of another number.
-inline float signed_as(float x, float other) {
-  return number((bits(x) & ~kSign) | (bits(other) & kSign));
-}
-
-// x * sign for a sign of 1 or -1.
-inline float flipped(float x, float sign) { return number(bits(x) ^ (bits(sign) & kSign)); }
-
-inline float flipped_by(float x, int8_t sign) { return sign < 0 ? number(bits(x) ^ kSign) : x; }
-
-// Whether x is a certain number other than zero: far fewer steps than ==.
-inline bool is(float x, float other) { return bits(x) == bits(other); }
-
-FAST_ONCE bool is_zero(float x) { return (bits(x) << 1) == 0; }
-
-// x < 0, x > 0, x <= 0, x >= 0; never so for what is not a number.
-FAST_ONCE bool above_zero(float x) {
-  return bits(x) - 1 < 0x7f800000UL;
-}
-inline bool below_zero(float x) { return above_zero(-x); }
-FAST_ONCE bool from_zero(float x) { return above_zero(x) || is_zero(x); }
-inline bool to_zero(float x) { return from_zero(-x); }
-
-inline uint8_t exponent(uint32_t b) {
-  return static_cast<uint8_t>(static_cast<uint8_t>(b >> 24) << 1 | static_cast<uint8_t>(b >> 16) >> 7);
-}
-
-// x * 2^n for |n| <= 30; what is below 2^-94 is taken for 0, above 2^95 for infinite.
-FAST_ONCE float scale(float x, int8_t n) {
-  const uint32_t b = bits(x);
-  const uint8_t e = exponent(b);
-  if (e < 33) return 0.0f;
-  if (e > 222) return e == 255 ? x : signed_as(INFINITY, x);
-  // n * 2^23 touches the upper half only
-  return number(b + (static_cast<uint32_t>(static_cast<uint16_t>(n) << 7) << 16));
-}
-
-template <int8_t n>
-inline float scaled(float x) {
-  return scale(x, n);
-}
-
-// As Python has them: the first where neither is less, or greater.
-inline float least(float a, float b) { return b < a ? b : a; }
-inline float most(float a, float b) { return b > a ? b : a; }
-
-template <uint8_t n>
-inline float power(float x) {
-  return n == 2 ? x * x : n == 3 ? x * x * x : (x * x) * (x * x);
-}
-
-namespace detail {
-
-// A table's value d / 2^16 of the way from one point to the next, on the straight line, in the lower 24 bits;
-// the upper 8 say how far the curve lies beside it: d (1 - d) times the value.
-FAST_ONCE uint32_t between(const uint8_t* table, uint16_t d) {
-#ifdef __AVR__
-  uint32_t found;
-  uint8_t a0, a1, s0, s1, s2;
-  // a: the value, of 24 bits; s: the step, of 18
-  asm("lpm %[a0], Z+\n\t lpm %[a1], Z+\n\t lpm %C[r], Z+\n\t"
-      "lpm %[s0], Z+\n\t lpm %[s1], Z+\n\t lpm %[s2], Z\n\t"
-      "sub %[s0], %[a0]\n\t sbc %[s1], %[a1]\n\t sbc %[s2], %C[r]\n\t"
-      // d (1 - d) in 8 bits, times the value's upper ones
-      "mov %D[r], %B[d]\n\t com %D[r]\n\t mul %D[r], %B[d]\n\t"
-      "lsl r0\n\t rol r1\n\t lsl r0\n\t rol r1\n\t mul r1, %C[r]\n\t mov %D[r], r1\n\t"
-      "mul %[s0], %A[d]\n\t mov r30, r1\n\t clr r31\n\t"
-      "mul %[s0], %B[d]\n\t add r30, r0\n\t adc r31, r1\n\t"
-      "mul %[s1], %A[d]\n\t add r30, r0\n\t adc r31, r1\n\t clr %[s0]\n\t adc %[s0], %[s0]\n\t"
-      "mul %[s1], %B[d]\n\t add r31, r0\n\t adc %[s0], r1\n\t"
-      "mul %[s2], %A[d]\n\t add r31, r0\n\t adc %[s0], r1\n\t clr %[s1]\n\t adc %[s1], %[s1]\n\t"
-      "mul %[s2], %B[d]\n\t add %[s0], r0\n\t adc %[s1], r1\n\t clr r1\n\t"
-      "mov %A[r], %[a0]\n\t mov %B[r], %[a1]\n\t"
-      "add %A[r], r31\n\t adc %B[r], %[s0]\n\t adc %C[r], %[s1]"
-      : [r] "=&r"(found), [a0] "=&r"(a0), [a1] "=&r"(a1), [s0] "=&r"(s0), [s1] "=&r"(s1), [s2] "=&r"(s2),
-        [z] "+&z"(table)
-      : [d] "r"(d));
-  return found;
-#else
-  const uint32_t a = read(table), step = read(table + 3) - a;
-  const uint8_t d8 = static_cast<uint8_t>(d >> 8);
-  const uint8_t hill = static_cast<uint8_t>(d8 * (255 - d8) >> 6);
-  const uint32_t bent = static_cast<uint32_t>(hill) * (a >> 16) >> 8;
-  return (a + static_cast<uint32_t>(static_cast<uint64_t>(step) * d >> 16)) | bent << 24;
-#endif
-}
-
-}  // namespace detail
 
 // The whole number below or at x.
 FAST_ONCE float floor(float x) {
@@ -167,27 +40,44 @@ FAST_ONCE float floor_division(float a, float b) {
   return quotient - below > 0.5f ? below + 1.0f : below;
 }
 
-// The 24 bits of a number without its sign, so many places further up or, if negative, down.
-FAST_ONCE uint32_t shifted(uint32_t b, int16_t places) {
-  if (places >= 32 || places <= -24) return 0;
-  uint32_t found = (b & 0x7fffffUL) | 0x800000UL;
-  int8_t left = static_cast<int8_t>(places);
-  for (; left >= 8; left -= 8) found <<= 8;
-  for (; left <= -8; left += 8) found >>= 8;
-  for (; left > 0; left--) found <<= 1;
-  for (; left < 0; left++) found >>= 1;
-  return found;
+namespace detail {
+
+#ifdef __AVR__
+extern "C" {
+float fast_sine(float turns, const uint8_t* table, uint8_t quarter);
+float fast_power(float x, const uint8_t* table);
+float fast_power_of_square(float x, const uint8_t* table, uint16_t factor, int8_t places);
+}
+#else
+
+// A number of 24 bits in a table.
+inline uint32_t read(const uint8_t* at) { return at[0] | at[1] << 8 | static_cast<uint32_t>(at[2]) << 16; }
+
+// A table's value d / 2^16 of the way from one point to the next, on the straight line, in the lower 24 bits;
+// the upper 8 say how far the curve lies beside it: d (1 - d) times the value.
+inline uint32_t between(const uint8_t* table, uint16_t d) {
+  const uint32_t a = read(table), step = read(table + 3) - a;
+  const uint8_t d8 = static_cast<uint8_t>(d >> 8);
+  const uint8_t hill = static_cast<uint8_t>(d8 * (255 - d8) >> 6);
+  const uint32_t bent = static_cast<uint32_t>(hill) * (a >> 16) >> 8;
+  return (a + static_cast<uint32_t>(static_cast<uint64_t>(step) * d >> 16)) | bent << 24;
 }
 
+#endif
+
+}  // namespace detail
+
+#ifndef __AVR__
+
 // The part of a number behind the point, in 2^-32; of a negative one the rest to the next whole number.
-FAST_ONCE uint32_t phase_of(float turns) {
+inline uint32_t phase_of(float turns) {
   const uint32_t b = bits(turns);
   const uint32_t phase = shifted(b, static_cast<int16_t>(exponent(b)) - 118);
   return (b & kSign) ? 0 - phase : phase;
 }
 
 // sin of a phase in 2^-32 turns, within 4e-6.
-FAST_ONCE float sine_of(uint32_t phase) {
+inline float sine_of(uint32_t phase) {
   const uint32_t sign = phase & kSign;
   if (phase & 0x40000000UL) phase = ~phase;
   const uint8_t place = static_cast<uint8_t>(phase >> 24) & 63;
@@ -198,34 +88,80 @@ FAST_ONCE float sine_of(uint32_t phase) {
   return number((bits(static_cast<float>(static_cast<int32_t>(value))) - (23UL << 23)) | sign);
 }
 
-FAST_ONCE float sin_of_turns(float turns) {
+#endif
+
+// The sine of turns and a number of 256ths of one more, within 4e-6.
+inline float sine(float turns, uint8_t more) {
+#ifdef __AVR__
+  return detail::fast_sine(turns, kSine, more);
+#else
   if (exponent(bits(turns)) == 255) return NAN;
-  return sine_of(phase_of(turns));
+  return sine_of(phase_of(turns) + (static_cast<uint32_t>(more) << 24));
+#endif
 }
 
-FAST_ONCE float cos_of_turns(float turns) {
-  if (exponent(bits(turns)) == 255) return NAN;
-  return sine_of(phase_of(turns) + 0x40000000UL);
-}
+FAST_ONCE float sin_of_turns(float turns) { return sine(turns, 0); }
+FAST_ONCE float cos_of_turns(float turns) { return sine(turns, 64); }
 
 constexpr float kTurns = 0.15915494309189535f;  // turns in a radian
 
 FAST_ONCE float sin(float x) { return sin_of_turns(x * kTurns); }
 FAST_ONCE float cos(float x) { return cos_of_turns(x * kTurns); }
 
-// e^x, within 1.5e-6 of itself for |x| <= 8, beyond that within 2e-7 |x| more.
-FAST_ONCE float exp(float x) {
-  const uint32_t b = bits(x * 1.4426950408889634f);
-  const uint8_t e = exponent(b);
-  if (e >= 134) return (b << 1) > 0xff000000UL ? NAN : (b & kSign) ? 0.0f : INFINITY;
-  uint32_t t = shifted(b, static_cast<int16_t>(e) - 128);
-  if (b & kSign) t = ~t;
+#ifndef __AVR__
+
+// 2^t for t < 128 in 2^-22, within 1.5e-6 of itself.
+inline float power_of_two(uint32_t t) {
   const int16_t upper = static_cast<int16_t>(t >> 16);
   if (upper < -126 * 64) return 0.0f;
   const uint32_t found = detail::between(kPower + 3 * (upper & 63), static_cast<uint16_t>(t));
   const uint16_t power = static_cast<uint16_t>((upper >> 6) + 126) << 7;
   const uint32_t value = (found & 0xffffffUL) - static_cast<uint8_t>(found >> 24);
   return number((static_cast<uint32_t>(power) << 16) + value);
+}
+
+inline float power_of_two(float x) {
+  const uint32_t b = bits(x);
+  const uint8_t e = exponent(b);
+  if (e >= 134) return (b << 1) > 0xff000000UL ? NAN : (b & kSign) ? 0.0f : INFINITY;
+  const uint32_t t = shifted(b, static_cast<int16_t>(e) - 128);
+  return power_of_two((b & kSign) ? ~t : t);
+}
+
+// 2^(-x^2 factor 2^places / 2^15) for a factor of 2^15 or more.
+inline float power_of_square(float x, uint16_t factor, int8_t places) {
+  const uint32_t b = bits(x) + 0x80;  // to the nearest of 16 bits
+  const uint16_t m = static_cast<uint16_t>(b >> 8) | 0x8000;
+  const uint16_t square = static_cast<uint16_t>((static_cast<uint32_t>(m) * m + 0x8000) >> 16);
+  // in 2^-22 it lies so many places further down
+  const int16_t down = 2 * 127 + 7 - 2 * static_cast<int16_t>(exponent(b)) - places;
+  if (down < 1) return (b << 1) > 0xff000100UL ? NAN : 0.0f;
+  if (down > 31) return 1.0f;
+  return power_of_two(~(static_cast<uint32_t>(square) * factor >> down));
+}
+
+#endif
+
+// e^x, within 1.5e-6 of itself for |x| <= 8, beyond that within 2e-7 |x| more.
+FAST_ONCE float exp(float x) {
+  const float power = x * 1.4426950408889634f;
+#ifdef __AVR__
+  return detail::fast_power(power, kPower);
+#else
+  return power_of_two(power);
+#endif
+}
+
+// e^(k x^2) for a constant k < 0, within 3e-5, in less than half of what its parts would take.
+inline float exp_of_square(float k, float x) {
+  const uint32_t b = bits(k * 1.4426950408889634f) + 0x80;
+  const uint16_t factor = static_cast<uint16_t>(b >> 8) | 0x8000;
+  const int8_t places = static_cast<int8_t>(exponent(b) - 127);
+#ifdef __AVR__
+  return detail::fast_power_of_square(x, kPower, factor, places);
+#else
+  return power_of_square(x, factor, places);
+#endif
 }
 
 // tanh within 1e-6.

@@ -13,25 +13,27 @@ BUMP = -0.025
 CUT = math.exp(-4.5)
 # 1 / the largest value of t (exp(−t²/2) − CUT), reached at t = 0.9909
 GAUSSIAN_PEAK = 1.6793390230328566
+# 1 / what it multiplies in the centre
+GAUSSIAN_RISE = 1.0 / (1.0 - 5.5 * CUT)
+# The height in the centre, per width, of the bumps whose steepest slope is 1.
+COSINE_TOP, GAUSSIAN_TOP = 1.0 / math.pi, GAUSSIAN_PEAK / 6.0 / GAUSSIAN_RISE
 # The relief is drawn as high as makes its slope feel like the force under a finger's weight of 1 N.
 NORMAL_FORCE = 1.0
 
 
 def gaussian_push(a):
     """Return the force of a gaussian bump, 1 at most, at `a` widths (6 sigma each) from its centre."""
-    t = 6.0 * a
-    return GAUSSIAN_PEAK * t * (math.exp(-0.5 * t * t) - CUT)
+    return GAUSSIAN_PEAK * 6.0 * a * (math.exp(-18.0 * a * a) - CUT)
 
 
 def gaussian_rise(a):
-    """Return the height, per width, of the gaussian bump whose steepest slope is 1."""
-    half = 18.0 * a * a
-    return GAUSSIAN_PEAK / 6.0 * (math.exp(-half) - CUT * (5.5 - half))
+    """Return the height of the gaussian bump, 1 in its centre."""
+    return GAUSSIAN_RISE * (math.exp(-18.0 * a * a) - 5.5 * CUT + 18.0 * CUT * a * a)
 
 
 def cosine_rise(a):
-    """Return the height, per width, of the cosine bump whose steepest slope is 1."""
-    return (1.0 + math.cos(math.tau * a)) / math.tau
+    """Return the height of the cosine bump, 1 in its centre."""
+    return 0.5 * (1.0 + math.cos(math.tau * a))
 
 
 @law
@@ -43,15 +45,12 @@ def force(p, s, x, v, dt):
     if p.law == "gradient":
         push = gaussian_push(a) if p.profile == "gaussian" else math.sin(math.tau * a)
         return sign * p.peak_force * push
-    if p.profile == "cosine":
-        level = cosine_rise(a) / cosine_rise(0.0)
-    else:
-        level = gaussian_rise(a) / gaussian_rise(0.0)
+    level = cosine_rise(a) if p.profile == "cosine" else gaussian_rise(a)
     return -sign * p.peak_force * level
 
 
-def _rise(values):
-    return cosine_rise if values["profile"] else gaussian_rise
+def _top(values):
+    return COSINE_TOP if values["profile"] else GAUSSIAN_TOP
 
 
 def height(values, x):
@@ -62,7 +61,8 @@ def height(values, x):
     sign = np.where(x < 0.0, 1.0, -1.0)
     a = (x - sign * BUMP) / values["width"]
     inside = np.abs(a) < 0.5
-    rise = np.vectorize(_rise(values), otypes=[float])(np.where(inside, a, 0.5))
+    rise = cosine_rise if values["profile"] else gaussian_rise
+    rise = _top(values) * np.vectorize(rise, otypes=[float])(np.where(inside, a, 0.5))
     drawn = (1.0, -1.0, 0.0)[int(values["picture"])]
     scale = drawn * values["peak_force"] / NORMAL_FORCE * values["width"]
     return np.where(inside, scale * sign * rise, 0.0)
@@ -72,7 +72,7 @@ def impedance(values):
     """Return the steepest slope of the force, at the centre for the gradient; no damping."""
     per_width = values["peak_force"] / values["width"]
     if values["law"]:
-        return per_width / _rise(values)(0.0), 0.0
+        return per_width / _top(values), 0.0
     return per_width * (math.tau if values["profile"] else 6.0 * GAUSSIAN_PEAK * (1.0 - CUT)), 0.0
 
 

@@ -204,6 +204,9 @@ class Expressions(Cheap):
             turns = kinds.without_turn(args[0])
             if turns is not None:
                 return Text(f"fast::{name}_of_turns({self.value(turns)})", ATOM)
+        square = kinds.scaled_square(args[0]) if name == "exp" else None
+        if square:
+            return Text(f"fast::exp_of_square({number(square[0])}, {self.value(square[1])})", ATOM)
         if name == "fmod" and calls(args[1], "_divisor"):
             return Text(f"fast::remainder({self.value(args[0])}, {self.value(args[1])})", ATOM)
         name = {"fmod": "remainder", "pow": "power_of", "copysign": "signed_as"}.get(name, name)

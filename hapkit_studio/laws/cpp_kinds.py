@@ -93,3 +93,21 @@ def without_turn(node: ast.expr) -> ast.expr | None:
         return node.right if math.isclose(first.value, math.tau, rel_tol=1e-15) else None
     rest = without_turn(first)
     return None if rest is None else ast.BinOp(rest, node.op, node.right)
+
+
+def scaled_square(node: ast.expr) -> tuple[float, ast.Name] | None:
+    """Return (k, x) of the product k x x with a constant k < 0 and a name x, None for anything else."""
+    match node:
+        case ast.BinOp(
+            left=ast.UnaryOp(op=ast.USub(), operand=ast.Name() as one), op=ast.Mult(), right=ast.Name() as two
+        ):
+            factor = -1.0
+        case ast.BinOp(
+            left=ast.BinOp(left=ast.Constant(value=float(factor)), op=ast.Mult(), right=ast.Name() as one),
+            op=ast.Mult(),
+            right=ast.Name() as two,
+        ):
+            pass
+        case _:
+            return None
+    return (factor, one) if one.id == two.id and factor < 0.0 else None

@@ -1,4 +1,4 @@
-"""The firmware's own multiplication, sum and difference, in the simulated chip, against the computer's."""
+"""The firmware's own products, sums and tables in the simulated chip, against the computer's."""
 
 import subprocess
 
@@ -11,6 +11,8 @@ from tests.firmware.vb import CHIPS, Host, needs_compiler
 
 pytestmark = needs_compiler
 
+SINE, COSINE, POWER, BELL = range(4)
+OPERATION = ("avr-gcc", "-std=gnu11", CHIPS / "multiply.c")
 EDGES = np.array(
     [0.0, -0.0, 1.0, -1.0, 2.0, 0.5, 1.0000001, 1.9999999, 3.4e38, -3.4e38, 1.2e-38, 1e-20, 1e20, 8388607.0,
      16777215.0, 0.1, -0.3], dtype=np.float32
@@ -19,30 +21,28 @@ EDGES = np.array(
 
 @pytest.fixture(scope="module")
 def multiply(tmp_path_factory):
-    yield from chip(tmp_path_factory.mktemp("chip"), "*")
+    yield from chip(tmp_path_factory.mktemp("chip"), *OPERATION, "-DOP=*")
 
 
 @pytest.fixture(scope="module", params="+-")
 def combine(request, tmp_path_factory):
-    for operation in chip(tmp_path_factory.mktemp("chip"), request.param):
+    for operation in chip(tmp_path_factory.mktemp("chip"), *OPERATION, f"-DOP={request.param}"):
         yield operation, np.add if request.param == "+" else np.subtract
 
 
-def chip(folder, operation):
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    words = ("avr-g++", "-std=gnu++11", CHIPS / "tables.cpp", SKETCH / "fast_avr.S", f"-I{SKETCH}")
+    for calculated in chip(tmp_path_factory.mktemp("chip"), *words):
+        yield lambda which, x, of=calculated: of(x, np.full_like(x, which)).astype(float)
+
+
+def chip(folder, compiler, *words):
     """Yield a function that calculates in the chip: (n,) float32 with (n,) float32."""
-    elf, still = folder / "multiply.elf", folder / "still.txt"
+    elf, still = folder / "chip.elf", folder / "still.txt"
     still.write_text("0 freeze")
-    words = [
-        "avr-gcc",
-        "-mmcu=atmega328p",
-        "-DF_CPU=16000000UL",
-        "-Os",
-        "-std=gnu11",
-        f"-DOP={operation}",
-        "-o",
-        elf,
-    ]
-    subprocess.run([*words, CHIPS / "multiply.c", SKETCH / "float_avr.S"], check=True)
+    flags = ["-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-o", elf]
+    subprocess.run([compiler, *flags, *words, SKETCH / "float_avr.S"], check=True)
     board = VirtualBoard("fast", firmware=elf, script=still)
     board.start()
     host = Host(board.port)
@@ -109,3 +109,31 @@ def test_edges_of_sums(combine):
     a, b = (m.ravel() for m in np.meshgrid(edges, edges))
     with np.errstate(all="ignore"):
         np.testing.assert_array_equal(operation(a, b), wanted_of(a, b))
+
+
+@pytest.fixture(scope="module")
+def places():
+    """Return numbers of every size up to 40, and whole, half and quarter ones."""
+    rng = np.random.default_rng(9)
+    some = rng.uniform(-40, 40, 150) * 10.0 ** rng.uniform(-9, 0, 150)
+    return np.float32([*some, *np.arange(-4, 4, 0.25), 0.0, -0.0, 1e-30, -1e-30, 8388607.0, -1e9, 3e38])
+
+
+def test_sines_of_turns(table, places):
+    exact = places.astype(float) % 1.0 * (2 * np.pi)
+    assert np.abs(table(SINE, places) - np.sin(exact)).max() < 4e-6
+    assert np.abs(table(COSINE, places) - np.cos(exact)).max() < 4e-6
+
+
+def test_powers_of_e(table, places):
+    places = places[np.abs(places) < 80]
+    exact = np.exp(places.astype(float))
+    assert np.all(np.abs(table(POWER, places) - exact) < exact * (1.5e-6 + 2e-7 * np.abs(places)))
+    assert np.abs(table(BELL, places) - np.exp(-18.0 * places.astype(float) ** 2)).max() < 3e-5
+
+
+def test_tables_end_where_floats_do(table):
+    odd = np.float32([np.nan, np.inf, -np.inf, 200.0, -200.0])
+    assert np.all(np.isnan(table(SINE, odd[:3])))
+    np.testing.assert_array_equal(table(POWER, odd[[0, 3, 4]]), [np.nan, np.inf, 0.0])
+    np.testing.assert_array_equal(table(BELL, odd), [np.nan, 0.0, 0.0, 0.0, 0.0])

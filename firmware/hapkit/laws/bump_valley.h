@@ -7,7 +7,7 @@ namespace laws {
 namespace bump_valley {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0xddbe2c0b;
+constexpr uint32_t kFingerprint = 0xa5db67af;
 
 enum Parameter : uint8_t {
   // N
@@ -24,19 +24,17 @@ enum Parameter : uint8_t {
 
 // Return the force of a gaussian bump, 1 at most, at `a` widths (6 sigma each) from its centre.
 static float gaussian_push(float a) {
-  const float t = 6.0f * a;
-  return 1.679339f * t * (fast::exp(-fast::scaled<-1>(t) * t) - 0.011108996f);
+  return 10.076035f * a * (fast::exp_of_square(-18.0f, a) - 0.011108996f);
 }
 
-// Return the height, per width, of the cosine bump whose steepest slope is 1.
+// Return the height of the cosine bump, 1 in its centre.
 static float cosine_rise(float a) {
-  return 0.15915494f * (1.0f + fast::cos_of_turns(a));
+  return fast::scaled<-1>(1.0f + fast::cos_of_turns(a));
 }
 
-// Return the height, per width, of the gaussian bump whose steepest slope is 1.
+// Return the height of the gaussian bump, 1 in its centre.
 static float gaussian_rise(float a) {
-  const float half = 18.0f * a * a;
-  return 0.27988985f * (fast::exp(-half) - 0.011108996f * (5.5f - half));
+  return 1.0650755f * (fast::exp_of_square(-18.0f, a) - 0.06109948f + 0.19996193f * a * a);
 }
 
 inline void start(float*) {}
@@ -53,12 +51,7 @@ inline float force(const float* p, float*, float x, float, float) {
     const float push = fast::is_zero(p[kProfile]) ? gaussian_push(a) : fast::sin_of_turns(a);
     return fast::flipped_by(p[kPeakForce], sign) * push;
   }
-  float level = 0.0f;
-  if (fast::is(p[kProfile], 1.0f)) {
-    level = 3.1415927f * cosine_rise(a);
-  } else {
-    level = 3.8053384f * gaussian_rise(a);
-  }
+  const float level = fast::is(p[kProfile], 1.0f) ? cosine_rise(a) : gaussian_rise(a);
   return fast::flipped_by(p[kPeakForce], -sign) * level;
 }
 

@@ -7,7 +7,7 @@ namespace laws {
 namespace friction {
 
 constexpr uint8_t kParameters = 7, kStates = 4;
-constexpr uint32_t kFingerprint = 0x52bf37eb;
+constexpr uint32_t kFingerprint = 0xfe6db6c1;
 
 enum Parameter : uint8_t {
   // 0 coulomb, 1 smoothed, 2 karnopp, 3 stribeck, 4 projection, 5 tether, 6 lugre

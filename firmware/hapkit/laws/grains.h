@@ -28,37 +28,45 @@ FAST_ONCE uint8_t height(uint16_t n, uint8_t seed) {
   return cubed(wrapped(static_cast<uint16_t>(m) + seed + 1));
 }
 
-// The grains on both sides of a place last for many ticks.
+// The grains on both sides of a place last for many ticks, and from one place to the next one of them stays.
 struct Grains {
   uint16_t n;
-  float seed;
+  uint32_t seed;  // its bits
   bool known;
-  int16_t down;
+  uint8_t before, after;
+  int16_t down;  // from one to the other, 2^14 for all that there is
 
-  FAST_APART int16_t drop(uint16_t place, float now) {
-    if (!known || place != n || now != seed) {
+  FAST_APART int16_t drop(uint16_t place, uint32_t now) {
+    const bool same = known && now == seed;
+    if (!same || place != n) {
+      const uint8_t whole = static_cast<uint8_t>(static_cast<int16_t>(fast::number(now)));
+      const uint8_t left = same && place == static_cast<uint16_t>(n + 1) ? after : height(place, whole);
+      after = same && place == static_cast<uint16_t>(n - 1) ? before : height(place + 1, whole);
+      before = left;
       n = place;
       seed = now;
       known = true;
-      const uint8_t whole = static_cast<uint8_t>(static_cast<int16_t>(seed));
-      down = static_cast<int16_t>(height(n, whole)) - height(n + 1, whole);
+      down = (static_cast<int16_t>(before) - after) * 16777L >> 8;
     }
     return down;
   }
 };
 
 inline float sandpaper() {
-  static Grains grains = {0, 0.0f, false, 0};
-  // beyond every scene: no force is right there
-  if (!(fast::magnitude(with_u) < 32000.0f) || !(fast::magnitude(with_seed) < 256.0f)) return NAN;
-  int32_t place = static_cast<int32_t>(with_u * 65536.0f);
-  if (place < 0) place--;
+  static Grains grains = {0, 0, false, 0, 0, 0};
+  const uint32_t u_bits = fast::bits(with_u);
+  const uint8_t e = fast::exponent(u_bits);
+  if (e > 141 || fast::exponent(fast::bits(with_seed)) > 134) return NAN;
+  uint32_t place = fast::shifted(u_bits, static_cast<int16_t>(e) - 134);  // in 2^-16
+  if (u_bits & fast::kSign) place = ~place;
+  const int16_t n = static_cast<int16_t>(place >> 16);
+  if (n < -32000 || n >= 32000) return NAN;  // beyond every scene: no force is right there
   const uint16_t u = static_cast<uint16_t>(place);
   // 2 u (1 - u) in 2^-16, 4 of its squares in 2^-14
   const uint16_t bend = (static_cast<uint32_t>(u) * static_cast<uint16_t>(~u) >> 16) << 1;
   const uint16_t square = static_cast<uint32_t>(bend) * bend >> 16;
-  const int16_t drop = grains.drop(static_cast<uint32_t>(place) >> 16, with_seed);
-  return 2.4414062e-07f * with_amplitude * static_cast<float>(static_cast<int32_t>(square) * drop);
+  const int32_t push = static_cast<int32_t>(square) * grains.drop(n, fast::bits(with_seed));
+  return with_amplitude * fast::scale(static_cast<float>(push), -28);
 }
 
 }  // namespace numbers

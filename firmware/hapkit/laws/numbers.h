@@ -54,7 +54,7 @@ static laws::Results<float, float, int8_t> banded(float x, float v, float anchor
 static float stribeck(float velocity, float static_, float kinetic, float stribeck_velocity) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   const float ratio = velocity * inverse1_.of(stribeck_velocity);
-  return kinetic + (static_ - kinetic) * fast::exp(-ratio * ratio);
+  return kinetic + (static_ - kinetic) * fast::exp_of_square(-1.0f, ratio);
 }
 
 // Return the bend in m of a bristle after its root moved: towards level / stiffness, never beyond.
