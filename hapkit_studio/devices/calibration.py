@@ -119,6 +119,8 @@ class Bench:
         self.board = board
         self.settings: Settings | None = None
         self.seen: deque[Sample] = deque(maxlen=KEPT)
+        self.progress = (0.0, 0.0)
+        """s of the present run that have passed, and s that it takes; no run: both 0."""
         self._stop = threading.Event()
 
     def open(self) -> Settings:
@@ -188,10 +190,12 @@ class Bench:
                 kept.append(sample)
                 self.seen.append(sample)
                 start = motion.x if start is None else start
+                self.progress = motion.t, seconds
                 self._answer(sample, move, motion, limits, start)
                 if motion.t >= seconds or until():
                     break
         finally:
+            self.progress = 0.0, 0.0
             self.board.stop_stream()
         return track_of(kept, of_settings(self.now))
 

@@ -16,7 +16,7 @@ from hapkit_studio.gui.live import Live
 from hapkit_studio.gui.plots.held import Held, held
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import number
-from hapkit_studio.gui.where_facts import WAYS
+from hapkit_studio.gui.where_facts import BOARD, WAYS
 from hapkit_studio.gui.where_switch import WhereSwitch
 
 if TYPE_CHECKING:
@@ -27,6 +27,9 @@ PAST_SECONDS = 12.0
 """So far back from a switch a movement like the one after it is looked for."""
 FADED_SECONDS = 0.2
 """After a switch the force has faded in."""
+UNWATCHED = (
+    "The board renders: nobody watches the energy here, no alarm comes. Let the computer render to see it."
+)
 
 
 class BothWays(QObject):
@@ -57,6 +60,7 @@ class BothWays(QObject):
             return
         before, now = self._rendered_by, time.perf_counter()
         self._rendered_by = engine.rendering
+        self._centre.phase.set_note(UNWATCHED if engine.rendering == BOARD else "")
         if not (self.comparison.running or self._compared):
             self._clear()
             start = max(self._began, now - PAST_SECONDS)

@@ -61,7 +61,7 @@ class FlashSheet(FormSheet):
         port, program = self.ports.currentData(), self._program
         self._flashed = None
         if self._own_port() == port:
-            self._studio.let_go()
+            self._studio.let_go("flashing firmware")
 
         def work(progress: Progress) -> Flashed:
             def follow(stage: str, part: float) -> None:
@@ -109,6 +109,7 @@ class FlashSheet(FormSheet):
     def _written(self, result: Flashed) -> None:
         """Reach for the board again; what it says comes with the link."""
         self._flashed = result
+        self.write.setText("Flash")
         self._look_at_job(False)
         port = self.ports.currentData()
         self.verdict.say(f"{result.size:,} bytes written and verified. Starting the board…")

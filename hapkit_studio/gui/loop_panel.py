@@ -35,6 +35,7 @@ GRIP = Choice(
     "released may be calm in a firm grip.",
 )  # fmt: skip
 CONTROLLER = "Adds damping only while the scene gives energy."
+UNWATCHED = "The computer's alone: while the board renders, nobody watches the energy."
 _ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
 _ROOM_FOR_WAYS = 120
 """What the switch and its facts take in addition, where there is a board."""
@@ -93,7 +94,6 @@ class LoopPanel(QWidget):
         for row in (self.rate, self.delay, *filters):
             row.set_narrow(narrow)
             row.set_compact(height < _ROOM_FOR_SLIDERS)
-        self.controller_words.setVisible(height >= _ROOM_FOR_SLIDERS)
         for choice in (self.estimator, self.grip):
             choice.set_compact(height < _ROOM_FOR_SLIDERS)
         self._low, self._height = height < _ROOM_FOR_SLIDERS, height
@@ -145,6 +145,9 @@ class LoopPanel(QWidget):
         own_clock = engine is not None and not engine.device.simulated
         reason = "The board samples by its own clock. Its rate is fixed."
         self.rate.set_locked(reason if own_clock else "")
+        board = engine is not None and engine.board_way is not None
+        self.controller_words.setText(UNWATCHED if board else CONTROLLER)
+        self.controller_words.setVisible(board or not self._low)
         own_hand = engine is not None and not self._studio.hand_is_ours
         self.grip.set_locked("The hand on this device is your own." if own_hand else "")
 

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _STOP, _FAULT, _DEVICE, _LIMIT = range(4)
 NO_DATA_MS = 2000
+HOLD_MS = 2000
+"""So long a sensor that was silent is told of: what comes and goes can be read, and moves the plots once."""
 _STEPS = {"flash": "Flash firmware", "update": "Update firmware"}
 
 
@@ -35,7 +37,7 @@ class Notices(QObject):
     def __init__(self, studio: Studio, live: Live, banners: BannerStack, stability: StabilityCard):
         super().__init__()
         self._studio, self._banners = studio, banners
-        self._heard, self._silent = False, QElapsedTimer()
+        self._heard, self._silent, self._stale = False, QElapsedTimer(), QElapsedTimer()
         self._silent.start()
         studio.engine_changed.connect(self._listen)
         studio.stop_changed.connect(self.show_stop)
@@ -63,7 +65,10 @@ class Notices(QObject):
         """Notice a fault, or a sensor that is silent for now, while no rows come."""
         self.show_fault()
         self.show_silence(health)
-        silent = health.stale and self._studio.fault is None and self._studio.link.state == "running"
+        if health.stale:
+            self._stale.start()
+        held = self._stale.isValid() and self._stale.elapsed() < HOLD_MS
+        silent = held and self._studio.fault is None and self._studio.link.state == "running"
         words = ("Fault: no sensor frame for 20 ms.", "Force is zero. It comes back when frames return.")
         self._banners.set("stale", Notice("stale", _FAULT, "danger", "triangle", *words) if silent else None)
 
@@ -93,7 +98,9 @@ class Notices(QObject):
         """Begin to wait for the first row of another engine."""
         self._heard = False
         self._silent.restart()
-        self._banners.set("silence", None)
+        self._stale.invalidate()
+        for key in ("silence", "stale"):
+            self._banners.set(key, None)
 
     def show_link(self) -> None:
         """Show why there is no device, the next step, and the way back to the simulated one."""

@@ -127,7 +127,7 @@ class Pictures(QObject):
         self._centre.scene.set_hand_enabled(self._studio.hand_is_ours)
         self._centre.time.set_stale(state in ("gone", "failed", "idle"))
         if state != "running":
-            waiting = self._studio.link.text if state == "connecting" else ""
+            waiting = self._studio.link.text if state in ("connecting", "idle") else ""
             self._status.show_nothing(waiting or _WORDS.get(state, ""))
 
     def _show_preparing(self) -> None:

@@ -1,5 +1,6 @@
 """The stability card: how far the rendered stiffness is from the limit, in words and on a small map."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer, Signal
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 ASK_MS = 100
 _LEAST_WIDTH = 4.0
+_WANDERS = 0.05
+"""Share of the limit by which the measured delay alone may move it without turning the verdict round."""
 _WITHOUT = "Without the passivity controller, which is on: with it, only a run can tell."
 
 
@@ -48,6 +51,16 @@ def headlines(answer: Answer) -> tuple[str, str]:
     return verdict(answer.margin), said
 
 
+def wanders(before: Answer | None, answer: Answer) -> bool:
+    """Tell whether two verdicts differ only because the measured delay is never quite the same."""
+    if before is None or before.stable == answer.stable:
+        return False
+    q = answer.question
+    same = replace(q, setting=replace(q.setting, delay=before.question.setting.delay)) == before.question
+    moved = abs(answer.margin.limit - before.margin.limit)
+    return same and moved < _WANDERS * max(answer.margin.limit, before.margin.limit)
+
+
 class StabilityCard(QWidget):
     """Emits ``judged(words, icon, token)`` to the status bar, ``crossed(Answer or None)`` to the banner."""
 
@@ -60,6 +73,7 @@ class StabilityCard(QWidget):
         self._worker = worker or MarginWorker(parent=self)
         self.facts = LoopFacts(studio, self)
         self._sign = ("check", "ok")
+        self._shown: Answer | None = None
         self.heading = QLabel("Stability")
         self.heading.setProperty("role", "section")
         self.sign, self.headline, self.words = QLabel(), QLabel(), QLabel()
@@ -108,6 +122,7 @@ class StabilityCard(QWidget):
             self._worker.ask(question)
             return
         self._worker.forget()
+        self._shown = None
         self.map.hide()
         headline, words = self._why_not()
         self.words.setText(words)
@@ -116,7 +131,10 @@ class StabilityCard(QWidget):
         self.crossed.emit(None)
 
     def show_answer(self, answer: Answer) -> None:
-        """Show a verdict."""
+        """Show a verdict; one that only wanders about the limit leaves the one before."""
+        if wanders(self._shown, answer):
+            return
+        self._shown = answer
         self.map.setVisible(True)
         self.map.show_answer(answer)
         self.words.setText(f"{conditions(answer)} {self._late_because(answer)}".rstrip())
@@ -199,7 +217,7 @@ def margin_notice(answer: Answer) -> tuple[str, str]:
     """Return title and line of the banner for an unstable answer."""
     question, limit = answer.question, answer.margin.limit
     rate, delay = number(question.setting.rate, 0), number(question.setting.delay * 1e3, 2)
-    loop = f"At {rate} Hz and the measured delay of {delay} ms"
+    loop = f"At {rate} Hz and the measured delay of {delay} ms,"
     if question.setting.controller:
         return _controlled_notice(answer, loop)
     if limit <= 0.0:

@@ -99,6 +99,8 @@ def cells(way: Way, limit: float | None) -> tuple[str, ...]:
 
 def short(way: Way, limit: float | None) -> tuple[str, str]:
     """Return a way's delay and limit with their units, for where room is short."""
+    if way.delay is None:
+        return "", "not measured yet"
     stiffness = cells(way, limit)[2]
-    delay = UNKNOWN if way.delay is None else f"{number(1e3 * way.delay.mean, 2)} ms"
+    delay = f"{number(1e3 * way.delay.mean, 2)} ms"
     return delay, stiffness if stiffness == UNKNOWN else f"limit {stiffness} N/m"

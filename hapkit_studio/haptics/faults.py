@@ -32,6 +32,7 @@ def describe(code: int, r: Rig) -> Fault | None:
         rig.DEVICE_GONE: _gone(value),
     }
     details = {
+        rig.STALE_SENSOR: "Force is zero. Cable loose, or computer too busy? Hold the handle, then clear.",
         rig.RUNAWAY: "Force is zero. Lower the rate, then clear.",
         rig.DEVICE_GONE: "Force is zero. Nothing is lost. Looking again every second.",
     }

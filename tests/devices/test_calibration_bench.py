@@ -99,3 +99,20 @@ def test_a_track_counts_time_on_over_the_clocks_wrap():
     track = track_of(around, default().board)
     np.testing.assert_allclose(track.time, [0.0, 1e-3, 2e-3, 3e-3], atol=1e-12)
     assert np.isinf(track.delay).all()
+
+
+def test_a_run_says_how_far_it_is_and_forgets_it_at_its_end(bench):
+    seen = []
+
+    def watching(t, x, v):
+        seen.append(bench.progress)
+        return 0.0
+
+    bench.run(watching, 0.2, Limits(0.3))
+    assert all(of == 0.2 for _, of in seen)
+    assert [passed for passed, _ in seen] == sorted(passed for passed, _ in seen)
+    assert seen[-1][0] > 0.19
+    assert bench.progress == (0.0, 0.0)
+    with pytest.raises(DoubtError):
+        bench.run(lambda t, x, v: math.nan, 0.2, Limits(0.3))
+    assert bench.progress == (0.0, 0.0)

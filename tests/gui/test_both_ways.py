@@ -7,7 +7,7 @@ from hapkit_studio.gui import alignment, comparison
 from hapkit_studio.gui.both_ways import difference_words
 from hapkit_studio.gui.comparison import Part
 from hapkit_studio.gui.history import History
-from hapkit_studio.haptics import rows
+from hapkit_studio.haptics import rows, way
 
 SWITCH, NOW = 12.0, 15.0
 
@@ -96,3 +96,16 @@ def test_another_value_meanwhile_ends_it(held_board_window):
     window.studio.set_value("stiffness", 100.0)
     assert not window.both.comparison.running
     assert "nothing was compared" in window.loop.where.note.text()
+
+
+def test_the_energy_is_said_to_be_unwatched_while_the_board_renders(held_board_window):
+    window = held_board_window
+    phase, conn = window.centre.phase, window.studio.engine.driver.conn
+    phase.choose(len(phase.plots))
+    assert phase.note.isHidden()
+    conn.words[way.WAY] = way.THERE
+    window.both._look()
+    assert "nobody watches the energy" in phase.note.text()
+    assert phase.note.isVisibleTo(window)
+    phase.choose(0)
+    assert phase.note.isHidden()

@@ -77,6 +77,8 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp
         sheet.bar.valueChanged.connect(seen.append)
         sheet.write.click()
         assert window.studio.link.state == "idle"
+        assert window.header.devices.word.text() == "In use: flashing firmware"
+        assert window.status.priority.words.text() == "In use: flashing firmware"
         assert not sheet.close()  # half a firmware is none
         qtbot.waitUntil(lambda: not sheet.job.running, timeout=PATIENCE_MS)
         assert sheet.bar.value() == sheet.bar.maximum()
@@ -87,6 +89,7 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp
         build = window.studio.engine.device.hello.build
         assert f"The board says: build {build}, protocol version 2" in sheet.verdict.words.text()
         assert sheet.write.isEnabled()
+        assert sheet.write.text() == "Flash"
         assert sheet.close()
     finally:
         window.close()

@@ -60,14 +60,18 @@ class ForcePosition(QWidget):
         column.setContentsMargins(0, 0, 0, 6)
         column.setSpacing(0)
         column.addLayout(head)
+        self.note = QLabel()
+        self.note.setProperty("role", "hint")
+        self.note.setWordWrap(True)
+        self.note.setContentsMargins(14, 0, RIGHT, 4)
+        self.note.hide()
+        column.addWidget(self.note)
         self._stack = QStackedWidget()
         self._stack.addWidget(self.canvas)
         for pane in self.beside:
             self._stack.addWidget(pane)
         column.addWidget(self._stack, 1)
-        self._later = QTimer(self)
-        self._later.setSingleShot(True)
-        self._later.setInterval(_DEBOUNCE_MS)
+        self._later = QTimer(self, singleShot=True, interval=_DEBOUNCE_MS)
         self._later.timeout.connect(self._compute)
 
     def set_history(self, history: History) -> None:
@@ -94,6 +98,14 @@ class ForcePosition(QWidget):
         else:
             self._later.start()
 
+    def set_note(self, words: str) -> None:
+        """Say what is not to be seen beside force, or nothing."""
+        self.note.setText(words)
+        self._show_note()
+
+    def _show_note(self) -> None:
+        self.note.setVisible(bool(self.note.text()) and self._pane() is not None)
+
     def choose(self, index: int) -> None:
         """Show the plot a person wants; force over something stays till the next law, energy for good."""
         self._by_hand = True
@@ -104,6 +116,7 @@ class ForcePosition(QWidget):
         pane = self._pane()
         self._stack.setCurrentWidget(pane or self.canvas)
         self.title.setVisible(pane is None)
+        self._show_note()
         if pane is None:
             self.canvas.set_plot(self.plots[index])
             self._take_theory()

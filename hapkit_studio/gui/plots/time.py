@@ -111,8 +111,10 @@ class TimePlots(QWidget):
         self.paused_changed.emit(paused)
 
     def set_stale(self, stale: bool) -> None:
-        """Paint paler while the device is gone."""
+        """Paint paler while the device is gone; no frame comes then that would repaint."""
         self.shown.stale = stale
+        for canvas in self.canvases:
+            canvas.viewport().update()
 
     def fit(self) -> None:
         """Narrow the value axes to what is shown."""

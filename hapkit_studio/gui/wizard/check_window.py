@@ -18,8 +18,8 @@ from hapkit_studio.analysis.calibrate.verdict import FAIL, LOOK, PASS, Verdict
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import PRIMARY
-from hapkit_studio.gui.wizard.page import VerdictBox
 from hapkit_studio.gui.wizard.shell import Shell
+from hapkit_studio.gui.wizard.verdict_box import VerdictBox
 
 if TYPE_CHECKING:
     from hapkit_studio.devices.calibration import Bench

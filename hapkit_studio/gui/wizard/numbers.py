@@ -19,7 +19,8 @@ class _Scaled(QDoubleSpinBox):
         self.setSuffix(f" {self.unit}")
         self.setAccessibleName(f"{name} in {self.unit}")
         self.setMinimumWidth(118)
-        dress(self, "QDoubleSpinBox { font-size: 14px; min-height: 32px; padding: 0 18px 0 9px; }")
+        dress(self, "QDoubleSpinBox { font-size: 14px; min-height: 32px; padding: 0 18px 0 0; }")
+        self.lineEdit().setTextMargins(7, 0, 0, 0)
 
     def textFromValue(self, value: float) -> str:
         return super().textFromValue(value).replace("-", MINUS)

@@ -4,16 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QResizeEvent, QShowEvent
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.analysis.calibrate.session import NO_DIRECTION
-from hapkit_studio.analysis.calibrate.verdict import FAIL, LOOK, PASS, Verdict
-from hapkit_studio.gui import icons
+from hapkit_studio.analysis.calibrate.verdict import Verdict
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import PRIMARY
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.wizard.verdict_box import VerdictBox
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,9 +20,6 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.wizard.desk import Desk
     from hapkit_studio.gui.wizard.rail import Rail
 
-_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
-_NEUTRAL = ("circle", "ink2")
-_GROUND = {"ok": "oksoft", "warn": "warnsoft", "danger": "dangersoft", "ink2": "side"}
 BIG = "QLabel { font-size: 15px; }"
 
 
@@ -36,66 +31,6 @@ class Seen:
     raw: "np.ndarray"
     position: "np.ndarray"
     force: float
-
-
-class VerdictBox(QWidget):
-    """A sign, what was found, and below it what to do."""
-
-    def __init__(self, parent: QWidget | None = None):
-        super().__init__(parent)
-        self.setObjectName("verdictBox")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.sign, self.words, self.remedy = QLabel(), QLabel(), QLabel()
-        dress(self.words, "QLabel { font-size: 15px; font-weight: 650; }")
-        dress(self.remedy, "QLabel { font-size: 14px; }")
-        for label in (self.words, self.remedy):
-            label.setWordWrap(True)
-        column = QVBoxLayout()
-        column.setSpacing(2)
-        column.addWidget(self.words)
-        column.addWidget(self.remedy)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(14, 9, 14, 9)
-        row.setSpacing(12)
-        row.addWidget(self.sign, 0, Qt.AlignmentFlag.AlignTop)
-        row.addLayout(column, 1)
-        self._look = _NEUTRAL
-        theme.changed.connect(self._dress)
-        self.say("")
-
-    def say(self, words: str, remedy: str = "", sign: str = "circle", token: str = "ink2") -> None:
-        """Show a sign, words and what to do."""
-        self.words.setText(words)
-        self.remedy.setText(remedy)
-        self.remedy.setVisible(bool(remedy))
-        self._look = (sign, token)
-        self.setAccessibleName(f"{words} {remedy}".strip())
-        self._dress()
-        self._fit()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        """Be as high as the words need at this width."""
-        wide = self.width() - 2 * 14 - 22 - 12
-        high = sum(part.heightForWidth(wide) for part in (self.words, self.remedy) if part.text())
-        self.setMinimumHeight(high + 2 * 9 + 4)
-
-    def show_verdict(self, verdict: Verdict) -> None:
-        """Show a verdict."""
-        self.say(verdict.words, verdict.remedy, *_SIGNS.get(verdict.level, _NEUTRAL))
-
-    def _dress(self) -> None:
-        sign, token = self._look
-        self.sign.setPixmap(icons.pixmap(sign, 22, token, self.devicePixelRatioF()))
-        ground = f"background: @{_GROUND.get(token, 'side')}; border: 1px solid @line; border-radius: 8px;"
-        dress(self, f"#verdictBox {{ {ground} }}")
 
 
 class StepPage(QWidget):

@@ -21,7 +21,7 @@ class PositionPlot(QWidget):
         super().__init__(parent)
         self.time, self.position = np.empty(0), np.empty(0)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumHeight(130)
+        self.setMinimumHeight(90)
         self.setAccessibleName("Position over time")
 
     def show_positions(self, time: np.ndarray, position: np.ndarray) -> None:

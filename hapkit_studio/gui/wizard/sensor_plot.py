@@ -10,6 +10,7 @@ from hapkit_studio.gui.theme import theme
 SECONDS = 10.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58, 14, 38, 24
 _MOST_POINTS = 1500
+_WORDS = 19
 
 
 class SensorPlot(QWidget):
@@ -59,6 +60,8 @@ class SensorPlot(QWidget):
         painter.drawText(words, Qt.AlignmentFlag.AlignRight, f"last {SECONDS:g} s")
 
     def _limits(self, painter: QPainter) -> None:
+        low, high = self._y(float(self.raw.min())), self._y(float(self.raw.max()))
+        inside = low - high > 2 * _WORDS  # else the words stand outside their lines
         for value, above in ((int(self.raw.min()), False), (int(self.raw.max()), True)):
             y = self._y(value)
             painter.setPen(QPen(theme.color("hold"), 1.2, Qt.PenStyle.DashLine))
@@ -66,7 +69,7 @@ class SensorPlot(QWidget):
             painter.setPen(theme.color("ink2"))
             words = f"{'highest' if above else 'lowest'} {value:,}"
             wide = painter.fontMetrics().horizontalAdvance(words) + 8
-            box = QRectF(_LEFT + 4, y + 2 if above else y - 19, wide, 17)
+            box = QRectF(_LEFT + 4, y + 2 if above == inside else y - _WORDS, wide, 17)
             painter.fillRect(box, theme.color("plot", 0.9))
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 

@@ -72,7 +72,7 @@ class ScaleStep(StepPage):
         if self.desk.subject is not None:
             self._show_radii()
             if not self.subject.marks:
-                self.box.say("Hold the handle at the first mark.")
+                self.box.say(f"Hold the handle at {_mm(PLACES[0])}, then press Take.")
 
     def show_seen(self, seen: Seen) -> None:
         self.rail.show_handle(float(seen.position[-1]))
@@ -92,7 +92,7 @@ class ScaleStep(StepPage):
 
     def withdraw(self) -> None:
         super().withdraw()
-        self.box.say("Hold the handle at the first mark.")
+        self.box.say(f"Hold the handle at {_mm(PLACES[0])}, then press Take.")
         self._offer()
 
     def use(self) -> None:
@@ -107,10 +107,9 @@ class ScaleStep(StepPage):
     # what comes of it
 
     def _marked(self, mark: Mark) -> None:
-        if len(self.subject.marks) < len(PLACES):
-            self.box.say(
-                f"Taken at {number(1e3 * mark.place, 0)} mm. Go on to the next mark.", "", "check", "ok"
-            )
+        taken = len(self.subject.marks)
+        if taken < len(PLACES):
+            self.box.say(f"Taken at {_mm(mark.place)}. Go on to {_mm(PLACES[taken])}.", "", "check", "ok")
         else:
             self._fit()
         self._offer()
@@ -120,7 +119,9 @@ class ScaleStep(StepPage):
 
     def _fitted(self, scale: Scale) -> None:
         off = ", ".join(number(1e3 * r, 2) for r in scale.residuals)
-        self.taken.setText(f"Off the line through all: {off} mm.")
+        turned = scale.sense != self.subject.board.sense
+        round_ = " The sensor counts the other way: positions are turned round." if turned else ""
+        self.taken.setText(f"Off the line through all: {off} mm.{round_}")
         self.box.show_verdict(scale.verdict)
         if scale.verdict.key != "slipped":
             self.apply.setFocus()
@@ -155,3 +156,7 @@ class ScaleStep(StepPage):
         super().set_busy(busy)
         if not busy:
             self.apply.setEnabled(self.desk.subject is not None and len(self.subject.marks) >= 2)
+
+
+def _mm(place: float) -> str:
+    return f"{number(1e3 * place, 0)} mm"

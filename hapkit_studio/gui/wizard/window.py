@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QScrollArea, QStackedWidget, QWidget
 
@@ -60,8 +60,9 @@ class WizardWindow(Shell):
         ]  # fmt: skip
         self._left: dict[int, Verdict] = {}
         self.list, self.pages = StepsList(_NAMES), QStackedWidget()
-        for step in self.steps:
-            self.pages.addWidget(_scrolled(step))
+        self._areas = [_scrolled(step) for step in self.steps]
+        for area in self._areas:
+            self.pages.addWidget(area)
         body = QHBoxLayout()
         body.setSpacing(0)
         body.addWidget(self.list)
@@ -134,8 +135,9 @@ class WizardWindow(Shell):
         }
 
     def show_seen(self, seen: Seen) -> None:
-        if self.desk.subject is not None:
+        if self.desk.subject is not None and self.desk.bench is not None:
             self.step.show_seen(seen)
+            self.step.box.show_progress(*self.desk.bench.progress)
 
     # what happens
 
@@ -154,6 +156,7 @@ class WizardWindow(Shell):
     def _started(self) -> None:
         """While something runs, the keyboard has the E-stop."""
         self._offer()
+        self._show_box()
         self.stop.setFocus()
 
     def _ended(self, words: str = "") -> None:
@@ -162,8 +165,14 @@ class WizardWindow(Shell):
         if words:
             self.step.show_refusal(words, _AFTER_STOP if self.studio.stopped else "")
         self._offer()
+        self._show_box()
         if not self.desk.busy and self.stop.hasFocus():
             self._focus()
+
+    def _show_box(self) -> None:
+        """Bring what a step says into sight, once it has the room it needs."""
+        area, box = self._areas[self.pages.currentIndex()], self.step.box
+        QTimer.singleShot(0, box, lambda: area.ensureWidgetVisible(box, 0, 14))
 
     def _failed(self, words: str) -> None:
         """Say it on every page; the only ways on are Try again and Close."""

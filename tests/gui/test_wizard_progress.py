@@ -1,0 +1,21 @@
+"""What takes its time says how far it is: the bench counts, the verdict's box shows."""
+
+import math
+
+from hapkit_studio.gui.wizard.verdict_box import LONG, VerdictBox
+
+
+def test_a_long_run_shows_its_bar_and_a_short_or_endless_one_does_not(qtbot):
+    box = VerdictBox()
+    qtbot.addWidget(box)
+    box.resize(400, 60)
+    box.show()
+    low = box.minimumHeight()
+    box.show_progress(3.0, 12.0)
+    assert box.bar.isVisible()
+    assert box.bar.value() == 0.25 * box.bar.maximum()
+    assert box.minimumHeight() > low
+    for passed, seconds in ((1.0, 0.9 * LONG), (20.0, math.inf), (0.0, 0.0)):
+        box.show_progress(passed, seconds)
+        assert not box.bar.isVisible()
+        assert box.minimumHeight() == low
