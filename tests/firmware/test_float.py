@@ -42,7 +42,8 @@ def chip(folder, compiler, *words):
     elf, still = folder / "chip.elf", folder / "still.txt"
     still.write_text("0 freeze")
     flags = ["-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-o", elf]
-    subprocess.run([compiler, *flags, *words, SKETCH / "float_avr.S"], check=True)
+    own = (SKETCH / "float_avr.S", SKETCH / "compare_avr.S")
+    subprocess.run([compiler, *flags, *words, *own], check=True)
     board = VirtualBoard("fast", firmware=elf, script=still)
     board.start()
     host = Host(board.port)
@@ -109,6 +110,16 @@ def test_edges_of_sums(combine):
     a, b = (m.ravel() for m in np.meshgrid(edges, edges))
     with np.errstate(all="ignore"):
         np.testing.assert_array_equal(operation(a, b), wanted_of(a, b))
+
+
+@pytest.mark.parametrize("operation", ["<", "<=", ">", ">=", "==", "!="])
+def test_comparisons(tmp_path, operation):
+    wanted_of = {"<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal}
+    wanted_of |= {"==": np.equal, "!=": np.not_equal}
+    edges = np.float32([0.0, -0.0, 1.0, -1.0, 1.0000001, -1.0000001, 1e-40, -3e38, np.inf, -np.inf, np.nan])
+    a, b = (m.ravel() for m in np.meshgrid(edges, edges))
+    for compared in chip(tmp_path, *OPERATION, f"-DOP={operation}"):
+        np.testing.assert_array_equal(compared(a, b), wanted_of[operation](a, b))
 
 
 @pytest.fixture(scope="module")

@@ -110,12 +110,18 @@ FAST_ONCE int8_t option(float choice) {
   return choice >= 0.0f && choice < 100.0f ? static_cast<int8_t>(choice) : -1;
 }
 
+struct Inverse;
+extern "C" float laws_inverse(Inverse* self, float b);  // compare_avr.S
+
 // The inverse of what seldom changes: comparing is far cheaper than dividing.
 struct Inverse {
   uint32_t key;  // the number's bits turned round, so that what starts as 0 is no finite number
   float value;
 
-  FAST_APART float of(float b) {
+#ifdef __AVR__
+  float of(float b) { return laws_inverse(this, b); }
+#else
+  float of(float b) {
     const uint32_t bits = ~fast::bits(b);
     if (bits != key) {
       key = bits;
@@ -123,6 +129,7 @@ struct Inverse {
     }
     return value;
   }
+#endif
 
   FAST_APART float watched(float b) {
     if (fast::is_zero(b)) fault = true;
