@@ -13,11 +13,14 @@ from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_kit import sample
 from tests.lateness import ATTEMPTS
 
-pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
+pytestmark = [
+    pytest.mark.skipif(not built(), reason="the virtual board is not built"),
+    pytest.mark.xdist_group("padding"),
+]
 BYTE = 10e-6
 FILLING = BYTE / 10 + 6 / 16e6
-"""s a byte of filling takes besides its own bits: the line rests for two bits after every second byte, and the
-board's main program queues a byte in 6 cycles."""
+"""s a byte of filling takes besides its own bits: the line rests for two bits after every second byte, and
+the board's main program queues a byte in 6 cycles."""
 PERIOD = 1e-3
 FRAME = len(encode(sample(1)))
 
