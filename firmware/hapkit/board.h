@@ -13,7 +13,6 @@ constexpr uint8_t kQueue = 152;  // bytes that can wait to be sent
 // One reading of the sensor.
 struct Sampling {
   uint16_t seq;      // counts every sample period, also those that had to be skipped
-  uint32_t time_us;  // board clock when the sensor was sampled
   uint16_t raw;      // the sensor's reading itself
   uint8_t missed;    // sample periods that were skipped just before this one
   uint8_t quarters;  // of a millisecond in the period that ended with this one
@@ -35,7 +34,10 @@ void set_period(uint8_t quarters);
 // Called once per sample period, from an interrupt that lets other interrupts through.
 void on_sample(const Sampling& sampling);
 
-// How long ago the sample was taken that on_sample() is handling [us].
+// Board clock when the sample was taken that on_sample() is handling [us].
+uint32_t sampled_us();
+
+// How long ago that was [us].
 uint16_t age_us();
 
 // Take the next received byte; false if there is none.

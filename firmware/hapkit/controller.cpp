@@ -162,8 +162,3 @@ void Controller::off() {
   fade_.restart();
   drive(0);
 }
-
-void Controller::drive(int16_t pwm) {
-  board::set_motor(pwm);
-  pwm_ = pwm;
-}

@@ -49,23 +49,44 @@ class Controller {
   uint8_t overrun_flag();
 
   // Either side; the main program under a Lock.
-  void drive(int16_t pwm);
+  void drive(int16_t pwm) {
+    board::set_motor(pwm);
+    pwm_ = pwm;
+  }
 
   // The tick: tick.cpp.
   void adopt();
+  void miss(const board::Sampling& sampling, int32_t count);
   void watch(const board::Sampling& sampling, int32_t count);
   void render(int32_t count);
-  void follow(float force);
+  void follow();
+  void clamp(float force);
   void show(const board::Sampling& sampling, int32_t count);
+  void show_now(const board::Sampling& sampling, int32_t count);
   void show_sample(const board::Sampling& sampling, int32_t count);
   void show_law(const board::Sampling& sampling, int32_t count);
+
+  // The tick's, and first: the chip reaches what lies within 64 bytes at once.
+  estimator::Estimator estimator_;
+  estimator::Design design_ = {};  // of no period until there is one
+  float seen_[3] = {};  // period, place, velocity: what a law goes by
+  float asked_ = 0.0f;
+  uint16_t delays_us_ = 0;  // summed up since a tick was shown
+  int16_t pwm_ = 0;
+  uint8_t since_shown_ = 0;  // quarters of a millisecond
+  volatile bool next_ready_ = false;
+  Safety safety_;
+  render::Fade fade_;
+  render::Renderer renderer_;
+  uint16_t last_seq_ = 0;
+  uint32_t last_time_us_ = 0;
+  volatile uint8_t overruns_ = 0;
+  volatile bool due_ = false;   // while it is set, what a tick shows is the main program's
+  volatile bool late_ = false;  // a tick had to show while it was
 
   frame::Parser parser_;
   Sender sender_;
   Answers answers_;
-  Safety safety_;
-  render::Renderer renderer_;
-  render::Fade fade_;
   protocol::Loop loop_ = {};  // for the board's own laws
   bool streaming_ = false;
   bool lost_frame_ = false;  // the last one did not fit the queue
@@ -73,25 +94,10 @@ class Controller {
   uint16_t answered_ = 0;
   uint16_t delay_us_ = 0;
 
-  // Handed to the tick.
-  estimator::Design next_ = {};  // taken over after a period of its length
-  volatile bool next_ready_ = false;
+  // Handed to the tick, which takes it over after a period of its length.
+  estimator::Design next_ = {};
 
-  // The tick's; the main program reads the last four under a Lock.
-  estimator::Estimator estimator_;
-  estimator::Design design_ = {};  // of no period until there is one
-  float velocity_ = 0.0f;
-  float asked_ = 0.0f;
-  uint8_t since_shown_ = 0;  // quarters of a millisecond
-  uint16_t delays_us_ = 0;  // summed up since a tick was shown
-  uint16_t last_seq_ = 0;
-  uint32_t last_time_us_ = 0;
-  int16_t pwm_ = 0;
-  volatile uint8_t overruns_ = 0;
-
-  // What a tick shows; the main program's while due_ is set.
-  volatile bool due_ = false;
-  volatile bool late_ = false;  // a tick had to show while it was
+  // What a tick shows.
   bool shows_law_ = false;
   protocol::Sample sample_ = {};
   protocol::Telemetry shown_ = {};

@@ -16,17 +16,16 @@ uint8_t quarters_of(uint16_t rate) {
 bool design(const protocol::Loop& loop, float quantum, float fastest, Design* made) {
   const uint8_t quarters = quarters_of(loop.rate);
   const float period = quarters * 0.25e-3f;
-  const float first = loop.estimator == protocol::kEstimatorDifference ? 0.0f : loop.first;
-  const float second = loop.estimator == protocol::kEstimatorKalman ? loop.second * period : 0.0f;
+  const bool kalman = loop.estimator == protocol::kEstimatorKalman;
+  const float first = loop.estimator == protocol::kEstimatorDifference ? 1.0f : loop.first;
+  const float second = kalman ? loop.second * period : first;
   const bool sane = first >= 0.0f && first <= 1.0f && second >= 0.0f && second < 2.0f;
   if (!sane || quarters == 0 || loop.estimator > protocol::kEstimatorKalman) return false;
-  made->method = loop.estimator;
   made->quarters = quarters;
-  made->first = half(first);
+  made->first = half(kalman ? first : 1.0f);
   made->second = half(second);
   made->scale = quantum / (period * kOne);
   made->quantum = quantum;
-  made->period = period;
   const float limit = fastest * period / quantum;
   made->fastest = limit < kMostCounts ? static_cast<int16_t>(limit) + 1 : kMostCounts;
   return true;

@@ -4,19 +4,18 @@
 #include <stdint.h>
 
 #include "protocol.h"
+#include "times.h"
 
 namespace estimator {
 
 // Everything that depends on rate, method and sensor. The main program makes it, the tick uses it.
 struct Design {
-  uint8_t method;    // protocol::kEstimator...
+  uint32_t second;   // half of the coefficients, in 2^-32: of the speed
+  uint32_t first;    // and of the place; whole where a filter follows no place
+  int16_t fastest;   // limit of the speed, in counts per period
   uint8_t quarters;  // of a millisecond in one period
-  uint32_t first;    // half of the coefficients, in 2^-32
-  uint32_t second;
-  int16_t fastest;  // limit of the speed, in counts per period
-  float scale;      // m/s in 2^-16 counts per period
-  float quantum;    // m in a count
-  float period;     // s
+  float scale;       // m/s in 2^-16 counts per period
+  float quantum;     // m in a count
 };
 
 constexpr int16_t kMostCounts = 4095;  // in one period; what jumps farther is no motion
@@ -30,7 +29,7 @@ class Estimator {
   // Start as if the handle had rested at this count.
   void restart(int32_t count) {
     last_ = count;
-    speed_ = rest_ = 0;
+    rest_ = speed_ = 0;
   }
 
   // Go on at the same velocity with another design.
@@ -39,16 +38,22 @@ class Estimator {
   // Take a count whose period is not the design's.
   void skip(int32_t count) { last_ = count; }
 
-  // Take the count one period later, or several; return whether the handle is within its limit.
-  bool update(const Design& design, int32_t count, uint8_t periods = 1);
+  // So many periods were missed: as if the handle had gone evenly to this count, which update() takes next.
+  void miss(uint8_t periods, int32_t count);
+
+  // Take the count one period later; return whether the handle is within its limit.
+  bool update(const Design& design, int32_t count) { return step(this, &design, count); }
 
   // Return the velocity in m/s.
-  float velocity(const Design& design) const { return static_cast<float>(speed_) * design.scale; }
+  float velocity(const Design& design) const { return times(speed_, design.scale); }
 
  private:
+  // On the board in assembler, which knows the order of the numbers here and in Design.
+  static bool step(Estimator* self, const Design* design, int32_t count) __asm__("estimator_step");
+
   int32_t last_ = 0;
-  int32_t speed_ = 0;  // 2^-16 counts per period
   int32_t rest_ = 0;   // last count less the filter's own, 2^-16 counts
+  int32_t speed_ = 0;  // 2^-16 counts per period
 };
 
 }  // namespace estimator

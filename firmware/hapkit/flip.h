@@ -18,15 +18,32 @@ class FlipTracker {
     counts_ = counts;
     slack_ = counts / 8;
     started_ = false;
+    position_ = 0;
   }
 
-  // Return the reading plus all that was passed so far; the first reading has passed nothing.
+  // Count from elsewhere.
+  void shift(int32_t by) {
+    position_ += by;
+    aside_position_ += by;
+  }
+
+  // Return the reading plus all that was passed and shifted since the first one.
   int32_t update(uint16_t raw) {
     if (!started_) return begin(raw);
-    const int16_t jump = nearest(raw - last_);
-    if (!counts_ || alike(jump, going_)) return follow(raw, jump);
-    return doubt(raw, jump);
+    int16_t jump = nearest(raw - last_);
+    if (counts_ && !alike(jump, going_)) {
+      if (!settle(raw, jump)) return position_;
+      jump = aside_step_;
+    }
+    going_ = common(step_, jump);
+    step_ = jump;
+    last_ = raw;
+    bridged_ = 0;
+    return position_ += jump;
   }
+
+  // What update() returned last; 0 before the first reading.
+  int32_t position() const { return position_; }
 
   // Whether the last reading was bridged.
   bool doubtful() const { return bridged_ != 0; }
@@ -36,18 +53,15 @@ class FlipTracker {
 
   // The same difference less whole ranges: half the range at most.
   int16_t nearest(int16_t difference) const {
-    const int16_t half = counts_ / 2;
-    if (!counts_) return difference;
-    if (difference > half) return difference - counts_;
-    return difference < -half ? difference + counts_ : difference;
+    if (static_cast<uint16_t>(difference + counts_ / 2) < counts_ || !counts_) return difference;
+    return difference < 0 ? difference + counts_ : difference - counts_;
   }
 
   bool alike(int16_t step, int16_t other) const {
-    const int16_t change = step - other;
-    return -slack_ <= change && change <= slack_;
+    return static_cast<uint16_t>(step - other + slack_) <= 2 * slack_;
   }
 
-  int32_t begin(uint16_t raw) {
+  __attribute__((noinline)) int32_t begin(uint16_t raw) {
     started_ = true;
     bridged_ = 0;
     step_ = going_ = 0;
@@ -55,47 +69,42 @@ class FlipTracker {
     return position_ = raw;
   }
 
-  // What two steps have in common: the smaller one, nothing if they lead apart.
+  // The motion that goes on is what the last two steps have in common: the smaller one, nothing if they lead apart.
   static int16_t common(int16_t a, int16_t b) {
-    if ((a < 0) != (b < 0)) return 0;
+    if ((a ^ b) < 0) return 0;
     return (a < b) == (a < 0) ? b : a;
   }
 
-  // The motion that goes on is what the last two steps have in common.
-  int32_t follow(uint16_t raw, int16_t jump) {
-    going_ = common(step_, jump);
-    step_ = jump;
-    last_ = raw;
-    bridged_ = 0;
-    return position_ += jump;
-  }
-
-  int32_t doubt(uint16_t raw, int16_t jump) {
+  // Take a doubtful reading; return whether the motion on the side is believed now, up to the step before. If not, the
+  // reading is bridged.
+  __attribute__((noinline)) bool settle(uint16_t raw, int16_t jump) {
     const int16_t further = bridged_ ? nearest(raw - aside_) : jump;
     const bool one_motion = bridged_ && alike(further, aside_step_);
-    aside_position_ = (bridged_ ? aside_position_ : position_) + further;
-    if (one_motion || bridged_ == kPatience) {
-      position_ = aside_position_ - further;
+    if (!bridged_) aside_position_ = position_;
+    const bool believed = one_motion || bridged_ == kPatience;
+    if (believed) {
+      position_ = aside_position_;
       step_ = aside_step_;
-      return follow(raw, further);
     }
+    aside_position_ += further;
     aside_step_ = further;
     aside_ = raw;
-    return bridge();
+    if (!believed) bridge();
+    return believed;
   }
 
-  int32_t bridge() {
+  void bridge() {
     ++bridged_;
     last_ += going_;
     if (last_ < 0) last_ += counts_;
     if (last_ >= static_cast<int16_t>(counts_)) last_ -= counts_;
-    return position_ += going_;
+    position_ += going_;
   }
 
   int32_t position_ = 0;
   uint16_t counts_ = 0;
   int16_t last_ = 0;  // the reading that belongs to position_
-  int16_t slack_ = 0;
+  uint16_t slack_ = 0;
   int16_t step_ = 0;   // the last one that was believed
   int16_t going_ = 0;  // the motion that goes on
   int32_t aside_position_ = 0;  // where the doubtful readings lead

@@ -6,6 +6,54 @@
   .section .text.avr-libc.fplib, "ax", @progbits  // beside the library's, which calls and is called nearby
   .type __mulsf3, @function
 
+; An integer in r25..r22 times a positive float in r21..r18.
+  .global times
+times:
+  bst r25, 7
+  brtc 1f
+  com r25
+  com r24
+  com r23
+  neg r22
+  sbci r23, 0xff
+  sbci r24, 0xff
+  sbci r25, 0xff
+1:ldi r26, 0x96
+  tst r25
+  breq 3f
+2:lsr r25             ; more than a float holds: cut off
+  ror r24
+  ror r23
+  ror r22
+  inc r26
+  tst r25
+  brne 2b
+3:tst r24
+  brne 4f
+  subi r26, 8
+  mov r24, r23
+  mov r23, r22
+  clr r22
+  tst r24
+  brne 4f
+  subi r26, 8
+  mov r24, r23
+  clr r23
+  tst r24
+  breq zero
+4:brmi 6f
+5:dec r26
+  lsl r22
+  rol r23
+  rol r24
+  brpl 5b
+6:mov r25, r26
+  lsl r20
+  rol r21
+  sec
+  ror r20
+  rjmp multiply
+
 zero:
   clr r25
   clr r24
@@ -40,6 +88,7 @@ __mulsf3:
   ror r24
   sec
   ror r20
+multiply:
   add r25, r21        ; r21:r25 = exponent of the product
   ldi r21, 0
   rol r21

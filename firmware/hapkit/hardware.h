@@ -4,6 +4,7 @@
 #include <stdint.h>
 
 #include "protocol.h"
+#include "quadrature.h"
 
 namespace hardware {
 
@@ -22,8 +23,12 @@ void begin_serial();
 // Reset the board from now on after 15 ms without a pat.
 void begin_watchdog();
 
-// Start one reading of the sensor; called with interrupts off, and never before the last one is done.
-void start_reading();
+// Whether the sensor is the converter, which starts at this value of ADCSRA. Another one starts at the interrupt of
+// OCR1B, with the encoder's steps as they are now.
+extern volatile bool converts;
+constexpr uint8_t kConvert = 0xcd;  // ADEN, ADSC, ADIE; 500 kHz
+extern Quadrature encoder;
+extern volatile uint16_t latched;
 
 // Called by the sensor when a reading is done, from an interrupt that lets other interrupts through.
 // failed: the sensor's own check says that it is wrong.

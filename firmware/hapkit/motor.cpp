@@ -107,8 +107,6 @@ uint8_t straight_steps(Product torque) {
 
 }  // namespace
 
-// Floats of one sign are in the order of their bits; what is not finite comes last.
-bool allows(float force) { return (bits_of(force) & ~kSign) <= map.most; }
 
 Limited limit(float force) {
   const uint32_t bits = bits_of(force);
@@ -120,6 +118,7 @@ Limited limit(float force) {
 
 int16_t pwm_of(float force) {
   const uint32_t bits = bits_of(force);
+  if (!(bits & kInfinite)) return 0;
   const Product product = times_factor(bits & ~kSign);
   const uint8_t wanted = map.straight ? straight_steps(product) : square_steps(product);
   if (!wanted) return 0;

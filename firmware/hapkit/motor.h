@@ -2,7 +2,9 @@
 #pragma once
 
 #include <stdint.h>
+#include <string.h>
 
+#include "motor_map.h"
 #include "protocol.h"
 
 namespace motor {
@@ -16,8 +18,13 @@ struct Limited {
 // Prepare for a kit: limit, motor map, dead band. Only while no reading of the sensor is handled.
 void set(const protocol::Board& kit);
 
-// Whether a force is within the limit as it is: the quick answer of the usual case.
-bool allows(float force);
+// Whether a force is within the limit as it is: the quick answer of the usual case. Floats of one sign are in the
+// order of their bits; what is not finite comes last.
+inline bool allows(float force) {
+  uint32_t bits;
+  memcpy(&bits, &force, sizeof(bits));
+  return (bits & 0x7fffffff) <= map.most;
+}
 
 // Cut a force to the limit; a force that is not finite becomes zero.
 Limited limit(float force);

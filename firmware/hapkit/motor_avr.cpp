@@ -18,8 +18,8 @@ constexpr uint8_t kD11 = _BV(PB3);  // enable of motor 2 on board 1.0; data to a
 constexpr uint8_t kD12 = _BV(PB4);  // direction of motor 1 on board 1.0
 constexpr uint8_t kD13 = _BV(PB5);
 
-volatile bool on_timer_2 = false;
-volatile bool high_is_right = true;
+bool on_timer_2 = false;
+bool high_is_right = true;
 
 // Both timers stand still and let go of their pins, so that the ports' low level holds.
 void stop_timers() {
@@ -56,8 +56,7 @@ void start_timer() {
   }
 }
 
-void set_direction(bool high) {
-  const uint8_t pin = on_timer_2 ? kD12 : kD8;
+inline void set_pin(uint8_t pin, bool high) {
   if (high) {
     PORTB |= pin;
   } else {
@@ -87,13 +86,15 @@ void hardware::set_motor(const protocol::Board& kit) {
 void board::set_motor(int16_t pwm) {
   const bool right = pwm >= 0;
   const uint8_t duty = static_cast<uint8_t>(right ? pwm : -pwm);
+  const bool high = right == high_is_right;
   const Lock lock;
   if (on_timer_2) {
     OCR2B = duty;
+    set_pin(kD12, high);
   } else {
     OCR0B = duty;
+    set_pin(kD8, high);
   }
-  set_direction(right == high_is_right);
 }
 
 #endif

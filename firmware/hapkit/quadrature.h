@@ -46,7 +46,7 @@ class Quadrature {
     return both ^ (both >> 1);
   }
 
-  volatile uint16_t steps_ = 0;
+  volatile uint16_t steps_ = 0;  // first: the timer's interrupt looks here
   volatile uint8_t place_ = 0;
   volatile bool forward_ = true;
   volatile bool slip_ = false;

@@ -45,6 +45,17 @@ bool describe(uint8_t number, protocol::LawName* name) {
   return true;
 }
 
+float Fade::weighted(float force, uint8_t quarters) {
+  uint8_t gone = gone_;
+  if (leaving_) {
+    gone = gone > kQuarters ? kQuarters : gone > quarters ? gone - quarters : 0;
+  } else if (gone < kQuarters) {
+    gone += quarters;
+  }
+  gone_ = gone;
+  return gone < kQuarters ? force * (gone * (1.0f / kQuarters)) : force;
+}
+
 bool Renderer::accept(const protocol::Scene& scene, bool anew) {
   if (scene.law >= kCount) return false;
   laws::Law law;
@@ -108,13 +119,16 @@ void Renderer::move() {
   bank_ = bank_ ^ 1;
 }
 
-float Renderer::force(float x, float v, float period, Fade* fade) {
-  if (fresh_) {
-    fresh_ = false;
-    start_(state_);
-    fade->restart();
-  }
-  return force_(banks_[bank_], state_, x, v, period);
+#ifndef __AVR__
+float Renderer::call(Force* force, const float* parameters, float* state, const float* seen) {
+  return force(parameters, state, seen[1], seen[2], seen[0]);
+}
+#endif
+
+void Renderer::begin(Fade* fade) {
+  fresh_ = false;
+  start_(state_);
+  fade->restart();
 }
 
 void Renderer::show_state(protocol::Telemetry* shown) {

@@ -24,17 +24,11 @@ class Fade {
   bool leaving() const { return leaving_; }
   bool out() const { return leaving_ && gone_ == 0; }
 
+  // Whether a force is felt as it is.
+  bool whole() const { return gone_ >= kQuarters && !leaving_; }
+
   // Return the force, weighted, one period later.
-  float weighted(float force, uint8_t quarters) {
-    if (leaving_) {
-      gone_ = gone_ > kQuarters ? kQuarters : gone_ > quarters ? gone_ - quarters : 0;
-    } else if (gone_ >= kQuarters) {
-      return force;
-    } else {
-      gone_ += quarters;
-    }
-    return gone_ < kQuarters ? force * (gone_ * (1.0f / kQuarters)) : force;
-  }
+  float weighted(float force, uint8_t quarters);
 
  private:
   static constexpr uint8_t kQuarters = 4 * 30;  // of a millisecond
@@ -64,34 +58,44 @@ class Renderer {
 
   // The tick, which the main program never interrupts.
 
-  // Return the force that the law asks for in N, positive to the right; a law that begins fades in.
-  float force(float x, float v, float period, Fade* fade);
+  // Return the force that the law asks for in N, positive to the right; a law that begins fades in. It gets to see
+  // the period, the place and the velocity.
+  float force(const float* seen, Fade* fade) {
+    if (fresh_) begin(fade);
+    return call(force_, banks_[bank_], state_, seen);
+  }
 
   // Fill one value of the law's state and its place; they take turns.
   void show_state(protocol::Telemetry* shown);
 
  private:
+  typedef float Force(const float*, float*, float, float, float);
+
+  // On the board in assembler, which brings the numbers to their registers by the shortest way.
+  static float call(Force* force, const float* parameters, float* state, const float* seen) __asm__("render_call");
+
+  void begin(Fade* fade);
   void move_to(const protocol::Scene& scene);
   bool goes_on(const protocol::Scene& scene) const;
 
   static constexpr uint8_t kSteps = 30;
 
+  volatile bool active_ = false;
+  volatile bool fresh_ = false;  // the next tick starts the law
+  volatile uint8_t bank_ = 0;
+  Force* force_ = nullptr;
   float state_[protocol::kValues] = {};
   float banks_[2][protocol::kValues] = {};  // parameters: one for the tick, the other to be written
   float goal_[protocol::kValues] = {};
   float step_[protocol::kValues] = {};
   void (*start_)(float*) = nullptr;
-  float (*force_)(const float*, float*, float, float, float) = nullptr;
   uint16_t discrete_ = 0;  // bit i: parameter i is a choice
   uint8_t parameters_ = 0;
   uint8_t states_ = 0;
   uint8_t turn_ = 0;        // which state is shown next
   uint8_t steps_left_ = 0;  // until the numbers are at their goal
   uint8_t generation_ = 0;
-  volatile uint8_t bank_ = 0;
   uint8_t law_ = 0;
-  volatile bool active_ = false;
-  volatile bool fresh_ = false;  // the next tick starts the law
 };
 
 }  // namespace render

@@ -27,8 +27,8 @@ class Safety {
   // Count a sample period, in quarters of a millisecond. A message falls somewhere into its first period, so
   // that the motor is off before the full time is over.
   void period(uint8_t quarters) {
-    patience_ = patience_ > quarters ? patience_ - quarters : 0;
-    if (patience_ < quarters) patience_ = 0;
+    const uint8_t left = patience_ > quarters ? patience_ - quarters : 0;
+    patience_ = left < quarters ? 0 : left;
   }
 
   // Take the right to drive away until the next message.

@@ -8,6 +8,7 @@ namespace {
 // Within 5..95 % of its supply a magnetoresistive sensor tells an angle; at the rails something is broken.
 constexpr uint16_t kLowestReading = 8;
 constexpr uint16_t kHighestReading = 1015;
+constexpr uint16_t kAnyReading = 65535;
 
 // Doubt grows by 4 with a doubtful reading and shrinks by 1 with a good one: 8 in a row are a fault.
 constexpr uint8_t kFault = 32;
@@ -16,90 +17,75 @@ FlipTracker flips;
 uint8_t kind = protocol::kSensorMagnetoresistive;
 uint16_t range = 0;       // counts from one repeat of the sensor to the next
 int8_t sense = 1;
-int32_t zero_number = 0;  // the zero as the settings write it
-int32_t zero = 0;         // and its repeat that is in use
+uint16_t lowest = 0;  // readings that can be right
+uint16_t highest = kAnyReading;
+int32_t zero = 0;     // as the settings write it; flips counts from its repeat that is in use
 bool started = false;
-volatile bool moved = true;  // the counts have, not the handle
-int32_t position = 0;     // before sense and zero
 uint8_t doubt = 0;
-bool doubted = false;
-bool at_fault = false;
 
 // The repeat of the settings' zero that lies nearest to the first reading.
 int32_t nearest_zero(int32_t first) {
   if (kind == protocol::kSensorQuadrature) return first;
-  int32_t ahead = (first - zero_number) % range;
+  int32_t ahead = (first - zero) % range;
   if (ahead < 0) ahead += range;
   return ahead > range / 2 ? first - ahead + range : first - ahead;
 }
 
-void weigh(bool doubtful) {
+__attribute__((noinline)) void weigh(bool doubtful) {
   if (doubtful) {
-    doubted = true;
+    news = news | kDoubt;
     doubt = doubt < kFault - 4 ? doubt + 4 : kFault;
-  } else if (doubt) {
+  } else {
     --doubt;
   }
-  if (doubt == kFault) at_fault = true;
-  if (!doubt) at_fault = false;
+  if (doubt == kFault) news = news | kFaulty;
+  if (!doubt) news = news & ~kFaulty;
 }
 
-bool broken(uint16_t raw) {
-  if (kind != protocol::kSensorMagnetoresistive) return false;
-  return raw < kLowestReading || raw > kHighestReading;
+// The first reading.
+__attribute__((noinline)) void begin() {
+  started = true;
+  flips.shift(-nearest_zero(flips.position()));
+  news = news | kMoved;
 }
 
 }  // namespace
+
+volatile uint8_t news = kMoved;
 
 void start(const protocol::Board& kit) {
   kind = kit.sensor;
   range = kit.counts_per_flip;
   sense = kit.sense;
-  zero_number = kit.zero;
+  zero = kit.zero;
+  const bool rails = kind == protocol::kSensorMagnetoresistive;
+  lowest = rails ? kLowestReading : 0;
+  highest = rails ? kHighestReading : kAnyReading;
   flips.start(kind == protocol::kSensorQuadrature ? 0 : range);
   started = false;
-  moved = true;
-  position = 0;
-  zero = 0;
   doubt = 0;
-  doubted = at_fault = false;
+  news = kMoved;
 }
 
 void change(const protocol::Board& kit) {
   if (kit.sensor != kind || kit.counts_per_flip != range) return start(kit);
-  zero += kit.zero - zero_number;
-  zero_number = kit.zero;
+  flips.shift(zero - kit.zero);
+  zero = kit.zero;
   sense = kit.sense;
-  moved = true;
+  news = news | kMoved;
 }
 
 int32_t count(uint16_t raw, bool failed) {
   const bool counted = kind == protocol::kSensorQuadrature;  // a slip of its counter does not spoil the rest
-  const bool useless = (failed && !counted) || broken(raw);
-  if (!useless) {
-    position = flips.update(raw);
-    if (!started) {
-      zero = nearest_zero(position);
-      moved = started = true;
-    }
+  bool doubtful = true;
+  if (raw >= lowest && raw <= highest && (!failed || counted)) {
+    flips.update(raw);
+    if (!started) begin();
+    doubtful = failed | flips.doubtful();
   }
-  weigh(useless || failed || flips.doubtful());
-  const int32_t from_zero = position - zero;
-  return sense < 0 ? -from_zero : from_zero;
+  if (doubtful || doubt) weigh(doubtful);
+  const int32_t position = flips.position();
+  return sense < 0 ? -position : position;
 }
-
-bool take_moved() {
-  const bool taken = moved;
-  moved = false;
-  return taken;
-}
-
-bool take_doubt() {
-  const bool taken = doubted;
-  doubted = false;
-  return taken;
-}
-
-bool faulty() { return at_fault; }
 
 }  // namespace sensor

@@ -19,15 +19,25 @@ void change(const protocol::Board& kit);
 // counts from the zero, positive to the right; what cannot be right is bridged.
 int32_t count(uint16_t raw, bool failed);
 
+// What the three below tell: nothing, nearly always.
+extern volatile uint8_t news;
+constexpr uint8_t kMoved = 1, kDoubt = 2, kFaulty = protocol::kFlagSensor;
+
+inline bool take(uint8_t what) {
+  const uint8_t before = news;
+  news = before & ~what;
+  return before & what;
+}
+
 // Whether counts have another meaning since this was last asked: another zero, sense or sensor. What is seen
 // between the two is no motion. In the sample interrupt only.
-bool take_moved();
+inline bool take_moved() { return take(kMoved); }
 
 // Whether a reading was bridged since this was last asked; in the sample interrupt only.
-bool take_doubt();
+inline bool take_doubt() { return take(kDoubt); }
 
 // Whether so many readings could not be right that the position is not to be trusted: motor off. It takes
 // 8 in a row, and ends after 32 good ones.
-bool faulty();
+inline bool faulty() { return news & kFaulty; }
 
 }  // namespace sensor

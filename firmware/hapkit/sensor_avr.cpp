@@ -17,10 +17,7 @@ constexpr uint8_t kBusIn = _BV(PB4);     // D12
 constexpr uint8_t kEncoder = _BV(PD2) | _BV(PD3);
 constexpr uint8_t kSpi = _BV(SPE) | _BV(MSTR) | _BV(CPHA);  // 4 MHz, data taken at the falling edge
 
-uint8_t kind = protocol::kSensorMagnetoresistive;
 As5048A angle;
-Quadrature encoder;
-uint16_t steps;  // the encoder's at the last reading
 
 void all_off() {
   ADCSRA = 0;
@@ -35,7 +32,7 @@ void begin_converter() {
   ADMUX = _BV(REFS0) | kChannel;
   ADCSRB = 0;
   DIDR0 = _BV(ADC2D);
-  ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADIF) | _BV(ADPS2) | _BV(ADPS0);
+  ADCSRA = (hardware::kConvert & ~_BV(ADSC)) | _BV(ADIF);
 }
 
 // The pull-up makes a missing sensor answer with ones, which is an error.
@@ -47,12 +44,10 @@ void begin_bus() {
   angle = As5048A();
 }
 
-// Timer 1 reaches OCR1B just after it has begun a period, so what it asks for follows a start at once.
 void begin_encoder() {
   PORTD |= kEncoder;
   DDRD &= ~kEncoder;
-  OCR1B = 0;
-  encoder.start(PIND & kEncoder);
+  hardware::encoder.start(PIND & kEncoder);
   EICRA = _BV(ISC00) | _BV(ISC10);  // every edge
   EIFR = _BV(INTF0) | _BV(INTF1);
   EIMSK = _BV(INT0) | _BV(INT1);
@@ -82,32 +77,36 @@ void begin_frame(uint8_t first) {
 
 }  // namespace
 
+volatile bool hardware::converts = true;
+Quadrature hardware::encoder;
+volatile uint16_t hardware::latched;
+
+// Timer 1 reaches OCR1B just after it has begun a period, so what it asks for follows a start at once.
 void hardware::set_sensor(const protocol::Board& kit) {
   all_off();
-  kind = kit.sensor;
-  if (kind == protocol::kSensorAs5048A) {
-    begin_bus();
-  } else if (kind == protocol::kSensorQuadrature) {
-    begin_encoder();
-  } else {
+  converts = kit.sensor == protocol::kSensorMagnetoresistive;
+  OCR1B = 0;
+  if (converts) {
     begin_converter();
-  }
-}
-
-void hardware::start_reading() {
-  if (kind == protocol::kSensorMagnetoresistive) {
-    ADCSRA |= _BV(ADSC);
-  } else if (kind == protocol::kSensorAs5048A) {
-    SPCR = kSpi | _BV(SPIE);
-    begin_frame(As5048A::kReadAngle >> 8);
+  } else if (kit.sensor == protocol::kSensorAs5048A) {
+    begin_bus();
   } else {
-    steps = encoder.steps();
-    TIMSK1 |= _BV(OCIE1B);
+    begin_encoder();
   }
 }
 
-// All three: interrupts are on from the first instruction; nothing starts another reading meanwhile.
+// All three: interrupts are on from the first instruction, or nearly; nothing starts another reading meanwhile.
 ISR(ADC_vect, ISR_NOBLOCK) { hardware::reading_done(ADC, false); }
+
+ISR(TIMER1_COMPB_vect) {
+  TIMSK1 &= ~_BV(OCIE1B);
+  if (SPCR) {
+    SPCR = kSpi | _BV(SPIE);
+    return begin_frame(As5048A::kReadAngle >> 8);
+  }
+  sei();
+  hardware::reading_done(hardware::latched, hardware::encoder.take_slip());
+}
 
 // The first byte is through. An answer comes in the frame after its question.
 ISR(SPI_STC_vect, ISR_NOBLOCK) {
@@ -120,12 +119,7 @@ ISR(SPI_STC_vect, ISR_NOBLOCK) {
   hardware::reading_done(angle.reading(), !good);
 }
 
-ISR(TIMER1_COMPB_vect, ISR_NOBLOCK) {
-  TIMSK1 &= ~_BV(OCIE1B);
-  hardware::reading_done(steps, encoder.take_slip());
-}
-
-ISR(INT0_vect) { encoder.edge(PIND & kEncoder); }
+ISR(INT0_vect) { hardware::encoder.edge(PIND & kEncoder); }
 
 ISR(INT1_vect, ISR_ALIASOF(INT0_vect));
 

@@ -4,72 +4,70 @@
 #include "motor.h"
 #include "sensor.h"
 
-void Controller::sample(const board::Sampling& sampling) {
-  if (next_ready_ && sampling.quarters == next_.quarters) adopt();
-  const int32_t count = sensor::count(sampling.raw, sampling.failed);
-  watch(sampling, count);
-  if (renderer_.active()) {
-    render(count);
-  } else {
-    last_seq_ = sampling.seq;
-    last_time_us_ = sampling.time_us;
-    if (safety_.off()) drive(0);
-  }
-  show(sampling, count);
+// The handle went evenly on its way, as far as anybody knows.
+void Controller::miss(const board::Sampling& sampling, int32_t count) {
+  for (uint8_t missed = sampling.missed; missed; --missed) safety_.period(sampling.quarters);
+  overruns_ += sampling.missed;
+  estimator_.miss(sampling.missed, count);
 }
 
 // Until the length of the period has changed, the old design is the right one.
 void Controller::adopt() {
   if (design_.quarters) estimator_.change(design_.quarters, next_.quarters);
   design_ = next_;
+  seen_[0] = design_.quarters * 0.25e-3f;
   next_ready_ = false;
 }
 
-void Controller::watch(const board::Sampling& sampling, int32_t count) {
-  for (uint8_t missed = sampling.missed; missed; --missed) safety_.period(sampling.quarters);
+inline void Controller::watch(const board::Sampling& sampling, int32_t count) {
+  if (sampling.missed) miss(sampling, count);
   safety_.period(sampling.quarters);
-  overruns_ += sampling.missed;
-  const bool faulty = sensor::faulty();
-  safety_.sensor(faulty);
-  const bool moved = sensor::take_moved();
-  if (moved || faulty) {
+  safety_.sensor(sensor::faulty());
+  if (sensor::news & (sensor::kMoved | sensor::kFaulty)) {
+    sensor::take_moved();
     estimator_.restart(count);
   } else if (sampling.quarters != design_.quarters) {
     estimator_.skip(count);
-  } else if (!estimator_.update(design_, count, sampling.missed + 1)) {
+  } else if (!estimator_.update(design_, count)) {
     safety_.over_speed();
   }
 }
 
-void Controller::render(int32_t count) {
-  const float velocity = estimator_.velocity(design_);
-  const float x = static_cast<float>(count) * design_.quantum;
-  const float asked = safety_.refused() ? 0.0f : renderer_.force(x, velocity, design_.period, &fade_);
-  velocity_ = velocity;
-  asked_ = asked;
-  if (safety_.off()) {
-    fade_.restart();
-    return drive(0);
-  }
-  follow(fade_.weighted(asked, design_.quarters));
-  const uint16_t age = board::age_us();
-  delays_us_ += age;
-}
-
-void Controller::follow(float force) {
-  if (motor::allows(force)) {
-    safety_.rendered(0);
-    return drive(motor::pwm_of(force));
-  }
+void Controller::clamp(float force) {
   const motor::Limited limited = motor::limit(force);
   safety_.rendered(limited.flags);
   drive(motor::pwm_of(limited.force));
 }
 
+inline void Controller::follow() {
+  const float force = fade_.whole() ? asked_ : fade_.weighted(asked_, design_.quarters);
+  if (motor::allows(force)) {
+    safety_.rendered(0);
+    return drive(motor::pwm_of(force));
+  }
+  clamp(force);
+}
+
+inline void Controller::render(int32_t count) {
+  seen_[2] = estimator_.velocity(design_);
+  seen_[1] = times(count, design_.quantum);
+  asked_ = safety_.refused() ? 0.0f : renderer_.force(seen_, &fade_);
+  if (safety_.off()) {
+    fade_.restart();
+    return drive(0);
+  }
+  follow();
+  const uint16_t age = board::age_us();
+  delays_us_ += age;
+}
+
 // Once a millisecond, or at every tick if they are rarer.
-void Controller::show(const board::Sampling& sampling, int32_t count) {
+inline void Controller::show(const board::Sampling& sampling, int32_t count) {
   since_shown_ += sampling.quarters;
-  if (since_shown_ < 4) return;
+  if (since_shown_ >= 4) show_now(sampling, count);
+}
+
+void Controller::show_now(const board::Sampling& sampling, int32_t count) {
   since_shown_ = 0;
   if (due_) {
     late_ = true;
@@ -86,11 +84,25 @@ void Controller::show(const board::Sampling& sampling, int32_t count) {
   board::wake();
 }
 
+void Controller::sample(const board::Sampling& sampling) {
+  if (next_ready_ && sampling.quarters == next_.quarters) adopt();
+  const int32_t count = sensor::count(sampling.raw, sampling.failed);
+  watch(sampling, count);
+  if (renderer_.active()) {
+    render(count);
+  } else {
+    last_seq_ = sampling.seq;
+    last_time_us_ = board::sampled_us();
+    if (safety_.off()) drive(0);
+  }
+  show(sampling, count);
+}
+
 static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }
 
 void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   sample_.seq = sampling.seq;
-  sample_.time_us = sampling.time_us;
+  sample_.time_us = board::sampled_us();
   sample_.count = count;
   sample_.raw = sampling.raw;
   sample_.flags = doubt_flag();
@@ -98,9 +110,9 @@ void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
 
 void Controller::show_law(const board::Sampling& sampling, int32_t count) {
   shown_.seq = sampling.seq;
-  shown_.time_us = sampling.time_us;
+  shown_.time_us = board::sampled_us();
   shown_.count = count;
-  shown_.velocity = velocity_;
+  shown_.velocity = seen_[2];
   shown_.asked = asked_;
   shown_.pwm = pwm_;
   shown_.flags = safety_.flags() | doubt_flag();

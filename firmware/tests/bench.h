@@ -32,7 +32,7 @@ class Bench {
     time_us_ += 250u * ended * (missed + 1);
     seq_ = static_cast<uint16_t>(seq_ + missed + 1);
     fake::now_us = time_us_;
-    controller_.sample({seq_, time_us_, raw, missed, ended, false});
+    controller_.sample({seq_, raw, missed, ended, false});
   }
 
   void poll() { controller_.poll(); }
