@@ -1,5 +1,6 @@
 """Test my Hapkit: every check with its verdict, and what to do; nothing is changed on the board."""
 
+import math
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
@@ -18,14 +19,16 @@ from hapkit_studio.analysis.calibrate.verdict import FAIL, LOOK, PASS, Verdict
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import PRIMARY
+from hapkit_studio.gui.wizard.page import Seen
 from hapkit_studio.gui.wizard.shell import Shell
-from hapkit_studio.gui.wizard.verdict_box import VerdictBox
+from hapkit_studio.gui.wizard.verdict_box import LONG, VerdictBox
 
 if TYPE_CHECKING:
     from hapkit_studio.devices.calibration import Bench
     from hapkit_studio.gui.studio import Studio
 
 TITLE = "Test my Hapkit"
+_FINE = 100
 _SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
 _WAITING, _SAID = "QLabel { font-size: 14px; color: @ink3; }", "QLabel { font-size: 14px; color: @ink; }"
 _BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."
@@ -46,6 +49,7 @@ class CheckWindow(Shell):
         self.resize(820, 600)
         self.setMinimumSize(640, 480)
         self.report: Report | None = None
+        self._told = 0
         self.box, self.bar = VerdictBox(), QProgressBar()
         self.test, self.shut = QPushButton("Test"), QPushButton("Close")
         self.test.setProperty("tall", True)
@@ -76,8 +80,17 @@ class CheckWindow(Shell):
 
         if self.desk.start(lambda bench: run_all(bench, said), self._finished):
             self.test.setEnabled(False)
+            self._told = 0
             self.bar.setValue(0)
             self.box.say("Testing. Hands off…", "", "circle", "accent")
+
+    def show_seen(self, _seen: Seen) -> None:
+        """Show how far a check is that takes its time; one that begins again leaves the bar where it is."""
+        bench = self.desk.bench
+        passed, seconds = bench.progress if bench is not None and self.desk.busy else (0.0, 0.0)
+        if LONG <= seconds < math.inf:
+            within = round(_FINE * (self._told + passed / seconds))
+            self.bar.setValue(max(self.bar.value(), min(within, _FINE * (self._told + 1))))
 
     def _opened(self, _bench: object) -> None:
         self.test.setEnabled(True)
@@ -88,13 +101,15 @@ class CheckWindow(Shell):
         sign, words = self.rows[key]
         dress(words, _SAID)
         if verdict is None:
-            words.setText("…")
+            sign.setPixmap(icons.pixmap("circle", 20, "accent", self.devicePixelRatioF()))
+            words.setText(f"{words.text()} Under way…")
             return
         name, token = _SIGNS.get(verdict.level, ("circle", "ink3"))
         sign.setPixmap(icons.pixmap(name, 20, token, self.devicePixelRatioF()))
         words.setText(f"{verdict.words} {verdict.remedy}".strip())
         words.setAccessibleName(f"{key}: {verdict.level}. {words.text()}")
-        self.bar.setValue(self.bar.value() + 1)
+        self._told += 1
+        self.bar.setValue(_FINE * self._told)
 
     def _finished(self, report: Report) -> None:
         self.report = report
@@ -119,7 +134,7 @@ class CheckWindow(Shell):
         grid.setHorizontalSpacing(16)
         grid.setVerticalSpacing(12)
         grid.setColumnStretch(2, 1)
-        self.bar.setRange(0, len(CHECKS))
+        self.bar.setRange(0, _FINE * len(CHECKS))
         for line, check in enumerate(CHECKS):
             sign, title, words = QLabel(), QLabel(check.title), QLabel(check.about)
             sign.setFixedWidth(22)
