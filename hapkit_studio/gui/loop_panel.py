@@ -76,7 +76,7 @@ class LoopPanel(QWidget):
         self.controller_words.setWordWrap(True)
         self.folded = False
         self._by_hand = self._low = False
-        self._height = _ROOM_FOR_SLIDERS
+        self._height, self._board = _ROOM_FOR_SLIDERS, False
         self._arrange()
         self._connect()
         self.show_state()
@@ -100,11 +100,12 @@ class LoopPanel(QWidget):
         self._give_way()
 
     def _give_way(self) -> None:
-        """Fold by the room there is, until a person does."""
+        """Fold by the room there is, until a person does; a device that is away changes nothing."""
         engine = self._studio.engine
-        board = engine is not None and not engine.device.simulated
+        if engine is not None:
+            self._board = not engine.device.simulated
         if not self._by_hand:
-            self.set_folded(self._height < _ROOM_FOR_ROWS + (_ROOM_FOR_WAYS if board else 0))
+            self.set_folded(self._height < _ROOM_FOR_ROWS + (_ROOM_FOR_WAYS if self._board else 0))
 
     def _turn(self) -> None:
         self._by_hand = True

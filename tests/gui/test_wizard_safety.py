@@ -8,7 +8,9 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QPushButton
 
 from hapkit_studio.analysis.calibrate.session import NO_DIRECTION
+from hapkit_studio.devices import profiles
 from hapkit_studio.errors import NoDataError
+from hapkit_studio.protocol.messages import Sensor
 from tests.gui.window_support import PATIENCE_MS
 from tests.gui.wizard_support import wizard
 
@@ -160,3 +162,13 @@ def test_after_the_stop_it_is_said_what_to_do(played):
     play.press(play.shell.step.push)
     assert "Release E-stop" in play.shell.step.box.remedy.text()
     play.shell.release.click()
+
+
+def test_a_kit_chosen_by_mistake_is_given_back(played):
+    play = played()
+    step = play.shell.connect_step
+    for key, sensor in (("hapkit-hall", Sensor.AS5048A), ("hapkit3", Sensor.MAGNETORESISTIVE)):
+        step.kits.setCurrentIndex(step.kits.findData(key))
+        play.press(step.take)
+        assert play.shell.desk.subject.board.sensor == sensor
+        assert profiles.named(key).title in step.box.words.text()

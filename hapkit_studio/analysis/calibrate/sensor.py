@@ -105,7 +105,7 @@ def _judge(found: Sensed, track: Track, board: Board) -> Verdict:
         return look(
             "stuck",
             f"The sensor stays at {found.low}: it does not see the handle move.",
-            "Check that the magnet sits on the motor's shaft and the sensor's plug is in. Then move again.",
+            "Is it the kit of step 0? Is the magnet on the motor's shaft, the plug in? Then move again.",
         )
     if found.noise > NOISY:
         return look(

@@ -21,7 +21,7 @@ class SensorPlot(QWidget):
         self.time, self.raw = np.empty(0), np.empty(0)
         self.top = 1023
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumHeight(150)
+        self.setMinimumHeight(110)
         self.setAccessibleName("Sensor reading over time")
 
     def show_readings(self, time: np.ndarray, raw: np.ndarray, top: int) -> None:

@@ -76,14 +76,13 @@ class ConnectStep(StepPage):
     def choose(self) -> None:
         """Take the kit's numbers."""
         kit = profiles.named(self.kits.currentData())
-        before = profiles.numbered(self.subject.before.profile)
-        if kit is before:
+        if kit is profiles.numbered(self.subject.board.profile):
             self.show_verdict(passed(f"{kit.title}: as the board has it."))
         else:
             self.do("Telling the board…", lambda work: work.choose(kit), lambda _none: self._chosen(kit))
 
     def _chosen(self, kit: profiles.Kit) -> None:
-        self.show_verdict(passed(f"{kit.title}."))
+        self.show_verdict(passed(f"The board is set to this kit: {kit.title}."))
 
     def _note(self) -> None:
         self.note.setText(profiles.named(self.kits.currentData()).note)
