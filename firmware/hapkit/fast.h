@@ -8,7 +8,10 @@
 namespace fast {
 
 // The whole number below or at x.
-FAST_ONCE float floor(float x) {
+inline float floor(float x) {
+#ifdef __AVR__
+  return detail::fast_floor(x);
+#else
   uint32_t b = bits(x);
   const uint8_t e = exponent(b);
   if (e < 127) return (b << 1) == 0 ? x : (b & kSign) ? -1.0f : 0.0f;
@@ -17,6 +20,7 @@ FAST_ONCE float floor(float x) {
   for (uint8_t n = e - 127; n; n--) behind >>= 1;
   if ((b & kSign) && (b & behind)) b += behind;
   return number(b & ~behind);
+#endif
 }
 
 inline float ceil(float x) { return -floor(-x); }
@@ -40,15 +44,9 @@ FAST_ONCE float floor_division(float a, float b) {
   return quotient - below > 0.5f ? below + 1.0f : below;
 }
 
-namespace detail {
+#ifndef __AVR__
 
-#ifdef __AVR__
-extern "C" {
-float fast_sine(float turns, const uint8_t* table, uint8_t quarter);
-float fast_power(float x, const uint8_t* table);
-float fast_power_of_square(float x, const uint8_t* table, uint16_t factor, int8_t places);
-}
-#else
+namespace detail {
 
 // A number of 24 bits in a table.
 inline uint32_t read(const uint8_t* at) { return at[0] | at[1] << 8 | static_cast<uint32_t>(at[2]) << 16; }
@@ -63,11 +61,7 @@ inline uint32_t between(const uint8_t* table, uint16_t d) {
   return (a + static_cast<uint32_t>(static_cast<uint64_t>(step) * d >> 16)) | bent << 24;
 }
 
-#endif
-
 }  // namespace detail
-
-#ifndef __AVR__
 
 // The part of a number behind the point, in 2^-32; of a negative one the rest to the next whole number.
 inline uint32_t phase_of(float turns) {

@@ -40,6 +40,99 @@ move:
   brne 6b
   ret
 
+; uint32_t fast_shifted(uint32_t bits, int8_t places): the 24 bits of a float so many places up or down, up to 31.
+  .global fast_shifted
+  .type fast_shifted, @function
+fast_shifted:
+  ori r24, 0x80
+  clr r25
+  mov r30, r20
+  rjmp move
+
+; float fast_floor(float)
+  .global fast_floor
+  .type fast_floor, @function
+fast_floor:
+  mov r31, r24
+  lsl r31
+  mov r30, r25
+  rol r30             ; exponent
+  subi r30, 127
+  brcs 7f
+  ldi r31, 23
+  sub r31, r30        ; places behind the point
+  breq 6f
+  brcs 6f
+  ldi r30, 1          ; the lowest place before it, in its byte
+  clr r26             ; what was behind it
+  cpi r31, 8
+  brlo 3f
+  mov r26, r22
+  clr r22
+  subi r31, 8
+  cpi r31, 8
+  brlo 2f
+  or r26, r23
+  clr r23
+  subi r31, 8
+  rcall 9f
+  and r31, r24
+  or r26, r31
+  eor r24, r31
+  rcall 8f
+  add r24, r30
+  adc r25, r1
+  ret
+2:rcall 9f
+  and r31, r23
+  or r26, r31
+  eor r23, r31
+  rcall 8f
+  add r23, r30
+  adc r24, r1
+  adc r25, r1
+  ret
+3:rcall 9f
+  and r31, r22
+  or r26, r31
+  eor r22, r31
+  rcall 8f
+  add r22, r30
+  adc r23, r1
+  adc r24, r1
+  adc r25, r1
+6:ret
+7:mov r0, r24         ; below 1
+  or r0, r23
+  or r0, r22
+  mov r30, r25
+  lsl r30
+  or r0, r30
+  breq 6b
+  ldi r24, 0x80
+  sbrs r25, 7
+  clr r24
+  lsl r25
+  sbc r25, r25
+  andi r25, 0xbf
+  clr r23
+  clr r22
+  ret
+8:sbrs r25, 7         ; away from zero only what is negative and not whole
+  rjmp 1f
+  tst r26
+  brne 6b
+1:clr r30
+  ret
+9:tst r31             ; r30 = 2^r31, r31 = what is below
+  breq 5f
+4:lsl r30
+  dec r31
+  brne 4b
+5:mov r31, r30
+  dec r31
+  ret
+
 ; A table's value at Z, r24 r23 / 2^16 of the way to the next one, on the straight line: r20 r19 r18; r26 says how far
 ; the curve lies beside it. Leaves r27 alone.
 between:

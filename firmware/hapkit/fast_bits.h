@@ -15,6 +15,18 @@
 
 namespace fast {
 
+#ifdef __AVR__
+namespace detail {
+extern "C" {  // fast_avr.S
+uint32_t fast_shifted(uint32_t bits, int8_t places);
+float fast_floor(float x);
+float fast_sine(float turns, const uint8_t* table, uint8_t quarter);
+float fast_power(float x, const uint8_t* table);
+float fast_power_of_square(float x, const uint8_t* table, uint16_t factor, int8_t places);
+}
+}  // namespace detail
+#endif
+
 inline uint32_t bits(float x) {
   uint32_t b;
   memcpy(&b, &x, sizeof b);
@@ -93,8 +105,11 @@ inline float power(float x) {
 }
 
 // The 24 bits of a number without its sign, so many places further up or, if negative, down.
-FAST_ONCE uint32_t shifted(uint32_t b, int16_t places) {
+inline uint32_t shifted(uint32_t b, int16_t places) {
   if (places >= 32 || places <= -24) return 0;
+#ifdef __AVR__
+  return detail::fast_shifted(b, static_cast<int8_t>(places));
+#else
   uint32_t found = (b & 0x7fffffUL) | 0x800000UL;
   int8_t left = static_cast<int8_t>(places);
   for (; left >= 8; left -= 8) found <<= 8;
@@ -102,6 +117,7 @@ FAST_ONCE uint32_t shifted(uint32_t b, int16_t places) {
   for (; left > 0; left--) found <<= 1;
   for (; left < 0; left++) found >>= 1;
   return found;
+#endif
 }
 
 }  // namespace fast

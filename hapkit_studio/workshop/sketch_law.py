@@ -18,6 +18,7 @@ _WITHIN = re.compile(r"\b(?:fast|laws)::(?=\w)")
 _LEFT_OUT = (
     re.compile(r"^enum Parameter[^}]*};\n", re.MULTILINE),
     re.compile(r"^constexpr uint32_t kFingerprint = .*\n", re.MULTILINE),
+    re.compile(r"^ *LAWS_OWN_ENDS;\n", re.MULTILINE),
     re.compile(r"kParameters = \d+, "),
     re.compile(r"const float\*(?: p)?, |(?<=\()p, "),
 )

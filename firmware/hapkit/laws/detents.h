@@ -7,7 +7,7 @@ namespace laws {
 namespace detents {
 
 constexpr uint8_t kParameters = 4, kStates = 0;
-constexpr uint32_t kFingerprint = 0x6b4c31d5;
+constexpr uint32_t kFingerprint = 0xf5bab167;
 
 enum Parameter : uint8_t {
   // N/m
@@ -24,6 +24,7 @@ inline void start(float*) {}
 
 // Return the force in N, positive to the right.
 inline float force(const float* p, float*, float x, float v, float) {
+  LAWS_OWN_ENDS;
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   const float away = x - p[kPitch] * fast::floor(x * inverse1_.of(p[kPitch]) + 0.5f);
   if (fast::magnitude(away) > p[kHalfWidth]) {

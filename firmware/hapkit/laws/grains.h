@@ -66,7 +66,8 @@ inline float sandpaper() {
   const uint16_t bend = (static_cast<uint32_t>(u) * static_cast<uint16_t>(~u) >> 16) << 1;
   const uint16_t square = static_cast<uint32_t>(bend) * bend >> 16;
   const int32_t push = static_cast<int32_t>(square) * grains.drop(n, fast::bits(with_seed));
-  return with_amplitude * fast::scale(static_cast<float>(push), -28);
+  if (push == 0) return 0.0f;
+  return with_amplitude * fast::number(fast::bits(static_cast<float>(push)) - (28UL << 23));
 }
 
 }  // namespace numbers

@@ -7,7 +7,7 @@ namespace laws {
 namespace texture {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0x3b372482;
+constexpr uint32_t kFingerprint = 0x2459d413;
 
 enum Parameter : uint8_t {
   // 0 bands, 1 grating, 2 sandpaper
@@ -25,6 +25,7 @@ inline void start(float*) {}
 
 // Return the force in N, positive to the right.
 inline float force(const float* p, float*, float x, float v, float) {
+  LAWS_OWN_ENDS;
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
   const float u = x * inverse1_.of(p[kWavelength]);
   if (fast::is(p[kKind], 1.0f)) {
