@@ -210,6 +210,6 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position", "energy"),
     hands=("stroke", "pluck", "released"),
     needs=("viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
-    board_rate=lambda values: 1000 if values["model"] == LUGRE else 2000,
+    board_rate=lambda values: 2000,
     order=4,
 )

@@ -141,6 +141,6 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "peak_position"),
     hands=("tap", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
-    board_rate=lambda values: 1000,
+    board_rate=lambda values: 2000,
     order=5,
 )

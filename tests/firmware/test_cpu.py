@@ -13,11 +13,14 @@ pytestmark = needs_board
 
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.25 hand -0.03 300 4 0.05 0.1", "0.36 hand 0.03 300 4 0.05 0.05")
 
+MODELS = ("smoothed", "karnopp", "stribeck", "projection", "tether", "lugre")
 HELD = [(key, {}) for key in environments()] + [
-    ("friction", {"model": "lugre"}),
-    ("friction", {"model": "projection"}),
-    ("texture", {"kind": "sandpaper"}),
+    *(("friction", {"model": model}) for model in MODELS),
+    *(("hard_surface", {"material": material}) for material in ("rubber", "wood", "aluminium")),
+    *(("texture", {"kind": kind}) for kind in ("grating", "sandpaper")),
     ("bump_valley", {"law": "height"}),
+    ("bump_valley", {"profile": "cosine"}),
+    ("bump_valley", {"profile": "cosine", "law": "height"}),
     ("mass_spring_damper", {"integrator": "verlet"}),
     ("puck", {"integrator": "rk4"}),
 ]
