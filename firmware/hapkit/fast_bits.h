@@ -66,6 +66,9 @@ inline bool below_zero(float x) { return above_zero(-x); }
 FAST_ONCE bool from_zero(float x) { return above_zero(x) || is_zero(x); }
 inline bool to_zero(float x) { return from_zero(-x); }
 
+// |x| > most for a most that is not negative: there numbers compare as their bits do.
+FAST_ONCE bool larger(float x, float most) { return bits(magnitude(x)) > bits(most); }
+
 inline uint8_t exponent(uint32_t b) {
   return static_cast<uint8_t>(static_cast<uint8_t>(b >> 24) << 1 | static_cast<uint8_t>(b >> 16) >> 7);
 }

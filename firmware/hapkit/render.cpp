@@ -82,6 +82,7 @@ bool Renderer::accept(const protocol::Scene& scene, bool anew) {
   active_ = true;
   generation_ = scene.generation;
   fresh_ = true;
+  laws::current = false;
   return true;
 }
 
@@ -117,6 +118,7 @@ void Renderer::move() {
   }
   fence();
   bank_ = bank_ ^ 1;
+  laws::current = false;
 }
 
 #ifndef __AVR__

@@ -52,13 +52,15 @@ def acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall
 
 
 @compiled
-def reaction(depth, rate, contact, pad):
-    """Return the push in N >= 0 between the handle and an object that it is inside by depth m.
+def reaction(x, v, touch, side, speed, contact, pad):
+    """Return the push in N >= 0 between the handle and an object at x that moves at v.
 
-    rate is the speed m/s at which the two approach each other; the damper acts on the way in only.
+    The damper acts on the way in only.
     """
+    depth = side * (touch - x)
     if depth <= 0.0:
         return 0.0
+    rate = side * (speed - v)
     if rate > 0.0:
         return contact * depth + pad * rate
     return contact * depth

@@ -49,7 +49,7 @@ def force(p, s, x, v, dt):
         s.object_velocity = 0.0
     s.handle = x
     s.handle_velocity = v
-    push = reaction(x - s.object, v - s.object_velocity, p.contact_stiffness, p.contact_damping)
+    push = reaction(s.object, s.object_velocity, x, 1.0, v, p.contact_stiffness, p.contact_damping)
     if anew:
         s.object_acceleration = push / p.mass
     return -push

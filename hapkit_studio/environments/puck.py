@@ -27,9 +27,10 @@ STATE = {
 
 def begin(x):
     """Return where the puck begins: at START, beside a handle that is there."""
-    if abs(x - START) >= RADIUS:
+    gap = x - START
+    if abs(gap) >= RADIUS:
         return START
-    return x + RADIUS if x < START else x - RADIUS
+    return x + RADIUS if gap < 0.0 else x - RADIUS
 
 
 @law(state=STATE)
@@ -47,7 +48,7 @@ def force(p, s, x, v, dt):
             0.0,
             0.0,
             0.0,
-            s.handle + s.side * RADIUS,
+            s.handle + (RADIUS if s.side > 0.0 else -RADIUS),
             s.side,
             s.handle_velocity,
             p.contact_stiffness,
@@ -61,13 +62,15 @@ def force(p, s, x, v, dt):
         s.object_velocity = 0.0
         s.object_acceleration = 0.0
     # Inside the puck the handle keeps the side it came from, however deep it is.
-    if s.side == 0.0 or abs(x - s.object) >= RADIUS:
-        s.side = 1.0 if x < s.object else -1.0
+    gap = x - s.object
+    if s.side == 0.0 or abs(gap) >= RADIUS:
+        s.side = 1.0 if gap < 0.0 else -1.0
     s.handle = x
     s.handle_velocity = v
-    depth = s.side * (x - s.object) + RADIUS
-    rate = s.side * (v - s.object_velocity)
-    return -s.side * reaction(depth, rate, p.contact_stiffness, p.contact_damping)
+    right = s.side > 0.0
+    touch = x + (RADIUS if right else -RADIUS)
+    push = reaction(s.object, s.object_velocity, touch, s.side, v, p.contact_stiffness, p.contact_damping)
+    return -push if right else push
 
 
 @law(state=STATE)

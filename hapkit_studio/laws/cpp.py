@@ -105,6 +105,7 @@ class CppLaw:
         given = ", ".join(f"{kind} {name}" if name in used else kind for name, kind in _GIVEN.items())
         head = comment(routine.function.__doc__ or "Return the force in N, positive to the right.")
         name = "unwatched" if guarded else "force"
+        lines = [*body.take_over(), *lines]
         ends = [] if self._states else ["  LAWS_OWN_ENDS;"]
         text = joined([*head, f"inline float {name}({given}) {{", *ends, *statics(body), *lines, "}"])
         return [text, _GUARD.format(BOARD_TURNS if self.burns else "")] if guarded else [text]

@@ -54,7 +54,7 @@ class Cheap:
     def _compared(self, left: ast.expr, op: ast.cmpop, right: ast.expr) -> Text:
         """Return one comparison: of whole numbers, or by bits with what has few of them."""
         word, level = _COMPARE[type(op)]
-        names = [n for n in (left, right) if isinstance(n, ast.Name)]
+        names = [n for n in (left, right) if isinstance(n, (ast.Name, ast.Call))]
         if names and self.small.holds(left, self.routine) and self.small.holds(right, self.routine):
             return Text(f"{self.whole(left, SUM)} {word} {self.whole(right, SUM)}", level)
         if isinstance(left, ast.Constant) and not isinstance(right, ast.Constant):
@@ -66,6 +66,9 @@ class Cheap:
                 return Text(test if isinstance(op, ast.Eq) else f"!{test}", UNARY)
             if right.value == 0.0:
                 return Text(_WITH_ZERO[type(op)].format(words), UNARY)
+            if calls(left, "abs") and right.value > 0.0 and type(op) in (ast.Gt, ast.LtE):
+                test = f"fast::larger({self.value(left.args[0])}, {number(right.value)})"  # type: ignore[attr-defined]
+                return Text(test if isinstance(op, ast.Gt) else f"!{test}", UNARY)
         word, level = _COMPARE[type(op)]
         return Text(f"{self.value(left, SUM)} {word} {self.value(right, SUM)}", level)
 

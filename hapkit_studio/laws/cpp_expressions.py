@@ -12,6 +12,7 @@ from hapkit_studio.laws.cpp_cheap import AND, ATOM, CHOICE, OR, PRODUCT, SUM, UN
 from hapkit_studio.laws.cpp_kept import arguments, is_name
 from hapkit_studio.laws.cpp_program import Routine
 from hapkit_studio.laws.cpp_small import Small
+from hapkit_studio.laws.cpp_taken import taken_over
 from hapkit_studio.laws.cpp_words import constant_name, mangled, number
 from hapkit_studio.laws.helpers import PREFIX
 
@@ -35,6 +36,7 @@ class Expressions(Cheap):
         self.kept, self.own = small.kept, small.kept.get(routine.name, set())
         self.truths, self.signs = kinds.truths(routine.tree), kinds.signs(routine.tree)
         self.inverses: list[str] = []
+        self.taken = taken_over(routine, routines, self.kept)
 
     @staticmethod
     def word(name: str) -> str:
@@ -192,10 +194,17 @@ class Expressions(Cheap):
         for name, actual in zip(arguments(called), node.args, strict=False):
             if name not in kept:
                 given.append(self.suited(actual, name in self.small.names.get(called.name, ())))
-            elif not (is_name(actual, name) and name in self.own):
+            elif name not in self.taken and not (is_name(actual, name) and name in self.own):
                 settings.append((f"numbers::{kept_name(name)}", self.value(actual)))
         nested = any(n is not node and _is_helper_call(n) for n in ast.walk(node))
         return _call(called.word, given, settings, nested)
+
+    def take_over(self) -> list[str]:
+        """Return the lines that set what parameters alone decide, where they may have changed."""
+        if not self.taken:
+            return []
+        lines = [f"    numbers::{kept_name(name)} = {self.value(v)};" for name, v in self.taken.items()]
+        return ["  if (!laws::current) {", "    laws::current = true;", *lines, "  }"]
 
     def _math(self, func: ast.Attribute, args: list[ast.expr]) -> Text:
         assert isinstance(func.value, ast.Name)

@@ -16,6 +16,7 @@ from hapkit_studio.parameters import Parameter
 # What a translation would be too slow for; the differential tests hold it to the original.
 BY_HAND = {
     "hapkit_studio.dynamics.integrators.step": "moving.h",
+    "hapkit_studio.dynamics.moving_mass.reaction": "contact.h",
     "hapkit_studio.dynamics.grains.sandpaper": "grains.h",
 }
 _SHARED = PREFIX + "shared__"

@@ -30,7 +30,8 @@ def laws(files: Sequence[Path] = ()) -> dict[str, Law]:
 
 def by_hand() -> dict[str, str]:
     """Return the sketch's headers that laws need besides the generated ones, by their names in its folder."""
-    names = ("fast.h", "laws/law.h", "laws/moving.h", "laws/grains.h")
+    laws = ("law.h", "contact.h", "exact_motion.h", "moving.h", "grains.h")
+    names = ("fast.h", "fast_bits.h", *(f"laws/{name}" for name in laws))
     return {name: (default_folder() / name).read_text(encoding="utf-8") for name in names}
 
 

@@ -77,6 +77,8 @@ def _rewritten(negated: str, name: str, number: str | None, given: list[str]) ->
         return f"{_operand(given[0])} {_COMPARED[name][bool(negated)]} 0.0f"
     if name == "is":
         return f"{_operand(given[0])} {'!=' if negated else '=='} {given[1]}"
+    if name == "larger":
+        return f"fabsf({given[0]}) {'<=' if negated else '>'} {given[1]}"
     if name in _FUNCTIONS:
         return f"{negated}{_FUNCTIONS[name]}({', '.join(given)})"
     if name == "scaled" and number is not None:

@@ -30,6 +30,7 @@ _OF_STATE = (
 _COMMENT_WIDTH, _MOST = 105, 110
 _GOES_ON = re.compile(r" +(?:&&|\|\||[-+*?:]) ")
 _DIRECTIVE = re.compile(r"^#(?:pragma|include).*\n", re.MULTILINE)
+_INCLUDED = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
 _INVERSE = re.compile(r"static laws::Inverse (\w+) ")
 _RESULTS = re.compile(r"\bResults<([^<>]*)>")
 
@@ -116,18 +117,29 @@ def _lines(line: str) -> list[str]:
 
 
 def _by_hand(headers: Sequence[str]) -> str:
-    """Return what the firmware has of a law that nobody translated; raise LawError where it is missing."""
-    found = []
+    """Return what the firmware has of a law that nobody translated, headers after those they include."""
+    found: dict[str, str] = {}
     for name in headers:
-        shipped, own = (
-            resources.path("sketch", name),
-            Path(__file__).parents[2] / "firmware/hapkit/laws" / name,
-        )
-        path = shipped if shipped.is_file() else own
-        if not path.is_file():
-            raise LawError(f"A sketch cannot render this law: {name} is missing. Install the studio again.")
-        found.append(_DIRECTIVE.sub("", path.read_text("utf-8")).strip() + "\n\n")
-    return "".join(found)
+        _include(name, found)
+    return "".join(f"{_DIRECTIVE.sub('', text).strip()}\n\n" for text in found.values())
+
+
+def _include(name: str, found: dict[str, str]) -> None:
+    """Add a header's text; raise LawError where it is missing."""
+    if name in found:
+        return
+    shipped, own = (
+        resources.path("sketch", name),
+        Path(__file__).parents[2] / "firmware/hapkit/laws" / name,
+    )
+    path = shipped if shipped.is_file() else own
+    if not path.is_file():
+        raise LawError(f"A sketch cannot render this law: {name} is missing. Install the studio again.")
+    text = path.read_text("utf-8")
+    for inner in _INCLUDED.findall(text):
+        if inner != "law.h":
+            _include(inner, found)
+    found[name] = text
 
 
 def _without_idle(text: str) -> str:

@@ -73,6 +73,9 @@ struct Results<A, B, C, D, E, F, G, H> {
 static bool fault = false;
 static uint16_t turns_left = 0;
 
+// Whether the law has taken its parameters over: whoever changes one, or the law, says that it has not.
+static volatile bool current = false;
+
 FAST_ONCE void clear(float* s, uint8_t size) {
   while (size) s[--size] = 0.0f;
 }

@@ -7,7 +7,7 @@ namespace laws {
 namespace mass_spring_damper {
 
 constexpr uint8_t kParameters = 7, kStates = 6;
-constexpr uint32_t kFingerprint = 0x90bc0cf8;
+constexpr uint32_t kFingerprint = 0xf98cdc77;
 
 enum Parameter : uint8_t {
   // kg
@@ -39,22 +39,32 @@ inline void start(float* s) {
 // Move the object over the sample that has passed, the handle held; then push the handle back.
 inline float force(const float* p, float* s, float x, float v, float dt) {
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
+  if (!laws::current) {
+    laws::current = true;
+    numbers::with_side = 1.0f;
+    numbers::with_contact = p[kContactStiffness];
+    numbers::with_pad = p[kContactDamping];
+    numbers::with_method = p[kIntegrator];
+    numbers::with_friction = 0.0f;
+    numbers::with_m = p[kMass];
+    numbers::with_b = p[kDamping];
+    numbers::with_k = p[kStiffness];
+    numbers::with_f = p[kStiffness] * p[kRestPosition];
+    numbers::with_reach = INFINITY;
+    numbers::with_wall = 0.0f;
+  }
   if (!fast::is_zero(s[State::started]) && fast::above_zero(dt)) {
-    const laws::Results<float, float, float> got1_ = (numbers::with_method = p[kIntegrator],
-        numbers::with_x = s[State::object], numbers::with_v = s[State::object_velocity],
+    const laws::Results<float, float, float> got1_ = (numbers::with_x = s[State::object],
+        numbers::with_v = s[State::object_velocity],
         numbers::with_before = s[State::object_acceleration], numbers::with_h = dt,
-        numbers::with_friction = 0.0f, numbers::with_m = p[kMass], numbers::with_b = p[kDamping],
-        numbers::with_k = p[kStiffness], numbers::with_f = p[kStiffness] * p[kRestPosition],
-        numbers::with_touch = s[State::handle], numbers::with_side = 1.0f,
-        numbers::with_speed = s[State::handle_velocity],
-        numbers::with_contact = p[kContactStiffness], numbers::with_pad = p[kContactDamping],
-        numbers::with_reach = INFINITY, numbers::with_wall = 0.0f, numbers::step());
+        numbers::with_touch = s[State::handle], numbers::with_speed = s[State::handle_velocity],
+        numbers::step());
     s[State::object] = got1_.a;
     s[State::object_velocity] = got1_.b;
     s[State::object_acceleration] = got1_.c;
   }
-  const bool anew = fast::is_zero(s[State::started])
-      || fast::above_zero(numbers::flown_apart(s[State::object], s[State::object_velocity]));
+  const bool anew = fast::is_zero(s[State::started]) || numbers::flown_apart(s[State::object],
+      s[State::object_velocity]) > 0;
   if (anew) {
     s[State::started] = 1.0f;
     s[State::object] = p[kRestPosition];
@@ -62,8 +72,9 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
   }
   s[State::handle] = x;
   s[State::handle_velocity] = v;
-  const float push = numbers::reaction(x - s[State::object], v - s[State::object_velocity],
-      p[kContactStiffness], p[kContactDamping]);
+  const float push = (numbers::with_x = s[State::object],
+      numbers::with_v = s[State::object_velocity], numbers::with_touch = x,
+      numbers::with_speed = v, numbers::reaction());
   if (anew) {
     s[State::object_acceleration] = push * inverse1_.of(p[kMass]);
   }

@@ -7,7 +7,7 @@ namespace laws {
 namespace puck {
 
 constexpr uint8_t kParameters = 6, kStates = 7;
-constexpr uint32_t kFingerprint = 0x27ba9029;
+constexpr uint32_t kFingerprint = 0x7c36494a;
 
 enum Parameter : uint8_t {
   // kg
@@ -31,10 +31,11 @@ enum : uint8_t { object = 0, object_velocity = 1, object_acceleration = 2, side 
 
 // Return where the puck begins: at START, beside a handle that is there.
 static float begin(float x) {
-  if (fast::magnitude(x - 0.01f) >= 0.005f) {
+  const float gap = x - 0.01f;
+  if (fast::magnitude(gap) >= 0.005f) {
     return 0.01f;
   }
-  return x < 0.01f ? x + 0.005f : x - 0.005f;
+  return fast::below_zero(gap) ? x + 0.005f : x - 0.005f;
 }
 
 // Set the first state.
@@ -44,35 +45,49 @@ inline void start(float* s) {
 
 // Move the puck over the sample that has passed, the handle held; then push the handle back.
 inline float force(const float* p, float* s, float x, float v, float dt) {
+  if (!laws::current) {
+    laws::current = true;
+    numbers::with_contact = p[kContactStiffness];
+    numbers::with_pad = p[kContactDamping];
+    numbers::with_method = p[kIntegrator];
+    numbers::with_friction = p[kFriction];
+    numbers::with_m = p[kMass];
+    numbers::with_b = 0.0f;
+    numbers::with_k = 0.0f;
+    numbers::with_f = 0.0f;
+    numbers::with_reach = 0.035f;
+    numbers::with_wall = p[kWallStiffness];
+  }
   if (!fast::is_zero(s[State::started]) && fast::above_zero(dt)) {
-    const laws::Results<float, float, float> got1_ = (numbers::with_method = p[kIntegrator],
-        numbers::with_x = s[State::object], numbers::with_v = s[State::object_velocity],
+    const laws::Results<float, float, float> got1_ = (numbers::with_x = s[State::object],
+        numbers::with_v = s[State::object_velocity],
         numbers::with_before = s[State::object_acceleration], numbers::with_h = dt,
-        numbers::with_friction = p[kFriction], numbers::with_m = p[kMass], numbers::with_b = 0.0f,
-        numbers::with_k = 0.0f, numbers::with_f = 0.0f, numbers::with_touch = s[State::handle]
-        + 0.005f * s[State::side], numbers::with_side = s[State::side],
-        numbers::with_speed = s[State::handle_velocity],
-        numbers::with_contact = p[kContactStiffness], numbers::with_pad = p[kContactDamping],
-        numbers::with_reach = 0.035f, numbers::with_wall = p[kWallStiffness], numbers::step());
+        numbers::with_touch = s[State::handle] + (fast::above_zero(s[State::side]) ? 0.005f
+        : -0.005f), numbers::with_side = s[State::side],
+        numbers::with_speed = s[State::handle_velocity], numbers::step());
     s[State::object] = got1_.a;
     s[State::object_velocity] = got1_.b;
     s[State::object_acceleration] = got1_.c;
   }
-  if (fast::is_zero(s[State::started]) || fast::above_zero(numbers::flown_apart(s[State::object],
-      s[State::object_velocity]))) {
+  if (fast::is_zero(s[State::started]) || numbers::flown_apart(s[State::object],
+      s[State::object_velocity]) > 0) {
     s[State::started] = 1.0f;
     s[State::object] = begin(x);
     s[State::object_velocity] = 0.0f;
     s[State::object_acceleration] = 0.0f;
   }
-  if (fast::is_zero(s[State::side]) || fast::magnitude(x - s[State::object]) >= 0.005f) {
-    s[State::side] = x < s[State::object] ? 1.0f : -1.0f;
+  const float gap = x - s[State::object];
+  if (fast::is_zero(s[State::side]) || fast::magnitude(gap) >= 0.005f) {
+    s[State::side] = fast::below_zero(gap) ? 1.0f : -1.0f;
   }
   s[State::handle] = x;
   s[State::handle_velocity] = v;
-  const float depth = s[State::side] * (x - s[State::object]) + 0.005f;
-  const float rate = s[State::side] * (v - s[State::object_velocity]);
-  return -s[State::side] * numbers::reaction(depth, rate, p[kContactStiffness], p[kContactDamping]);
+  const bool right = fast::above_zero(s[State::side]);
+  const float touch = x + (right ? 0.005f : -0.005f);
+  const float push = (numbers::with_x = s[State::object],
+      numbers::with_v = s[State::object_velocity], numbers::with_touch = touch,
+      numbers::with_side = s[State::side], numbers::with_speed = v, numbers::reaction());
+  return right ? -push : push;
 }
 
 }  // namespace puck

@@ -7,7 +7,7 @@ namespace laws {
 namespace texture {
 
 constexpr uint8_t kParameters = 5, kStates = 0;
-constexpr uint32_t kFingerprint = 0x2459d413;
+constexpr uint32_t kFingerprint = 0xbdc29cee;
 
 enum Parameter : uint8_t {
   // 0 bands, 1 grating, 2 sandpaper
@@ -27,6 +27,11 @@ inline void start(float*) {}
 inline float force(const float* p, float*, float x, float v, float) {
   LAWS_OWN_ENDS;
   static laws::Inverse inverse1_ = LAWS_NO_INVERSE;
+  if (!laws::current) {
+    laws::current = true;
+    numbers::with_amplitude = p[kAmplitude];
+    numbers::with_seed = p[kSeed];
+  }
   const float u = x * inverse1_.of(p[kWavelength]);
   if (fast::is(p[kKind], 1.0f)) {
     return p[kAmplitude] * fast::sin_of_turns(u);
@@ -34,8 +39,7 @@ inline float force(const float* p, float*, float x, float v, float) {
   if (fast::is_zero(p[kKind])) {
     return u - fast::floor(u) < 0.5f ? -p[kDamping] * v : 0.0f;
   }
-  return (numbers::with_u = fast::scaled<1>(u), numbers::with_amplitude = p[kAmplitude],
-      numbers::with_seed = p[kSeed], numbers::sandpaper());
+  return (numbers::with_u = fast::scaled<1>(u), numbers::sandpaper());
 }
 
 }  // namespace texture

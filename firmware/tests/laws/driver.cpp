@@ -25,6 +25,7 @@ bool job() {
   float* const own_s = new float[law.states];
   for (uint8_t i = 0; i < law.parameters; i++) own_p[i] = p[i];
   law.start(own_s);
+  laws::current = false;
   for (uint32_t n = 0; n < head[2]; n++) {
     float row[2];
     if (!take(row, sizeof row) || (head[1] && !take(s, law.states * sizeof(float)))) return false;
