@@ -8,7 +8,12 @@ JOBS ?= 2
 CHECK_CACHE := build/numba-cache
 CHECK := QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CURDIR)/$(CHECK_CACHE)
 
-.PHONY: help run test lint bench pictures firmware board fuzz realtime clean
+# tests of one file share what took long to build; in order, the files that take longest are not the last
+BY_FILE := --dist loadfile --no-loadscope-reorder
+# what most tests need compiled: each part once, before two programs at a time would each do all of it
+WARM := warm-boards warm-analysis
+
+.PHONY: help run test lint warm-loop $(WARM) bench pictures firmware board fuzz realtime clean
 .DEFAULT_GOAL := help
 
 help:
@@ -25,10 +30,16 @@ run: $(VENV)/.run
 	@.ci/system-packages.sh run
 	@$(BIN)/hapkit-studio
 
-test: $(VENV)/.test lint board
+test: $(VENV)/.test
+	@.ci/system-packages.sh test
 	@rm -rf $(CHECK_CACHE)
-	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup -m "not alone"
-	$(CHECK) $(BIN)/python -m pytest -q -m alone
+	@$(MAKE) --no-print-directory -j$(JOBS) lint board $(WARM)
+	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m "not alone"
+	$(CHECK) $(BIN)/python -m pytest -q -m alone $$(grep -rl "mark\.alone" tests --include="test_*.py")
+
+$(WARM): warm-loop
+warm-loop $(WARM): warm-%: $(VENV)/.test
+	@$(CHECK) XDG_CACHE_HOME=$(CURDIR)/build $(BIN)/python -m hapkit_studio.gui.prepare $*
 
 lint: $(VENV)/.test
 	@.ci/system-packages.sh test

@@ -12,7 +12,6 @@ import pytest
 from hapkit_studio import environments
 
 # one installation serves all: it takes half a minute
-pytestmark = pytest.mark.xdist_group("packaging")
 ROOT = Path(__file__).resolve().parent.parent
 
 

@@ -245,7 +245,6 @@ def test_without_any_damping_no_spring_is_stable():
     assert stiffness_limit(0.05, 0.0, hand=Grip(0.0, 0.0, 100.0)) == 0.0
 
 
-@pytest.mark.alone
 @pytest.mark.parametrize(("mass", "viscous"), [(0.05, 1e-12), (1e6, 1e-6), (1e6, 1e-9)])
 def test_a_handle_that_hardly_loses_energy_has_the_passive_limit(mass, viscous):
     for late in (0.0, 1e-3):

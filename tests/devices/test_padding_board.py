@@ -13,10 +13,7 @@ from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_kit import sample
 from tests.lateness import ATTEMPTS
 
-pytestmark = [
-    pytest.mark.skipif(not built(), reason="the virtual board is not built"),
-    pytest.mark.xdist_group("padding"),
-]
+pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 BYTE = 10e-6
 FILLING = BYTE / 10 + 6 / 16e6
 """s a byte of filling takes besides its own bits: the line rests for two bits after every second byte, and

@@ -12,7 +12,7 @@ from hapkit_studio.haptics import rig
 from tests.firmware.faults_cases import CASES, END, PERIOD, RECOVER, START, TESTED, no_spam
 from tests.firmware.vb import FULL_FORCE, needs_board
 
-pytestmark = [needs_board, pytest.mark.xdist_group("faults")]
+pytestmark = needs_board
 
 LIMIT = 3.0 * (1.0 + 1.0 / 255.0)
 """N: the limit of the board and half a step of its duty, at most full duty."""

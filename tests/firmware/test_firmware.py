@@ -15,8 +15,6 @@ SKETCH = FIRMWARE / "hapkit"
 STACK = 512
 """Bytes of RAM that the build keeps free."""
 
-# one build for all that look at it
-pytestmark = pytest.mark.xdist_group("firmware")
 needs_avr = pytest.mark.skipif(shutil.which("avr-g++") is None, reason="no avr-gcc")
 needs_gcc = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
 

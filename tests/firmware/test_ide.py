@@ -15,7 +15,7 @@ from tests.firmware import sketches
 from tests.firmware.board_runs import render
 from tests.firmware.vb import QUANTUM
 
-pytestmark = [sketches.needs_ide, pytest.mark.xdist_group("ide")]
+pytestmark = sketches.needs_ide
 
 SKETCH = Path(__file__).resolve().parents[2] / "firmware" / "hapkit"
 CHOSEN = {

@@ -11,8 +11,6 @@ from PySide6.QtGui import QImage
 from hapkit_studio import environments, resources
 from hapkit_studio.gui import portraits
 
-# one program takes the pictures for all of them
-pytestmark = pytest.mark.xdist_group("portraits")
 LIBRARY = environments.discover()
 
 

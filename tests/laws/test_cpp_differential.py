@@ -15,7 +15,6 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Choice
 from tests.laws import board_laws
 from tests.laws.board_laws import ENVIRONMENTS, Job, by_python, needs_compiler, single
-from tests.once import built_once
 
 pytestmark = needs_compiler
 
@@ -28,8 +27,7 @@ RATE = 1000.0
 @pytest.fixture(scope="module")
 def driver(tmp_path_factory):
     """Return the board's laws, built with the sanitizers."""
-    folder = built_once(tmp_path_factory, "laws", lambda folder: board_laws.build(folder, "driver"))
-    return folder / "driver"
+    return board_laws.build(tmp_path_factory.mktemp("laws"), "driver")
 
 
 def numbers(environment, rng):

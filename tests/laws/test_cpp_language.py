@@ -106,10 +106,6 @@ def own(folder, body):
     return file
 
 
-# all laws are built at once, for all that look at them
-pytestmark = pytest.mark.xdist_group("language")
-
-
 @pytest.fixture(scope="module")
 def answers(tmp_path_factory):
     """Return what a law's body gives: (environment, rows, board's force and state), all built at once."""

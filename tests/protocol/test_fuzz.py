@@ -10,10 +10,7 @@ from hapkit_studio.protocol.framing import DELIMITER, encode, frame
 from tests.protocol import fuzz, fuzz_noise
 from tests.protocol.strategies import any_message, bodies
 
-pytestmark = [
-    pytest.mark.skipif(shutil.which("g++") is None, reason="no g++"),
-    pytest.mark.xdist_group("fuzz"),
-]
+pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
 INPUTS, FRAMES, NOISE = 80_000, 40_000, 2_000_000
 
 

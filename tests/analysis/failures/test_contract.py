@@ -15,8 +15,6 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.wishes import LoopWish
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
-# a chart is computed once for all that look at it
-pytestmark = pytest.mark.xdist_group("failures")
 KEYS = list(failures())
 # Of these the limit is sharp: a hundredth inside it they hold, a hundredth outside they fail.
 SHARP = {
