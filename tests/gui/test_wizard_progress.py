@@ -2,6 +2,9 @@
 
 import math
 
+import numpy as np
+
+from hapkit_studio.gui.wizard.position_plot import PositionPlot
 from hapkit_studio.gui.wizard.verdict_box import LONG, VerdictBox
 
 
@@ -19,3 +22,14 @@ def test_a_long_run_shows_its_bar_and_a_short_or_endless_one_does_not(qtbot):
         box.show_progress(passed, seconds)
         assert not box.bar.isVisible()
         assert box.minimumHeight() == low
+
+
+def test_the_sweeps_limits_lie_about_its_start(qtbot):
+    plot = PositionPlot()
+    qtbot.addWidget(plot)
+    plot.show_positions(np.array([0.0, 1.0]), np.array([0.007, 0.008]))
+    assert plot.start == 0.008
+    plot.show_positions(np.array([0.0, 1.0]), np.array([0.008, 0.020]))
+    assert plot.start == 0.008
+    plot.begin_here()
+    assert plot.start == 0.020

@@ -15,11 +15,12 @@ _MOST_POINTS = 1500
 
 
 class PositionPlot(QWidget):
-    """Draws positions (n,) in m over times (n,) in s about the middle, ± 30 mm."""
+    """Draws positions (n,) in m over times (n,) in s about where the handle began, ± 30 mm."""
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self.time, self.position = np.empty(0), np.empty(0)
+        self.start: float | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumHeight(90)
         self.setAccessibleName("Position over time")
@@ -27,7 +28,13 @@ class PositionPlot(QWidget):
     def show_positions(self, time: np.ndarray, position: np.ndarray) -> None:
         """Show positions (n,) in m over board times (n,) in s."""
         self.time, self.position = time, position
+        if self.start is None:
+            self.begin_here()
         self.update()
+
+    def begin_here(self) -> None:
+        """Count from where the handle is now: the limits of what follows are about that place."""
+        self.start = float(self.position[-1]) if len(self.position) else None
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
@@ -37,7 +44,7 @@ class PositionPlot(QWidget):
         painter.drawRoundedRect(QRectF(0.5, 0.5, self.width() - 1, self.height() - 1), 8, 8)
         painter.setFont(theme.font("strong"))
         painter.setPen(theme.color("ink"))
-        painter.drawText(QRectF(14, 6, 300, 20), Qt.AlignmentFlag.AlignVCenter, "Position, mm")
+        painter.drawText(QRectF(14, 6, 300, 20), Qt.AlignmentFlag.AlignVCenter, "Way from the start, mm")
         self._grid(painter)
         if len(self.position) > 1:
             self._trace(painter)
@@ -60,7 +67,8 @@ class PositionPlot(QWidget):
 
     def _trace(self, painter: QPainter) -> None:
         step = max(1, len(self.time) // _MOST_POINTS)
-        time, place = self.time[::step], 1e3 * np.clip(self.position[::step], -0.06, 0.06)
+        way = self.position[::step] - (self.start or 0.0)
+        time, place = self.time[::step], 1e3 * np.clip(way, -0.06, 0.06)
         width = self.width() - _LEFT - _RIGHT
         x = self.width() - _RIGHT - (time[-1] - time) / SECONDS * width
         points = [QPointF(float(a), self._y(float(b))) for a, b in zip(x, place, strict=True) if a >= _LEFT]

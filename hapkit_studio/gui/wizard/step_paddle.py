@@ -55,7 +55,7 @@ class PaddleStep(StepPage):
         """Return a number below its name."""
         name = QLabel(words)
         name.setProperty("role", "axis")
-        dress(value, "QLabel { font-size: 17px; font-weight: 650; min-width: 200px; }")
+        dress(value, "QLabel { font-size: 17px; font-weight: 650; min-width: 216px; }")
         value.setAccessibleName(words)
         value.setText("–")
         cell = QVBoxLayout()
@@ -64,12 +64,17 @@ class PaddleStep(StepPage):
         cell.addWidget(value)
         return cell
 
+    def enter(self) -> None:
+        super().enter()
+        self.plot.start = None
+
     def show_seen(self, seen: Seen) -> None:
         self.plot.show_positions(seen.time, seen.position)
         self.rail.show_handle(float(seen.position[-1]), seen.force)
 
     def begin(self) -> None:
         """Sweep."""
+        self.plot.begin_here()
         self.do("Sweeping. Hands off…", lambda work: work.sweep(), self._swept)
 
     def _swept(self, swept: Swept) -> None:
