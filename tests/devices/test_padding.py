@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from hapkit_studio import errors
-from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
+from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.devices.padding import Padding, effective_delay, measure_padding
 from hapkit_studio.protocol.messages import Force, Stream
-from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import FakeKit, sample
 from tests.devices.ftdi_kit import PERIOD, FtdiKit
 
@@ -41,23 +40,6 @@ def test_sample_numbers_may_wrap_and_be_missing():
     assert effective_delay([], PERIOD) is None
     assert effective_delay([sample(k) for k in range(9)], PERIOD) is None
     assert effective_delay([sample(k, delay_us=65535) for k in range(9)], PERIOD) is None
-
-
-@pytest.fixture
-def opened():
-    pairs = []
-
-    def make(kit):
-        peer = FakeBoard(kit)
-        board = HapkitBoard(peer.path)
-        pairs.append((board, peer))
-        board.open()
-        return board, peer
-
-    yield make
-    for board, peer in pairs:
-        board.close()
-        peer.unplug()
 
 
 @pytest.mark.parametrize("latency", [0.001, 0.016])

@@ -18,26 +18,8 @@ from hapkit_studio.protocol.messages import (
     SettingsRequest,
     Stream,
 )
-from tests.devices.fake_board import UNPLUG, FakeBoard
+from tests.devices.fake_board import UNPLUG
 from tests.devices.fake_kit import KIT, LAWS, FakeKit, sample
-
-
-@pytest.fixture
-def opened():
-    """Return a maker of open boards, each with the scripted one behind it."""
-    pairs = []
-
-    def make(answer):
-        peer = FakeBoard(answer)
-        board = HapkitBoard(peer.path)
-        pairs.append((board, peer))
-        board.open()
-        return board, peer
-
-    yield make
-    for board, peer in pairs:
-        board.close()
-        peer.unplug()
 
 
 def near(got, want):

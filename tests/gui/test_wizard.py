@@ -1,6 +1,5 @@
 """Set up my Hapkit: played through, safe at every moment, usable by keyboard, nothing cut off."""
 
-import contextlib
 import threading
 
 import pytest
@@ -10,21 +9,6 @@ from PySide6.QtWidgets import QLabel, QPushButton
 from hapkit_studio.devices import calibration_file
 from hapkit_studio.protocol.messages import Origin
 from tests.gui.window_support import PATIENCE_MS
-from tests.gui.wizard_support import wizard
-
-
-@pytest.fixture
-def played(idle_window, qtbot):
-    made = []
-
-    def play(**truth):
-        made.append(wizard(idle_window, qtbot, **truth))
-        return made[-1]
-
-    yield play
-    for one in made:
-        with contextlib.suppress(RuntimeError):  # it closed itself
-            one.shell.close()
 
 
 def test_a_kit_with_everything_wrong_is_set_up(played, tmp_path):

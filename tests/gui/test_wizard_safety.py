@@ -1,7 +1,5 @@
 """What keeps a hand safe in Set up my Hapkit: no key starts the motor by chance, no step runs out of turn."""
 
-import contextlib
-
 import pytest
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
@@ -12,21 +10,6 @@ from hapkit_studio.devices import profiles
 from hapkit_studio.errors import NoDataError
 from hapkit_studio.protocol.messages import Sensor
 from tests.gui.window_support import PATIENCE_MS
-from tests.gui.wizard_support import wizard
-
-
-@pytest.fixture
-def played(idle_window, qtbot):
-    made = []
-
-    def play(**truth):
-        made.append(wizard(idle_window, qtbot, **truth))
-        return made[-1]
-
-    yield play
-    for one in made:
-        with contextlib.suppress(RuntimeError):  # it closed itself
-            one.shell.close()
 
 
 @pytest.mark.parametrize("directed", [False, True])
