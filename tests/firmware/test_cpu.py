@@ -14,6 +14,7 @@ pytestmark = needs_board
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.25 hand -0.03 300 4 0.05 0.1", "0.36 hand 0.03 300 4 0.05 0.05")
 
 MODELS = ("smoothed", "karnopp", "stribeck", "projection", "tether", "lugre")
+METHODS = ("lecture", "verlet", "rk4", "trapezoid", "exact")
 HELD = [(key, {}) for key in environments()] + [
     *(("friction", {"model": model}) for model in MODELS),
     *(("hard_surface", {"material": material}) for material in ("rubber", "wood", "aluminium")),
@@ -21,8 +22,7 @@ HELD = [(key, {}) for key in environments()] + [
     ("bump_valley", {"law": "height"}),
     ("bump_valley", {"profile": "cosine"}),
     ("bump_valley", {"profile": "cosine", "law": "height"}),
-    ("mass_spring_damper", {"integrator": "verlet"}),
-    ("puck", {"integrator": "rk4"}),
+    *((key, {"integrator": method}) for key in ("mass_spring_damper", "puck") for method in METHODS),
 ]
 
 

@@ -110,17 +110,17 @@ FAST_ONCE float loaded(float q) {
 }
 
 // Return the acceleration there, the spring's and the wall's pull given, with the push.
-FAST_ONCE float acceleration(float u, float pull) { return (pull - u * with_b + facing(pushing)) * inverse; }
+FAST_ONCE float acceleration(float u, float pull) { return (pull - u * with_b + facing(pushing.n)) * inverse; }
 
 }  // namespace mass
 
 // Return the push between handle and mass.
 FAST_ONCE float reaction() {
-  const float x = with_x, v = with_v;
+  const float x = with_x.n, v = with_v.n;
   mass::at_x = x;
   mass::at_v = v;
   mass::meet(x, v);
-  return mass::pushing;
+  return mass::pushing.n;
 }
 
 }  // namespace numbers

@@ -30,7 +30,7 @@ FAST_ONCE void prepare() {
   rough = slowed > 1.004f;
   if (which == 3) {
     loose = 1.0f / slowed;
-    braced = 1.0f / (with_pad * thrust + slowed);
+    if (damped) braced = 1.0f / (with_pad * thrust + slowed);
   }
   for (Map& map : maps) map.piece = 0;
 }
@@ -86,8 +86,8 @@ FAST_ONCE float settled(float base, float q, float t) {
 
 // Every method but exact: own + follows u, u the new velocity.
 inline void simple(float now) {
-  const float v = with_v;
-  float own = with_x, u = v, follows = half;
+  const float v = with_v.n;
+  float own = with_x.n, u = v, follows = half;
   if (which == 0) {
     own = v * with_h + own;
     u = now * with_h + u;
@@ -138,10 +138,10 @@ FAST_ONCE Results<float, float, float> step() {
     pull = pulled(with_x);
   }
   known = false;
-  const float now = acceleration(with_v, pull);
+  const float now = acceleration(with_v.n, pull.n);
   if (which == 7) exact(now);
   else simple(now);
-  return {with_x, with_v, now};
+  return {with_x.n, with_v.n, now};
 }
 
 }  // namespace numbers
