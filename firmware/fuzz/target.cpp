@@ -94,7 +94,7 @@ class Board {
     seq_ = static_cast<uint16_t>(seq_ + 1 + missed);
     fake::now_us += (1u + missed) * quarters * 250u;
     fake::room = static_cast<uint8_t>(raw >> 4);
-    controller_.sample({seq_, fake::now_us, reading(raw), missed, quarters, failed});
+    controller_.sample({seq_, reading(raw), missed, quarters, failed});
     check_motor();
     if (raw & 0x1000) poll();
   }
