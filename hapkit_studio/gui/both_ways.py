@@ -27,9 +27,7 @@ PAST_SECONDS = 12.0
 """So far back from a switch a movement like the one after it is looked for."""
 FADED_SECONDS = 0.2
 """After a switch the force has faded in."""
-UNWATCHED = (
-    "The board renders: nobody watches the energy here, no alarm comes. Let the computer render to see it."
-)
+UNWATCHED = "While the board renders, nobody watches the energy, and no alarm comes."
 
 
 class BothWays(QObject):

@@ -1,6 +1,6 @@
 """The header: device list, views, Pause, and the E-stop at the far right, in every view the same."""
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QTabBar, QWidget
 
 from hapkit_studio.gui.cap_button import CapButton
@@ -17,17 +17,24 @@ class StopButton(CapButton):
     """Stops on the press, not on the release of the button; pressed again it does nothing."""
 
     word_style = "font-size: 15px; font-weight: 700;"
+    _wide = 120
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("octagon", "E-STOP", "Esc", 40, parent)
         self._studio = studio
         self.setProperty("stop", True)
         self.setAccessibleName("E-stop")
-        self.setFixedWidth(max(120, self.sizeHint().width()))
+        self._wide = self.sizeHint().width()
+        self.setFixedWidth(self._wide)
         self.pressed.connect(studio.stop)
         self.clicked.connect(studio.stop)
         studio.stop_changed.connect(self.show_state)
         self.show_state()
+
+    def sizeHint(self) -> QSize:
+        """Ask for the same room stopped or not: what stands beside it stays where it is."""
+        own = super().sizeHint()
+        return QSize(max(self._wide, own.width()), own.height())
 
     def show_state(self) -> None:
         """Show red while the force may act, hollow once stopped."""

@@ -120,6 +120,14 @@ def test_the_red_button_stops_on_the_press_and_never_releases(window):
     assert window.studio.engine.stopped
 
 
+def test_nothing_in_the_header_moves_when_it_stops(window, qtbot):
+    header = window.header
+    before = header.stop.geometry(), header.pause.geometry()
+    window.studio.stop()
+    qtbot.wait(20)
+    assert (header.stop.geometry(), header.pause.geometry()) == before
+
+
 def test_only_the_banner_releases(window):
     assert window.banners.banners == []
     QTest.keyClick(window, Qt.Key.Key_Escape)
