@@ -24,6 +24,8 @@ class StopButton(CapButton):
         self._studio = studio
         self.setProperty("stop", True)
         self.setAccessibleName("E-stop")
+        self._row.insertStretch(0)
+        self._row.addStretch()
         self._wide = self.sizeHint().width()
         self.setFixedWidth(self._wide)
         self.pressed.connect(studio.stop)
