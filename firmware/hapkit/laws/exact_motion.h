@@ -53,7 +53,7 @@ inline float share(uint8_t n) {
 }
 
 // Reckon the velocity after a time, and the mean one, from the velocity and the acceleration * time before. A
-// power series, until two in a row say nothing; once, twice = damping * time, stiffness * time^2 by the mass.
+// power series, until it says nothing more; once, twice = damping * time, stiffness * time^2 by the mass.
 static Real once, twice;
 FAST_ONCE void series(float older, float term) {
   rate = older + term;
@@ -64,7 +64,7 @@ FAST_ONCE void series(float older, float term) {
     end = next * share(n + 1) + end;
     older = term;
     term = next;
-    if (!fast::larger(next, 3e-9f) && !fast::larger(older, 3e-9f)) break;
+    if (!fast::larger(next, 1e-8f) && !fast::larger(older * twice, 1e-7f)) break;
   }
 }
 
@@ -115,7 +115,7 @@ FAST_ONCE bool reached(float a) {
     return same && leaves == beyond && closing == fast::above_zero(approach(rate));
   }
   if (leaves != beyond) return same && bent(a, end - like(with_reach, end), with_wall, -end);
-  return same || bent(a, deep, with_contact, facing(1.0f));
+  return same || bent(a, end - with_touch, with_contact, facing(1.0f));
 }
 
 // Begin a piece: what acts there; false if nothing moves.
