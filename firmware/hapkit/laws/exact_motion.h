@@ -107,12 +107,14 @@ FAST_ONCE bool reached(float a) {
   const bool touches = fast::above_zero(deep), leaves = fast::larger(end, with_reach.n);
   const bool same = touches == touching;
   if (turned(with_v, rate)) {
-    const float swing = (fast::magnitude(with_v) + fast::magnitude(rate)) * with_h;
+    const float before = fast::magnitude(with_v), after = fast::magnitude(rate), out = fast::magnitude(end);
+    const float swing = (before + after) * with_h;
     if (rubbed || !same || leaves != beyond || !fast::larger(deep, swing)) return false;
-    return fast::larger(fast::magnitude(end) - with_reach, swing);
+    return fast::larger(out - with_reach, swing);
   }
   if (damped && (touches || touching)) {
-    return same && leaves == beyond && closing == fast::above_zero(approach(rate));
+    const bool closes = fast::above_zero(approach(rate));
+    return same && leaves == beyond && closes == closing;
   }
   if (leaves != beyond) return same && bent(a, end - like(with_reach, end), with_wall, -end);
   return same || bent(a, end - with_touch, with_contact, facing(1.0f));
