@@ -34,8 +34,11 @@ void set_period(uint8_t quarters);
 // Called once per sample period, from an interrupt that lets other interrupts through.
 void on_sample(const Sampling& sampling);
 
-// Board clock when the sample was taken that on_sample() is handling [us].
-uint32_t sampled_us();
+// When the sample was taken that on_sample() is handling, for us_of().
+uint32_t stamp();
+
+// Board clock at a stamp [us]. Main program only, and at least every 8 s.
+uint32_t us_of(uint32_t stamp);
 
 // How long ago that was [us].
 uint16_t age_us();

@@ -186,8 +186,10 @@ void board::set_period(uint8_t wanted) {
   top_wanted = top_of(wanted);
 }
 
-uint32_t board::sampled_us() {
-  return us_after(sampled_quarters) + sampled_ticks / kTicksPerUs;
+uint32_t board::stamp() { return static_cast<uint32_t>(sampled_quarters) << 16 | sampled_ticks; }
+
+uint32_t board::us_of(uint32_t stamp) {
+  return us_after(stamp >> 16) + static_cast<uint16_t>(stamp) / kTicksPerUs;
 }
 
 // Periods that began meanwhile have been counted as missed.

@@ -74,21 +74,21 @@ void Controller::command(const protocol::Force& force) {
   if (renderer_.active()) return safety_.alive();
   const motor::Limited limited = motor::limit(force.force);
   const int16_t pwm = motor::pwm_of(limited.force);
-  uint32_t now, sampled;
+  uint32_t now, stamp;
   uint16_t seq;
   {
     const Lock lock;
     if (!safety_.command(limited.flags)) return drive(0);
     drive(pwm);
     now = board::now_us();
-    sampled = last_time_us_;
+    stamp = last_stamp_;
     seq = last_seq_;
   }
   answered_ = force.seq;
   // samples are strictly periodic, so an older one's time follows from its number
   constexpr uint16_t kForever = 65535;
   const uint16_t age = seq - force.seq;
-  const uint32_t delay = now - sampled + age * profile::kPeriodUs;
+  const uint32_t delay = now - board::us_of(stamp) + age * profile::kPeriodUs;
   delay_us_ = age < kForever / profile::kPeriodUs && delay < kForever ? static_cast<uint16_t>(delay) : kForever;
 }
 

@@ -45,6 +45,7 @@ class Controller {
   void leave_law();
   void off();
   void redesign();
+  void keep_time();
   void report();
   uint8_t overrun_flag();
 
@@ -79,7 +80,7 @@ class Controller {
   render::Fade fade_;
   render::Renderer renderer_;
   uint16_t last_seq_ = 0;
-  uint32_t last_time_us_ = 0;
+  uint32_t last_stamp_ = 0;
   volatile uint8_t overruns_ = 0;
   volatile bool due_ = false;   // while it is set, what a tick shows is the main program's
   volatile bool late_ = false;  // a tick had to show while it was

@@ -21,7 +21,11 @@ void Estimator::change(uint8_t quarters_before, uint8_t quarters) {
   rest_ = 0;
 }
 
-void Estimator::miss(uint8_t periods, int32_t count) { last_ = count - (count - last_) / (periods + 1); }
+// After a single one, a division would take so long that the next one might be missed for its sake.
+void Estimator::miss(uint8_t periods, int32_t count) {
+  const int32_t moved = count - last_;
+  last_ = count - (periods == 1 ? moved >> 1 : moved / (periods + 1));
+}
 
 #ifndef __AVR__
 bool Estimator::step(Estimator* self, const Design* design, int32_t count) {

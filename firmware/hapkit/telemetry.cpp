@@ -6,12 +6,22 @@
 void Controller::poll() {
   if (answers_.waiting()) answers_.send(sender_);
   if (!due_) return;
+  keep_time();
   if (fade_.out()) leave_law();
   if (streaming_) report();
   due_ = false;
   board::pat();
   renderer_.move();
   if (next_.quarters > 4) renderer_.move();
+}
+
+// The tick leaves a stamp where the time belongs: reckoning takes it too long.
+void Controller::keep_time() {
+  if (shows_law_) {
+    shown_.time_us = board::us_of(shown_.time_us);
+  } else {
+    sample_.time_us = board::us_of(sample_.time_us);
+  }
 }
 
 void Controller::report() {

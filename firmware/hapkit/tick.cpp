@@ -92,7 +92,7 @@ void Controller::sample(const board::Sampling& sampling) {
     render(count);
   } else {
     last_seq_ = sampling.seq;
-    last_time_us_ = board::sampled_us();
+    last_stamp_ = board::stamp();
     if (safety_.off()) drive(0);
   }
   show(sampling, count);
@@ -102,7 +102,7 @@ static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSenso
 
 void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   sample_.seq = sampling.seq;
-  sample_.time_us = board::sampled_us();
+  sample_.time_us = board::stamp();
   sample_.count = count;
   sample_.raw = sampling.raw;
   sample_.flags = doubt_flag();
@@ -116,7 +116,7 @@ static uint16_t mean(uint16_t sum, uint8_t quarters) {
 
 void Controller::show_law(const board::Sampling& sampling, int32_t count) {
   shown_.seq = sampling.seq;
-  shown_.time_us = board::sampled_us();
+  shown_.time_us = board::stamp();
   shown_.count = count;
   shown_.velocity = seen_[2];
   shown_.asked = asked_;

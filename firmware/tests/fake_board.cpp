@@ -127,7 +127,9 @@ void board::set_motor(int16_t pwm) { fake::pwm = pwm; }
 uint32_t board::now_us() { return fake::now_us; }
 uint8_t board::lost_bytes() { return fake::lost; }
 void board::set_period(uint8_t quarters) { fake::quarters = quarters; }
-uint32_t board::sampled_us() { return fake::now_us; }
+uint32_t board::stamp() { return fake::now_us; }
+
+uint32_t board::us_of(uint32_t stamp) { return stamp; }
 uint16_t board::age_us() { return fake::age_us; }
 void board::pat() { ++fake::pats; }
 uint8_t board::reset_cause() { return 8; }
