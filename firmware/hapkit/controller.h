@@ -45,8 +45,7 @@ class Controller {
   void leave_law();
   void off();
   void redesign();
-  void keep_time();
-  void report();
+  void report(uint32_t time_us);
   uint8_t overrun_flag();
 
   // Either side; the main program under a Lock.
@@ -99,6 +98,7 @@ class Controller {
   estimator::Design next_ = {};
 
   // What a tick shows.
+  uint32_t stamp_ = 0;
   bool shows_law_ = false;
   protocol::Sample sample_ = {};
   protocol::Telemetry shown_ = {};

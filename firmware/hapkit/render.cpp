@@ -6,6 +6,7 @@
 #include "build.h"
 #include "laws/table.h"
 #include "lock.h"
+#include "times.h"
 
 #ifdef __AVR__
 #include <avr/pgmspace.h>
@@ -53,7 +54,7 @@ float Fade::weighted(float force, uint8_t quarters) {
     gone += quarters;
   }
   gone_ = gone;
-  return gone < kQuarters ? force * (gone * (1.0f / kQuarters)) : force;
+  return gone < kQuarters ? force * times(gone, 1.0f / kQuarters) : force;
 }
 
 bool Renderer::accept(const protocol::Scene& scene, bool anew) {

@@ -6,28 +6,20 @@
 void Controller::poll() {
   if (answers_.waiting()) answers_.send(sender_);
   if (!due_) return;
-  keep_time();
+  const uint32_t time_us = board::us_of(stamp_);
   if (fade_.out()) leave_law();
-  if (streaming_) report();
+  if (streaming_) report(time_us);
   due_ = false;
   board::pat();
   renderer_.move();
   if (next_.quarters > 4) renderer_.move();
 }
 
-// The tick leaves a stamp where the time belongs: reckoning takes it too long.
-void Controller::keep_time() {
-  if (shows_law_) {
-    shown_.time_us = board::us_of(shown_.time_us);
-  } else {
-    sample_.time_us = board::us_of(sample_.time_us);
-  }
-}
-
-void Controller::report() {
+void Controller::report(uint32_t time_us) {
   const uint8_t rx_errors = parser_.bad_frames() + board::lost_bytes();
   const uint8_t flags = overrun_flag();
   if (shows_law_) {
+    shown_.time_us = time_us;
     shown_.flags |= flags;
     shown_.rx_errors = rx_errors;
     lost_frame_ = !sender_.send(shown_);
@@ -38,6 +30,7 @@ void Controller::report() {
     sample_.pwm = pwm_;
     sample_.flags |= flags | safety_.flags();
   }
+  sample_.time_us = time_us;
   sample_.answered = answered_;
   sample_.delay_us = delay_us_;
   sample_.rx_errors = rx_errors;

@@ -73,6 +73,7 @@ void Controller::show_now(const board::Sampling& sampling, int32_t count) {
     late_ = true;
     return;
   }
+  stamp_ = board::stamp();
   shows_law_ = renderer_.active();
   if (shows_law_) {
     show_law(sampling, count);
@@ -102,7 +103,6 @@ static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSenso
 
 void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   sample_.seq = sampling.seq;
-  sample_.time_us = board::stamp();
   sample_.count = count;
   sample_.raw = sampling.raw;
   sample_.flags = doubt_flag();
@@ -116,7 +116,6 @@ static uint16_t mean(uint16_t sum, uint8_t quarters) {
 
 void Controller::show_law(const board::Sampling& sampling, int32_t count) {
   shown_.seq = sampling.seq;
-  shown_.time_us = board::stamp();
   shown_.count = count;
   shown_.velocity = seen_[2];
   shown_.asked = asked_;
