@@ -106,7 +106,8 @@ class CppLaw:
         head = comment(routine.function.__doc__ or "Return the force in N, positive to the right.")
         name = "unwatched" if guarded else "force"
         lines = [*body.take_over(), *lines]
-        ends = [] if self._states else ["  LAWS_OWN_ENDS;"]
+        hurries = body.inverses and not self._states
+        ends = ["  LAWS_OWN_ENDS;"] if hurries else []
         text = joined([*head, f"inline float {name}({given}) {{", *ends, *statics(body), *lines, "}"])
         return [text, _GUARD.format(BOARD_TURNS if self.burns else "")] if guarded else [text]
 

@@ -7,7 +7,7 @@ namespace laws {
 namespace damping {
 
 constexpr uint8_t kParameters = 1, kStates = 0;
-constexpr uint32_t kFingerprint = 0x4c9a2204;
+constexpr uint32_t kFingerprint = 0x1d776de1;
 
 enum Parameter : uint8_t {
   // N·s/m
@@ -18,7 +18,6 @@ inline void start(float*) {}
 
 // Return the force in N, positive to the right.
 inline float force(const float* p, float*, float, float v, float) {
-  LAWS_OWN_ENDS;
   return -p[kDamping] * v;
 }
 

@@ -7,13 +7,12 @@ namespace laws {
 namespace free {
 
 constexpr uint8_t kParameters = 0, kStates = 0;
-constexpr uint32_t kFingerprint = 0x26e6dad2;
+constexpr uint32_t kFingerprint = 0x3a51dd13;
 
 inline void start(float*) {}
 
 // Return the force in N, positive to the right.
 inline float force(const float*, float*, float, float, float) {
-  LAWS_OWN_ENDS;
   return 0;
 }
 

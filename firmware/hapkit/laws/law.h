@@ -144,8 +144,8 @@ struct Inverse {
 
 #define LAWS_NO_INVERSE {0, 0.0f}
 
-// A law without state runs oftenest: it pushes and pops its registers itself, 20 cycles and more sooner than by the
-// functions that all others share. Those take registers in a row; r2 alone breaks it.
+// The longest of the laws without state, which run oftenest: they push and pop their registers themselves, 20 cycles
+// and more sooner than by the functions that all others share. Those take registers in a row; r2 alone breaks it.
 #ifdef __AVR__
 #define LAWS_OWN_ENDS asm volatile("" : : : "r2")
 #else
