@@ -122,12 +122,6 @@ void Renderer::move() {
   laws::current = false;
 }
 
-#ifndef __AVR__
-float Renderer::call(Force* force, const float* parameters, float* state, const float* seen) {
-  return force(parameters, state, seen[1], seen[2], seen[0]);
-}
-#endif
-
 void Renderer::begin(Fade* fade) {
   fresh_ = false;
   start_(state_);

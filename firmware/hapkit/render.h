@@ -62,7 +62,7 @@ class Renderer {
   // the period, the place and the velocity.
   float force(const float* seen, Fade* fade) {
     if (fresh_) begin(fade);
-    return call(force_, banks_[bank_], state_, seen);
+    return force_(banks_[bank_], state_, seen[1], seen[2], seen[0]);
   }
 
   // Fill one value of the law's state and its place; they take turns.
@@ -70,9 +70,6 @@ class Renderer {
 
  private:
   typedef float Force(const float*, float*, float, float, float);
-
-  // On the board in assembler, which brings the numbers to their registers by the shortest way.
-  static float call(Force* force, const float* parameters, float* state, const float* seen) __asm__("render_call");
 
   void begin(Fade* fade);
   void move_to(const protocol::Scene& scene);

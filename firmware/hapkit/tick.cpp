@@ -48,7 +48,7 @@ inline void Controller::follow() {
   clamp(force);
 }
 
-inline void Controller::render(int32_t count) {
+__attribute__((always_inline)) inline void Controller::render(int32_t count) {
   seen_[2] = estimator_.velocity(design_);
   seen_[1] = times(count, design_.quantum);
   asked_ = safety_.refused() ? 0.0f : renderer_.force(seen_, &fade_);

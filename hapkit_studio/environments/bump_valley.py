@@ -115,6 +115,6 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
-    board_rate=lambda values: 4000 if values["profile"] else 2000,
+    board_rate=lambda values: 4000,
     order=6,
 )

@@ -63,11 +63,10 @@ def jitter(shown: list[Telemetry], rate: int) -> float:
 
 def _rows(key: str, given: dict[str, str]) -> list[Row]:
     rate, run = rendered(key, given)
-    skipped = run.telemetry[-1].overruns
     what = f"{', '.join([key, *given.values()])} on the board at {rate:,} Hz"
     share = 100.0 * run.share
-    told = f" ({skipped} ticks skipped)" if skipped else ""
-    ok = run.share <= MOST and not skipped
+    told = f" ({run.skipped} ticks skipped)" if run.skipped else ""
+    ok = run.share <= MOST and not run.skipped
     off = run.summary["interrupts_off_cycles"]
     return [
         Row(f"{what}: processor{told}", share, "%", target=f"≤ {100 * MOST:.0f} %", ok=ok),

@@ -25,16 +25,17 @@ from tests.firmware.vb_host import SILENCE
 
 FREQUENCY = 16e6
 SETTLE = 0.05
-"""s before the processor's share is counted: the force has faded in."""
+"""s before the processor's share and skipped ticks are counted: the force has faded in."""
 
 
 @dataclass
 class Rendering:
-    """What a run told: telemetry, truth log, share of the processor 0..1, counters at the end."""
+    """What a run told: telemetry, truth log, share of the processor 0..1, skipped ticks, counters at its end."""
 
     telemetry: list[Telemetry]
     truth: np.recarray
     share: float
+    skipped: int
     summary: dict
 
 
@@ -86,10 +87,11 @@ def render(
         board.tell(loop or Loop(rate, Estimator.KALMAN, 0.35, 0.06 * rate), scene(law, values))
         seen = listen(board, SETTLE)
         before = board.status()
-        seen += listen(board, seconds)
+        later = listen(board, seconds)
         after = board.status()
     finally:
         board.close()
     cycles = FREQUENCY * (after["time"] - before["time"])
     share = 1.0 - (after["asleep_cycles"] - before["asleep_cycles"]) / cycles
-    return Rendering(seen, truth(folder / "truth.f64"), share, board.summary)
+    skipped = (later[-1].overruns - seen[-1].overruns) & 0xFF
+    return Rendering(seen + later, truth(folder / "truth.f64"), share, skipped, board.summary)
