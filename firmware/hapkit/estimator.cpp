@@ -3,12 +3,21 @@
 namespace estimator {
 namespace {
 
-// A coefficient as Design has it; 0 <= value < 2.
-uint32_t half(float value) { return static_cast<uint32_t>(value * 2147483648.0f); }
+constexpr uint32_t kWhole = 0x80000000;
+constexpr uint32_t kNone = 0xffffffff;
+
+// A coefficient as Design has it; kNone unless 0 <= value < 2.
+uint32_t half(float value) {
+  return value >= 0.0f && value < 2.0f ? static_cast<uint32_t>(value * 2147483648.0f) : kNone;
+}
 
 // Of a millisecond in a period; 0 for a rate that no loop has.
 uint8_t quarters_of(uint16_t rate) {
-  return rate == 4000 ? 1 : rate == 2000 ? 2 : rate == 1000 ? 4 : rate == 500 ? 8 : 0;
+  uint16_t fitting = 4000;
+  for (uint8_t quarters = 1; quarters <= 8; quarters <<= 1, fitting >>= 1) {
+    if (rate == fitting) return quarters;
+  }
+  return 0;
 }
 
 }  // namespace
@@ -16,14 +25,18 @@ uint8_t quarters_of(uint16_t rate) {
 bool design(const protocol::Loop& loop, float quantum, float fastest, Design* made) {
   const uint8_t quarters = quarters_of(loop.rate);
   const float period = quarters * 0.25e-3f;
-  const bool kalman = loop.estimator == protocol::kEstimatorKalman;
-  const float first = loop.estimator == protocol::kEstimatorDifference ? 1.0f : loop.first;
-  const float second = kalman ? loop.second * period : first;
-  const bool sane = first >= 0.0f && first <= 1.0f && second >= 0.0f && second < 2.0f;
-  if (!sane || quarters == 0 || loop.estimator > protocol::kEstimatorKalman) return false;
+  if (quarters == 0 || loop.estimator > protocol::kEstimatorKalman) return false;
+  uint32_t first = kWhole, second = kWhole;
+  if (loop.estimator != protocol::kEstimatorDifference) {
+    first = second = half(loop.first);
+    if (first > kWhole) return false;
+    if (loop.estimator == protocol::kEstimatorKalman) second = half(loop.second * period);
+    else first = kWhole;
+    if (second == kNone) return false;
+  }
   made->quarters = quarters;
-  made->first = half(kalman ? first : 1.0f);
-  made->second = half(second);
+  made->first = first;
+  made->second = second;
   made->scale = quantum / (period * kOne);
   made->quantum = quantum;
   const float limit = fastest * period / quantum;

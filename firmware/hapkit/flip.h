@@ -27,6 +27,9 @@ class FlipTracker {
     aside_position_ += by;
   }
 
+  // Let the first reading stand for this place.
+  void begin_at(int32_t position) { position_ = position; }
+
   // Return the reading plus all that was passed and shifted since the first one.
   int32_t update(uint16_t raw) {
     if (!started_) return begin(raw);

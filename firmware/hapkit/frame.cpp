@@ -22,7 +22,7 @@ void Parser::begin_block(uint8_t code) {
   left_ = code - 1;
 }
 
-void Parser::store(uint8_t byte) {
+__attribute__((noinline)) void Parser::store(uint8_t byte) {
   if (size_ < kCapacity) {
     body_[size_++] = byte;
     crc_ = crc::update(crc_, byte);

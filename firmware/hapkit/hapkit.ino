@@ -3,4 +3,6 @@
 
 void setup() { program::begin(); }
 
-void loop() { program::poll(); }
+void loop() {
+  for (;;) program::poll();
+}

@@ -69,7 +69,8 @@ bool Renderer::accept(const protocol::Scene& scene, bool anew) {
     return true;
   }
   const uint8_t other = bank_ ^ 1;
-  for (uint8_t i = 0; i < law.parameters; ++i) banks_[other][i] = goal_[i] = scene.values[i];
+  memcpy(banks_[other], scene.values, sizeof(goal_));
+  memcpy(goal_, scene.values, sizeof(goal_));
   const Lock lock;
   start_ = law.start;
   force_ = law.force;
@@ -91,8 +92,9 @@ void Renderer::leave() { active_ = false; }
 
 bool Renderer::goes_on(const protocol::Scene& scene) const {
   if (!active_ || scene.law != law_) return false;
-  for (uint8_t i = 0; i < parameters_; ++i) {
-    if ((discrete_ >> i & 1) && scene.values[i] != goal_[i]) return false;
+  uint16_t choices = discrete_;
+  for (uint8_t i = 0; choices; ++i, choices >>= 1) {
+    if ((choices & 1) && scene.values[i] != goal_[i]) return false;
   }
   return true;
 }
@@ -101,8 +103,7 @@ void Renderer::move_to(const protocol::Scene& scene) {
   const float* now = banks_[bank_];
   for (uint8_t i = 0; i < parameters_; ++i) {
     goal_[i] = scene.values[i];
-    const float way = goal_[i] - now[i];
-    step_[i] = way == 0.0f ? 0.0f : way * (1.0f / kSteps);
+    step_[i] = (goal_[i] - now[i]) * (1.0f / kSteps);
   }
   steps_left_ = kSteps;
   generation_ = scene.generation;

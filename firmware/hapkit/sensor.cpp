@@ -23,12 +23,12 @@ int32_t zero = 0;     // as the settings write it; flips counts from its repeat 
 bool started = false;
 uint8_t doubt = 0;
 
-// The repeat of the settings' zero that lies nearest to the first reading.
-int32_t nearest_zero(int32_t first) {
-  if (kind == protocol::kSensorQuadrature) return first;
+// How far ahead of the nearest repeat of the settings' zero the first reading is.
+int32_t ahead_of_zero(int32_t first) {
+  if (kind == protocol::kSensorQuadrature) return 0;
   int32_t ahead = (first - zero) % range;
   if (ahead < 0) ahead += range;
-  return ahead > range / 2 ? first - ahead + range : first - ahead;
+  return ahead > range / 2 ? ahead - range : ahead;
 }
 
 __attribute__((noinline)) void weigh(bool doubtful) {
@@ -45,7 +45,7 @@ __attribute__((noinline)) void weigh(bool doubtful) {
 // The first reading.
 __attribute__((noinline)) void begin() {
   started = true;
-  flips.shift(-nearest_zero(flips.position()));
+  flips.begin_at(ahead_of_zero(flips.position()));
   news = news | kMoved;
 }
 

@@ -16,6 +16,10 @@
 #include "profile.h"
 #include "sensor.h"
 
+#ifndef __AVR__
+#define memcpy_P memcpy
+#endif
+
 namespace settings {
 namespace {
 
@@ -79,16 +83,6 @@ bool is_text(const char* label) {
 
 bool is_sign(int8_t sign) { return sign == 1 || sign == -1; }
 
-limits::Range range_of(uint8_t number) {
-#ifdef __AVR__
-  limits::Range range;
-  memcpy_P(&range, &limits::kNumbers[number], sizeof(range));
-  return range;
-#else
-  return limits::kNumbers[number];
-#endif
-}
-
 bool numbers_fit(const protocol::Board& kit) {
   constexpr uint8_t kCount = sizeof(limits::kNumbers) / sizeof(limits::Range);
   constexpr uint8_t kFirst = offsetof(protocol::Board, quantum);
@@ -96,7 +90,9 @@ bool numbers_fit(const protocol::Board& kit) {
   for (uint8_t i = 0; i < kCount; ++i) {
     float value;
     memcpy(&value, reinterpret_cast<const uint8_t*>(&kit) + kFirst + i * sizeof(value), sizeof(value));
-    if (!range_of(i).holds(value)) return false;
+    limits::Range range;
+    memcpy_P(&range, &limits::kNumbers[i], sizeof(range));
+    if (!range.holds(value)) return false;
   }
   return true;
 }
