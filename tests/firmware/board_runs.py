@@ -30,7 +30,7 @@ SETTLE = 0.05
 
 @dataclass
 class Rendering:
-    """What a run told: telemetry, truth log, share of the processor 0..1, skipped ticks, counters at its end."""
+    """What a run told: telemetry, truth log, processor's share 0..1, skipped ticks, counters at the end."""
 
     telemetry: list[Telemetry]
     truth: np.recarray
