@@ -21,6 +21,8 @@ struct Map {
   uint8_t piece;
 };
 static Map maps[3];
+static uint8_t missing;  // maps that wait for an idle period
+constexpr float kSlight = 1e-6f;  // a mass this deep for a period feels nothing of it
 enum : uint8_t { kPieces = 24, kOrders = 10, kAny = 0x80, kLong = 0x40 };
 
 inline uint8_t mark() { return kAny | touching | closing << 1 | beyond << 2; }
@@ -29,6 +31,9 @@ inline uint8_t mark() { return kAny | touching | closing << 1 | beyond << 2; }
 FAST_ONCE bool turned(float from, float to) {
   return fast::above_zero(from) ? fast::below_zero(to) : fast::below_zero(from) && fast::above_zero(to);
 }
+
+// Whether their signs' bits are different: sooner.
+inline bool signs_differ(float from, float to) { return (fast::bits(from) ^ fast::bits(to)) >> 31; }
 
 // Reckon damping and stiffness of what acts.
 FAST_ONCE void shape() {
@@ -55,31 +60,42 @@ inline float share(uint8_t n) {
 // Reckon the velocity after a time, and the mean one, from the velocity and the acceleration * time before. A
 // power series, until it says nothing more; once, twice = damping * time, stiffness * time^2 by the mass.
 static Real once, twice;
+FAST_ONCE bool says_nothing(float part) { return !fast::larger(part, 1e-7f); }
 FAST_ONCE void series(float older, float term) {
   rate = older + term;
   end = older + fast::scaled<-1>(term);
+  float stiff = older * twice;
   for (uint8_t n = 2; n < kOrders; n++) {
-    const float next = -(older * twice * share(n - 1) + term * once) * share(n);
-    rate = next + rate;
-    end = next * share(n + 1) + end;
-    older = term;
-    term = next;
-    if (!fast::larger(next, 1e-8f) && !fast::larger(older * twice, 1e-7f)) break;
+    const float braked = term * once, ahead = term * twice;
+    if (says_nothing(stiff) && says_nothing(braked) && says_nothing(ahead)) break;
+    term = -(stiff * share(n - 1) + braked) * share(n);
+    rate = term + rate;
+    end = term * share(n + 1) + end;
+    stiff = ahead;
   }
 }
 
-// Reckon `once` and `twice`; return whether the series is short.
-FAST_ONCE bool spread(float t) {
+// Reckon `once` and `twice`; return their sum: the series is short while it is small.
+constexpr float kShort = 0.7f;
+FAST_ONCE float spread(float t) {
   once = t * damping;
   twice = t * stiffness * t;
-  return once + twice < 0.7f;
+  return once + twice;
 }
 
 FAST_ONCE void chart(Map* map) {
   shape();
   map->piece = mark();
-  if (!spread(with_h)) map->piece |= kLong;
-  series(0.0f, 1.0f);
+  const float size = spread(with_h);
+  if (!(size < kShort)) map->piece |= kLong;
+  if (size < 1e-3f) {
+    // its first terms: the next are below 1e-7 of what comes of them
+    const float c = once;
+    rate = (c * once - twice) * 0.16666667f - fast::scaled<-1>(c) + 1.0f;
+    end = c * -0.16666667f + 0.5f;
+  } else {
+    series(0.0f, 1.0f);
+  }
   const float h = with_h, mean = end;
   map->way = (mean * once + rate) * h;
   map->bend = mean * h * h;
@@ -87,37 +103,38 @@ FAST_ONCE void chart(Map* map) {
   map->gain = h * rate;
 }
 
-// Change the end for a surface that was passed so far back: its spring has acted since then, or has not any
-// more, with a push that grew with the depth. False where that is not near enough.
-FAST_ONCE bool bent(float a, float deep, float strength, float way) {
+// Change the end for a surface that was passed, the wall's or the handle's: its spring has acted since then, or has
+// not any more, with a push that grew with the depth. False where that is not near enough.
+inline bool bent(float a, bool wall) {
   if (rough) return false;
-  const float inverted = 1.0f / rate.n;
-  const float since = deep * inverted, curve = a * since * inverted;
-  const float change = fast::scaled<-1>(strength * inverse * since * deep) * (1.0f + 0.33333333f * curve);
-  if (fast::larger(curve, 0.06f) || fast::larger(change * inverted, 1e-3f)) return false;
-  const float more = like(change, way);
+  const float deep = end - (wall ? like(with_reach, end) : with_touch.n);
+  const float since = deep / rate.n, speed = fast::magnitude(rate);
+  const float change = fast::scaled<-1>(since * deep * inverse * (wall ? with_wall : with_contact));
+  if (fast::larger(a * since, fast::scaled<-4>(speed))) return false;
+  if (fast::larger(change, fast::scaled<-10>(speed))) return false;
+  const float more = like(change, wall ? -end : facing(1.0f));
   rate = more + rate;
-  end = 0.33333333f * since * more + end;
+  end = fast::scaled<-2>(since * more) + end;
   return true;
 }
 
 // Whether the end is right as it is, or after a small change.
 FAST_ONCE bool reached(float a) {
   const float deep = depth(end);
-  const bool touches = fast::above_zero(deep), leaves = fast::larger(end, with_reach.n);
+  const bool touches = fast::above_zero(deep), leaves = walled && fast::larger(end, with_reach.n);
   const bool same = touches == touching;
-  if (turned(with_v, rate)) {
+  if (signs_differ(with_v, rate) && turned(with_v, rate)) {
     const float before = fast::magnitude(with_v), after = fast::magnitude(rate), out = fast::magnitude(end);
     const float swing = (before + after) * with_h;
-    if (rubbed || !same || leaves != beyond || !fast::larger(deep, swing)) return false;
-    return fast::larger(out - with_reach, swing);
+    if (rubbed || leaves != beyond || !fast::larger(out - with_reach, swing)) return false;
+    return fast::larger(deep, swing) ? same : !damped && !fast::larger(swing, kSlight);
   }
   if (damped && (touches || touching)) {
     const bool closes = fast::above_zero(approach(rate));
     return same && leaves == beyond && closes == closing;
   }
-  if (leaves != beyond) return same && bent(a, end - like(with_reach, end), with_wall, -end);
-  return same || bent(a, end - with_touch, with_contact, facing(1.0f));
+  const bool passed = leaves != beyond;
+  return passed == same ? bent(a, passed) : same;
 }
 
 // Begin a piece: what acts there; false if nothing moves.
@@ -202,7 +219,7 @@ FAST_ONCE void pieces() {
   for (uint8_t n = kPieces; n && fast::above_zero(left); n--) {
     if (!begin()) return static_cast<void>(with_v = 0.0f);
     float t = left;
-    while (!spread(t)) t = fast::scaled<-1>(t);
+    while (!(spread(t) < kShort)) t = fast::scaled<-1>(t);
     span = t;
     advance();
     part();
@@ -211,18 +228,27 @@ FAST_ONCE void pieces() {
   }
 }
 
+FAST_ONCE Map* map_of(uint8_t piece) { return &maps[piece]; }
+
+// A mass that rests leaves time to chart what it will meet; not in the period in which all was prepared.
+inline void foresee() {
+  if (!missing || --missing >= 3) return;
+  beyond = walled && missing == 2;
+  touching = missing == 1;
+  closing = touching && damped;
+  chart(map_of(missing));
+}
+
 FAST_ONCE void exact(float a) {
   const float v = with_v;
-  if (rubbed) {
-    const bool rests = fast::is_zero(v);
-    if (rests && !fast::larger(a, drop.n)) return;
-    a -= like(drop, rests ? a : v);
-  }
-  Map& map = maps[beyond ? 2 : touching];
-  if ((map.piece & ~kLong) != mark()) chart(&map);
-  end = v * map.way + a * map.bend + with_x;
-  rate = v * map.rest + a * map.gain;
-  if ((map.piece & kLong) || !reached(a)) return pieces();
+  const bool rests = fast::is_zero(v);
+  if (rests && !fast::larger(a, drop.n)) return foresee();
+  if (rubbed) a -= like(drop, rests ? a : v);
+  Map* const map = map_of(beyond ? 2 : touching);
+  if ((map->piece & static_cast<uint8_t>(~kLong)) != mark()) chart(map);
+  end = v * map->way + a * map->bend + with_x;
+  rate = v * map->rest + a * map->gain;
+  if ((map->piece & kLong) || !reached(a)) return pieces();
   arrive();
 }
 

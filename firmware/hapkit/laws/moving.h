@@ -33,6 +33,7 @@ FAST_ONCE void prepare() {
     if (damped) braced = 1.0f / (with_pad * thrust + slowed);
   }
   for (Map& map : maps) map.piece = 0;
+  missing = 4;
 }
 
 // Return Verlet's new velocity at a place: with the damper if without it the mass would be too slow.
