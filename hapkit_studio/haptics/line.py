@@ -186,6 +186,14 @@ def heed(r, line, said, now):
 
 
 @internal
+def leapt(line, sample, period):
+    """Return whether more than a period in s has passed by the board's clock: its pace was another one."""
+    before = line.numbers[LAST_BOARD_TIME]
+    passed = sample[codec.BOARD_TIME] - before
+    return before > 0.0 and 1.5 * period < passed < 1.0
+
+
+@internal
 def stamp(line, sample, row, now):
     """Fill the row's times, and nan where only a simulation knows."""
     row[rows.LATENESS] = lateness(line, now, sample[codec.BOARD_TIME])
@@ -214,8 +222,9 @@ def render(r, line, out, k, now):
         force *= share
         row[rows.APPLIED] = r.real[rig.APPLIED] = force
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.FADING
+    gap = sample[codec.LOST] > 0.0 or line.words[way.UNSHOWN] or leapt(line, sample, period)
     stamp(line, sample, row, now)
-    if sample[codec.LOST] > 0.0 or said & codec.FLAG_SENSOR or line.words[way.UNSHOWN]:
+    if gap or said & codec.FLAG_SENSOR:
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.GAP
         line.words[way.UNSHOWN] = 0
     if said & codec.FLAG_CLAMPED:

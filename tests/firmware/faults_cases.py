@@ -88,8 +88,6 @@ def _forces(time: float) -> bytes:
 
 BACK = RECOVER + FADE + 5 * PERIOD
 AGAIN = HOLD + FADE + 0.025
-UNHEARD = STALE + LINE + 2 * PERIOD
-"""s: a computer that renders and hears nothing sends a zero."""
 GIVEN_UP = GONE_AFTER + 2.0 * STALE
 """s: a loop looks once in STALE, and again when it has waited that long."""
 
@@ -114,7 +112,7 @@ STALLS = [
     Case(
         "from the board nothing for 300 ms",
         (f"{START} from stall {STALL}",),
-        off=UNHEARD,
+        off=WATCHDOG,  # the zero of a computer that hears nothing may come first
         back=BACK + 0.02,
     ),
     Case(
@@ -167,8 +165,6 @@ BOARD = [
         case,
         name=f"{case.name}{BOARD_RENDERS}",
         board=True,
-        # it minds no zero while it renders, but it misses the words that answer its telemetry
-        off=WATCHDOG if case.off == UNHEARD else case.off,
         # the computer renders until the board has taken over
         back=None if case.back is None else case.back + HANDOVER * (case.plugged < np.inf),
     )
