@@ -18,13 +18,12 @@ const Message& as(const uint8_t* body) {
   return *reinterpret_cast<const Message*>(body + 1);
 }
 
-constexpr protocol::Loop kUsualLoop = {profile::kSampleRate, protocol::kEstimatorDifference, 0.0f, 0.0f};
-
 }  // namespace
 
 // Ticks have begun already; until their design is there they skip.
 void Controller::begin() {
-  loop_ = kUsualLoop;
+  static_assert(protocol::kEstimatorDifference == 0, "a loop begins with differences");
+  loop_.rate = profile::kSampleRate;
   redesign();
 }
 

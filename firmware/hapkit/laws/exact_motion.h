@@ -87,13 +87,13 @@ FAST_ONCE void chart(Map* map) {
   shape();
   map->piece = mark();
   const float size = spread(with_h);
-  if (!(size < kShort)) map->piece |= kLong;
   if (size < 1e-3f) {
     // its first terms: the next are below 1e-7 of what comes of them
     const float c = once;
     rate = (c * once - twice) * 0.16666667f - fast::scaled<-1>(c) + 1.0f;
     end = c * -0.16666667f + 0.5f;
   } else {
+    if (!(size < kShort)) map->piece |= kLong;
     series(0.0f, 1.0f);
   }
   const float h = with_h, mean = end;

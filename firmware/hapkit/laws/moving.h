@@ -57,7 +57,7 @@ FAST_ONCE float runge_kutta(float a, float* to) {
     const float q = u * t + with_x;
     u = a * t + with_v;
     meet(q, u);
-    look(q);
+    if (walled) look(q);
     a = acceleration(u, pulled(q));
     way += n < 2 ? u + u : u;
     change += n < 2 ? a + a : a;
