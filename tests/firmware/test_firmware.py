@@ -12,7 +12,7 @@ from hapkit_studio import resources
 
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
 SKETCH = FIRMWARE / "hapkit"
-STACK = 512
+STACK = 576
 """Bytes of RAM that the build keeps free."""
 
 needs_avr = pytest.mark.skipif(shutil.which("avr-g++") is None, reason="no avr-gcc")

@@ -21,7 +21,7 @@ SKETCH = Path(__file__).resolve().parents[2] / "firmware" / "hapkit"
 CHOSEN = {
     key: int(bits, 16) for key, bits in re.findall(r"LAW\((\w+), (0x\w+)\)", (SKETCH / "build.h").read_text())
 }
-FLASH, RAM, STACK = 32256, 2048, 512
+FLASH, RAM, STACK = 32256, 2048, 576
 AT_ZERO = ("--magnet", str(921 - 51))
 """The magnet sits so that the sensor begins anew at the handle's zero."""
 STIFFNESS, WALL = 400.0, 0.004
