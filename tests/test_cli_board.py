@@ -85,6 +85,6 @@ def test_the_board_renders_and_answers_sooner(capsys):
             break
     assert found["render"] == "board"
     assert found["board"]["delay_us"] < 0.5 * found["computer"]["delay_us"]
-    assert found["board"]["rate_Hz"] == 2000.0
+    assert found["board"]["rate_Hz"] == 4000.0
     assert found["board"]["stiffness_limit"] > 2.0 * found["computer"]["stiffness_limit"]
     assert found["board_overruns"] == 0

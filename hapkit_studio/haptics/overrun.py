@@ -54,6 +54,12 @@ def _handler():
     return on_overrun
 
 
+def prepare() -> None:
+    """Compile or load the handler; under an inherited limit a real-time thread has no time for it."""
+    if not config.DISABLE_JIT:
+        _handler()
+
+
 def watch(thread: int, hard_limit_us: int | None = None) -> None:
     """Have a thread demoted after 100 ms without blocking; optionally lower the hard limit for good."""
     if thread not in _table[1:]:

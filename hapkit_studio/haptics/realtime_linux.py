@@ -32,6 +32,7 @@ def obtain() -> tuple[str, int]:
     Compile everything first: from here on 100 ms without blocking end the privilege.
     """
     thread = threading.get_native_id()
+    overrun.prepare()
     set_timer_slack(1)
     lock_memory()
     keep_processors_awake()
