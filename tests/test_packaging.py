@@ -45,7 +45,7 @@ def python(wheel):
     home = wheel.parent / "venv"
     run(sys.executable, "-m", "venv", home, cwd=wheel.parent)
     binary = home / ("Scripts" if os.name == "nt" else "bin") / "python"
-    run(binary, "-m", "pip", "install", "--quiet", wheel, cwd=wheel.parent)
+    run(binary, "-m", "pip", "install", "--quiet", "--no-compile", wheel, cwd=wheel.parent)
     return binary
 
 
