@@ -31,8 +31,6 @@ STIFFNESS = 120.0
 
 WATCHDOG, STALE, RECOVER, FADE, HOLD = 0.025, 0.020, 0.100, 0.030, 0.5
 PERIOD = 0.001
-LINE = 0.0008
-"""s that a sample and its answer take on the line and in the chip."""
 
 
 def no_spam(time: float) -> bytes:
