@@ -38,7 +38,7 @@ void on_sample(const Sampling& sampling);
 uint32_t stamp();
 
 // Board clock at a stamp [us]. Main program only, and at least every 8 s.
-uint32_t us_of(uint32_t stamp);
+uint32_t us_of(uint32_t stamp) __asm__("board_us_of");
 
 // How long ago that was [us].
 uint16_t age_us();

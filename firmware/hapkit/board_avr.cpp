@@ -13,7 +13,7 @@
 namespace {
 
 constexpr uint8_t kTicksPerUs = 1 / board::kTickUs;
-constexpr uint16_t kQuarterUs = 250;
+constexpr uint8_t kQuarterUs = 250;
 
 constexpr uint16_t ticks_of(uint16_t us) { return us * kTicksPerUs; }
 constexpr uint16_t top_of(uint8_t quarters) { return quarters * ticks_of(kQuarterUs) - 1; }
@@ -30,9 +30,6 @@ volatile uint16_t sampled_quarters = 0;  // and what was before that period; wra
 volatile uint8_t missed = 0;             // periods since then
 volatile uint8_t missed_quarters = 0;
 
-uint32_t known_us = 0;  // the clock at a beginning of a period
-uint16_t known_quarters = 0;
-
 // Timer 1 counts one sample period over and over: it is the clock and starts every sample.
 void begin_clock() {
   TCCR1A = 0;
@@ -41,13 +38,6 @@ void begin_clock() {
   TCNT1 = 0;
   TIFR1 = _BV(OCF1A);
   TIMSK1 = _BV(OCIE1A);
-}
-
-// The clock at a beginning of a period that is less than 8 s away from the last one asked for.
-uint32_t us_after(uint16_t quarters_passed) {
-  known_us += static_cast<int16_t>(quarters_passed - known_quarters) * static_cast<int32_t>(kQuarterUs);
-  known_quarters = quarters_passed;
-  return known_us;
 }
 
 }  // namespace
@@ -186,11 +176,11 @@ void board::set_period(uint8_t wanted) {
   top_wanted = top_of(wanted);
 }
 
-uint32_t board::stamp() { return static_cast<uint32_t>(sampled_quarters) << 16 | sampled_ticks; }
-
-uint32_t board::us_of(uint32_t stamp) {
-  return us_after(stamp >> 16) + static_cast<uint16_t>(stamp) / kTicksPerUs;
+static uint32_t stamp_of(uint16_t quarters_passed, uint16_t ticks) {
+  return static_cast<uint32_t>(quarters_passed) << 16 | ticks;
 }
+
+uint32_t board::stamp() { return stamp_of(sampled_quarters, sampled_ticks); }
 
 // Periods that began meanwhile have been counted as missed.
 uint16_t board::age_us() {
@@ -206,7 +196,7 @@ uint32_t board::now_us() {
   uint16_t passed = sampled_quarters + missed_quarters;
   const bool wrapped = (TIFR1 & _BV(OCF1A)) && ticks < ticks_of(kQuarterUs) / 2;
   if (wrapped) passed += quarters;
-  return us_after(passed) + ticks / kTicksPerUs;
+  return us_of(stamp_of(passed, ticks));
 }
 
 #endif

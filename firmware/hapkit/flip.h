@@ -12,46 +12,56 @@
 // another motion on the side are the truth.
 class FlipTracker {
  public:
-  // Begin with the next reading. counts: from one beginning to the next, 8..16384; 0 means 65536 and that
+  // Forget everything. counts: from one beginning to the next, 8..16384; 0 means 65536 and that
   // every jump is believed.
   void start(uint16_t counts) {
     counts_ = counts;
-    slack_ = counts / 8;
-    started_ = false;
+    slack_ = counts ? counts / 8 : 32767;
     position_ = 0;
   }
 
-  // Count from elsewhere.
-  void shift(int32_t by) {
-    position_ += by;
-    aside_position_ += by;
-  }
-
-  // Let the first reading stand for this place.
-  void begin_at(int32_t position) { position_ = position; }
-
-  // Return the reading plus all that was passed and shifted since the first one.
-  int32_t update(uint16_t raw) {
-    if (!started_) return begin(raw);
-    int16_t jump = nearest(raw - last_);
-    if (counts_ && !alike(jump, going_)) {
-      if (!settle(raw, jump)) return position_;
-      jump = aside_step_;
-    }
-    going_ = common(step_, jump);
-    step_ = jump;
+  // Take the first reading, which stands for this place.
+  void begin(uint16_t raw, int32_t position) {
+    position_ = position;
     last_ = raw;
+    step_ = going_ = 0;
     bridged_ = 0;
-    return position_ += jump;
   }
 
-  // What update() returned last; 0 before the first reading.
+  // Count from elsewhere.
+  void shift(int32_t by) { position_ += by; }
+
+  // Take a reading that goes on with the motion; false, and nothing is changed, for any other.
+  bool follow(uint16_t raw) { return follow(this, raw); }
+
+  // Take any other reading; return the first place plus all that was passed and shifted since.
+  int32_t update(uint16_t raw) {
+    if (follow(raw) || (settle(raw) && follow(raw))) bridged_ = 0;
+    return position_;
+  }
+
+  // What update() returned last.
   int32_t position() const { return position_; }
 
   // Whether the last reading was bridged.
   bool doubtful() const { return bridged_ != 0; }
 
  private:
+  // On the board in assembler, which knows the order of the numbers below.
+#ifdef __AVR__
+  static bool follow(FlipTracker* self, uint16_t raw) __asm__("flip_follow");
+#else
+  static bool follow(FlipTracker* self, uint16_t raw) {
+    const int16_t jump = self->nearest(raw - self->last_);
+    if (!self->alike(jump, self->going_)) return false;
+    self->going_ = common(self->step_, jump);
+    self->step_ = jump;
+    self->last_ = raw;
+    self->position_ += jump;
+    return true;
+  }
+#endif
+
   static constexpr uint8_t kPatience = 8;  // readings bridged in a row; then the next one is believed
 
   // The same difference less whole ranges: half the range at most.
@@ -61,35 +71,30 @@ class FlipTracker {
   }
 
   bool alike(int16_t step, int16_t other) const {
-    return static_cast<uint16_t>(step - other + slack_) <= 2 * slack_;
-  }
-
-  __attribute__((noinline)) int32_t begin(uint16_t raw) {
-    started_ = true;
-    bridged_ = 0;
-    step_ = going_ = 0;
-    last_ = raw;
-    return position_ = raw;
+    return static_cast<uint16_t>(static_cast<uint16_t>(step) - other + slack_) <= 2 * slack_;
   }
 
   // The motion that goes on is what the last two steps have in common: the smaller one, nothing if they lead apart.
   static int16_t common(int16_t a, int16_t b) {
     if ((a ^ b) < 0) return 0;
-    return (a < b) == (a < 0) ? b : a;
+    if (a < 0) return a < b ? b : a;
+    return a < b ? a : b;
   }
 
-  // Take a doubtful reading; return whether the motion on the side is believed now, up to the step before. If not, the
-  // reading is bridged.
-  __attribute__((noinline)) bool settle(uint16_t raw, int16_t jump) {
-    const int16_t further = bridged_ ? nearest(raw - aside_) : jump;
-    const bool one_motion = bridged_ && alike(further, aside_step_);
-    if (!bridged_) aside_position_ = position_;
+  // Take a doubtful reading; return whether the motion on the side is believed now, which it then goes on with. If
+  // not, the reading is bridged.
+  __attribute__((noinline)) bool settle(uint16_t raw) {
+    const int16_t further = nearest(raw - (bridged_ ? aside_ : static_cast<uint16_t>(last_)));
+    const bool one_motion = bridged_ ? alike(further, aside_step_) : !counts_;
+    if (!bridged_) aside_ahead_ = 0;
     const bool believed = one_motion || bridged_ == kPatience;
     if (believed) {
-      position_ = aside_position_;
+      position_ += aside_ahead_;
       step_ = aside_step_;
+      going_ = further;
+      last_ = raw - further;
     }
-    aside_position_ += further;
+    aside_ahead_ += further;
     aside_step_ = further;
     aside_ = raw;
     if (!believed) bridge();
@@ -102,6 +107,7 @@ class FlipTracker {
     if (last_ < 0) last_ += counts_;
     if (last_ >= static_cast<int16_t>(counts_)) last_ -= counts_;
     position_ += going_;
+    aside_ahead_ -= going_;
   }
 
   int32_t position_ = 0;
@@ -110,9 +116,8 @@ class FlipTracker {
   uint16_t slack_ = 0;
   int16_t step_ = 0;   // the last one that was believed
   int16_t going_ = 0;  // the motion that goes on
-  int32_t aside_position_ = 0;  // where the doubtful readings lead
+  int16_t aside_ahead_ = 0;  // where the doubtful readings lead, from position_
   uint16_t aside_ = 0;
   int16_t aside_step_ = 0;
   uint8_t bridged_ = 0;
-  bool started_ = false;
 };

@@ -10,18 +10,38 @@ constexpr uint16_t kLowestReading = 8;
 constexpr uint16_t kHighestReading = 1015;
 constexpr uint16_t kAnyReading = 65535;
 
+}  // namespace
+
+// What every reading needs, in an order that the board's assembler knows.
+struct Watched {
+  FlipTracker flips;
+  uint16_t lowest;  // readings that can be right, and how many more
+  uint16_t span;
+  bool wary;  // not started, or in doubt
+  int8_t sense;
+};
+
+#ifdef __AVR__
+#define SEEN_BY_ASSEMBLER __attribute__((externally_visible))
+static_assert(sizeof(FlipTracker) == 21, "the assembler looks behind it");
+#else
+#define SEEN_BY_ASSEMBLER
+#endif
+
+SEEN_BY_ASSEMBLER Watched watched __asm__("sensor_watched") = {FlipTracker(), 0, kAnyReading, true, 1};
+
+namespace {
+
 // Doubt grows by 4 with a doubtful reading and shrinks by 1 with a good one: 8 in a row are a fault.
 constexpr uint8_t kFault = 32;
 
-FlipTracker flips;
 uint8_t kind = protocol::kSensorMagnetoresistive;
 uint16_t range = 0;       // counts from one repeat of the sensor to the next
-int8_t sense = 1;
-uint16_t lowest = 0;  // readings that can be right
-uint16_t highest = kAnyReading;
 int32_t zero = 0;     // as the settings write it; flips counts from its repeat that is in use
 bool started = false;
 uint8_t doubt = 0;
+
+FlipTracker& flips = watched.flips;
 
 // How far ahead of the nearest repeat of the settings' zero the first reading is.
 int32_t ahead_of_zero(int32_t first) {
@@ -31,23 +51,19 @@ int32_t ahead_of_zero(int32_t first) {
   return ahead > range / 2 ? ahead - range : ahead;
 }
 
-__attribute__((noinline)) void weigh(bool doubtful) {
+void weigh(bool doubtful) {
   if (doubtful) {
     news = news | kDoubt;
     doubt = doubt < kFault - 4 ? doubt + 4 : kFault;
   } else {
-    --doubt;
+    doubt -= doubt != 0;
   }
   if (doubt == kFault) news = news | kFaulty;
   if (!doubt) news = news & ~kFaulty;
+  watched.wary = doubt;
 }
 
-// The first reading.
-__attribute__((noinline)) void begin() {
-  started = true;
-  flips.begin_at(ahead_of_zero(flips.position()));
-  news = news | kMoved;
-}
+inline bool possible(uint16_t raw) { return static_cast<uint16_t>(raw - watched.lowest) <= watched.span; }
 
 }  // namespace
 
@@ -56,14 +72,15 @@ volatile uint8_t news = kMoved;
 void start(const protocol::Board& kit) {
   kind = kit.sensor;
   range = kit.counts_per_flip;
-  sense = kit.sense;
+  watched.sense = kit.sense;
   zero = kit.zero;
   const bool rails = kind == protocol::kSensorMagnetoresistive;
-  lowest = rails ? kLowestReading : 0;
-  highest = rails ? kHighestReading : kAnyReading;
+  watched.lowest = rails ? kLowestReading : 0;
+  watched.span = rails ? kHighestReading - kLowestReading : kAnyReading;
   flips.start(kind == protocol::kSensorQuadrature ? 0 : range);
   started = false;
   doubt = 0;
+  watched.wary = true;
   news = kMoved;
 }
 
@@ -71,21 +88,35 @@ void change(const protocol::Board& kit) {
   if (kit.sensor != kind || kit.counts_per_flip != range) return start(kit);
   flips.shift(zero - kit.zero);
   zero = kit.zero;
-  sense = kit.sense;
+  watched.sense = kit.sense;
   news = news | kMoved;
 }
 
-int32_t count(uint16_t raw, bool failed) {
+// Take a reading that does not go on with a motion, or is in doubt; return the position, not knowing the sense.
+SEEN_BY_ASSEMBLER int32_t consider(uint16_t raw, bool failed) __asm__("sensor_consider");
+int32_t consider(uint16_t raw, bool failed) {
   const bool counted = kind == protocol::kSensorQuadrature;  // a slip of its counter does not spoil the rest
   bool doubtful = true;
-  if (raw >= lowest && raw <= highest && (!failed || counted)) {
-    flips.update(raw);
-    if (!started) begin();
+  if (possible(raw) && (!failed || counted)) {
+    if (started) {
+      flips.update(raw);
+    } else {
+      started = true;
+      flips.begin(raw, ahead_of_zero(raw));
+      news = news | kMoved;
+    }
     doubtful = failed | flips.doubtful();
   }
-  if (doubtful || doubt) weigh(doubtful);
-  const int32_t position = flips.position();
-  return sense < 0 ? -position : position;
+  weigh(doubtful);
+  return flips.position();
 }
+
+#ifndef __AVR__
+int32_t count(uint16_t raw, bool failed) {
+  const bool plain = !failed && !watched.wary && possible(raw) && flips.follow(raw);
+  const int32_t position = plain ? flips.position() : consider(raw, failed);
+  return watched.sense < 0 ? -position : position;
+}
+#endif
 
 }  // namespace sensor

@@ -17,16 +17,17 @@ uint16_t reading(double counts) {
   return static_cast<uint16_t>(51.0 + counts - kCounts * std::floor(counts / kCounts));
 }
 
-FlipTracker fresh() {
+FlipTracker begun(uint16_t first) {
   FlipTracker flips;
   flips.start(kCounts);
+  flips.begin(first, first);
   return flips;
 }
 
 // Return the error in counts after speeding up gently to a speed in counts per sample and keeping it.
 double error_at(double speed) {
-  FlipTracker flips = fresh();
-  const int32_t start = flips.update(reading(0.5));
+  FlipTracker flips = begun(reading(0.5));
+  const int32_t start = flips.position();
   double counts = 0.5;
   double now = 0.0;
   int32_t found = 0;
@@ -41,7 +42,7 @@ double error_at(double speed) {
 // Return the largest error over a walk of readings, each with its true counts; the last one in *end.
 class Judge {
  public:
-  explicit Judge(double counts) : flips_(fresh()), start_(flips_.update(reading(counts)) - std::floor(counts)) {}
+  explicit Judge(double counts) : flips_(begun(reading(counts))), start_(flips_.position() - std::floor(counts)) {}
 
   void see(double counts, uint16_t raw) {
     last = std::fabs(flips_.update(raw) - start_ - std::floor(counts));
@@ -78,8 +79,7 @@ TEST(half_the_range_per_sample_is_the_limit) {
 }
 
 TEST(first_reading_counts_no_flip) {
-  FlipTracker flips = fresh();
-  CHECK(flips.update(971) == 971);
+  FlipTracker flips = begun(971);
   CHECK(flips.update(52) == 52 + kCounts);
   CHECK(flips.update(971) == 971);
 }
@@ -153,8 +153,7 @@ TEST(a_blow_is_believed_with_the_second_reading) {
 }
 
 TEST(doubt_ends_after_eight_readings) {
-  FlipTracker flips = fresh();
-  flips.update(300);
+  FlipTracker flips = begun(300);
   for (int i = 0; i < 8; ++i) {
     CHECK(flips.update(i % 2 ? 700 : 900) == 300);
     CHECK(flips.doubtful());

@@ -96,7 +96,9 @@ class Statements(Expressions):
         self.calls += 1
         got = f"got{self.calls}_"
         assert isinstance(value.func, ast.Name)
-        kind = kind_of_result(self.small.results[value.func.id])
+        # what is written by hand gives back a reference to where its results stay
+        by_hand = self.routines[value.func.id].by_hand
+        kind = "auto&" if by_hand else kind_of_result(self.small.results[value.func.id])
         lines = [f"{indent}const {kind} {got} = {self.helper_call(value)};"]
         for i, one in enumerate(target.elts):
             if not isinstance(one, ast.Name) or one.id in self.loaded:

@@ -27,6 +27,7 @@ _SOURCE = """
 extern "C" void track(const unsigned short* raw, int n, unsigned short counts, int* out) {
   FlipTracker flips;
   flips.start(counts);
+  flips.begin(raw[0], raw[0]);
   for (int i = 0; i < n; ++i) out[i] = flips.update(raw[i]);
 }
 """

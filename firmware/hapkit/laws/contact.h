@@ -17,6 +17,7 @@ struct Real {
 
 // One that is set in every period: where it stands is known.
 struct Moving : Real {
+  operator float() const { return n; }
   void operator=(float value) { n = value; }
 };
 
@@ -51,7 +52,13 @@ inline float operator*(float a, const Real& b) { return a * b.n; }
 #endif
 
 // The arguments, as the callers set them: what moves, and what seldom changes.
-static Moving with_x, with_v, with_touch, with_speed;
+struct Moved {
+  Moving a, b;  // place and velocity
+  Moving c;     // the acceleration before them
+};
+static Moved moved;
+static Moving &with_x = moved.a, &with_v = moved.b;
+static Moving with_touch, with_speed;
 static Real with_before;
 static Kept with_h, with_m, with_b, with_k, with_f, with_contact, with_pad, with_friction;
 static Kept with_reach, with_wall, with_method;
@@ -66,7 +73,8 @@ namespace mass {
 
 static bool touching, closing, beyond;  // at the last place that was looked at
 static bool walled;                     // there is a wall
-static Real pushing, at_x, at_v;        // the push, and where it was reckoned
+static Real pushing;                     // the push
+static Moving at_x, at_v;                // where it was reckoned
 static Real inverse, end;
 
 // As it is seen from the handle.
@@ -100,10 +108,9 @@ FAST_ONCE void look(float q) {
 }
 
 // Return what spring and wall do there, if it acts; and the contact's spring.
-FAST_ONCE float pulled(float q) {
-  const float sum = -(q * with_k - with_f);
-  return beyond ? sum - (q - like(with_reach, end)) * with_wall : sum;
-}
+FAST_ONCE float stretched(float q) { return -(q * with_k - with_f); }
+FAST_ONCE float stopped(float q) { return stretched(q) - (q - like(with_reach, end)) * with_wall; }
+inline float pulled(float q) { return beyond ? stopped(q) : stretched(q); }
 FAST_ONCE float loaded(float q) {
   const float sum = pulled(q);
   return touching ? sum - (q - with_touch) * with_contact : sum;
@@ -116,10 +123,9 @@ FAST_ONCE float acceleration(float u, float pull) { return (pull - u * with_b + 
 
 // Return the push between handle and mass.
 FAST_ONCE float reaction() {
-  const float x = with_x.n, v = with_v.n;
-  mass::at_x = x;
-  mass::at_v = v;
-  mass::meet(x, v);
+  mass::at_x = with_x;
+  mass::at_v = with_v;
+  mass::meet(with_x, with_v);
   return mass::pushing.n;
 }
 

@@ -7,7 +7,7 @@ namespace laws {
 namespace mass_spring_damper {
 
 constexpr uint8_t kParameters = 7, kStates = 6;
-constexpr uint32_t kFingerprint = 0xf98cdc77;
+constexpr uint32_t kFingerprint = 0x5c37101a;
 
 enum Parameter : uint8_t {
   // kg
@@ -54,7 +54,7 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
     numbers::with_wall = 0.0f;
   }
   if (!fast::is_zero(s[State::started]) && fast::above_zero(dt)) {
-    const laws::Results<float, float, float> got1_ = (numbers::with_x = s[State::object],
+    const auto& got1_ = (numbers::with_x = s[State::object],
         numbers::with_v = s[State::object_velocity],
         numbers::with_before = s[State::object_acceleration], numbers::with_h = dt,
         numbers::with_touch = s[State::handle], numbers::with_speed = s[State::handle_velocity],

@@ -86,7 +86,7 @@ FAST_ONCE float settled(float base, float q, float t) {
 }
 
 // Every method but exact: own + follows u, u the new velocity.
-inline void simple(float now) {
+FAST_ONCE void simple(float now) {
   const float v = with_v.n;
   float own = with_x.n, u = v, follows = half;
   if (which == 0) {
@@ -127,7 +127,7 @@ inline void simple(float now) {
 }  // namespace mass
 
 // Return position, velocity, and the acceleration before them.
-FAST_ONCE Results<float, float, float> step() {
+FAST_ONCE const Moved& step() {
   using namespace mass;
   if (anew || !fast::is(with_x.n, at_x.n) || !fast::is(with_v.n, at_v.n)) {
     known = false;
@@ -140,9 +140,10 @@ FAST_ONCE Results<float, float, float> step() {
   }
   known = false;
   const float now = acceleration(with_v.n, pull.n);
+  moved.c = now;
   if (which == 7) exact(now);
   else simple(now);
-  return {with_x.n, with_v.n, now};
+  return moved;
 }
 
 }  // namespace numbers

@@ -7,7 +7,7 @@ namespace laws {
 namespace puck {
 
 constexpr uint8_t kParameters = 6, kStates = 7;
-constexpr uint32_t kFingerprint = 0x7c36494a;
+constexpr uint32_t kFingerprint = 0x790df8c7;
 
 enum Parameter : uint8_t {
   // kg
@@ -59,7 +59,7 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
     numbers::with_wall = p[kWallStiffness];
   }
   if (!fast::is_zero(s[State::started]) && fast::above_zero(dt)) {
-    const laws::Results<float, float, float> got1_ = (numbers::with_x = s[State::object],
+    const auto& got1_ = (numbers::with_x = s[State::object],
         numbers::with_v = s[State::object_velocity],
         numbers::with_before = s[State::object_acceleration], numbers::with_h = dt,
         numbers::with_touch = s[State::handle] + (fast::above_zero(s[State::side]) ? 0.005f

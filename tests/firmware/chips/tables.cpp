@@ -3,12 +3,6 @@
 #include "chip.h"
 #include "fast.h"
 
-static float read() {
-  uint32_t bits = 0;
-  for (uint8_t i = 0; i < 32; i += 8) bits |= static_cast<uint32_t>(get()) << i;
-  return fast::number(bits);
-}
-
 static float answer(float x, float which) {
   if (which == 0.0f) return fast::sin_of_turns(x);
   if (which == 1.0f) return fast::cos_of_turns(x);
@@ -19,9 +13,8 @@ int main() {
   begin_serial();
   put('R');
   for (;;) {
-    const float x = read();
+    const float x = fast::number(get_word());
     put('A');
-    const uint32_t bits = fast::bits(answer(x, read()));
-    for (uint8_t i = 0; i < 32; i += 8) put(static_cast<uint8_t>(bits >> i));
+    put_word(fast::bits(answer(x, fast::number(get_word()))));
   }
 }
