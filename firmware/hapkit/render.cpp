@@ -78,7 +78,7 @@ bool Renderer::accept(const protocol::Scene& scene, bool anew) {
   parameters_ = law.parameters;
   states_ = law.states;
   turn_ = 0;
-  steps_left_ = 0;
+  calls_left_ = 0;
   bank_ = other;
   law_ = scene.law;
   active_ = true;
@@ -105,14 +105,14 @@ void Renderer::move_to(const protocol::Scene& scene) {
     goal_[i] = scene.values[i];
     step_[i] = (goal_[i] - now[i]) * (1.0f / kSteps);
   }
-  steps_left_ = kSteps;
+  calls_left_ = kCalls;
   generation_ = scene.generation;
 }
 
 // The tick takes whichever bank is named when it begins; naming the other one is a single write.
 void Renderer::move() {
-  if (steps_left_ == 0) return;
-  const bool last = --steps_left_ == 0;
+  if (calls_left_ == 0 || --calls_left_ % 2) return;
+  const bool last = calls_left_ == 0;
   const float* now = banks_[bank_];
   float* next = banks_[bank_ ^ 1];
   for (uint8_t i = 0; i < parameters_; ++i) {

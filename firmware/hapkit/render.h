@@ -75,7 +75,8 @@ class Renderer {
   void move_to(const protocol::Scene& scene);
   bool goes_on(const protocol::Scene& scene) const;
 
-  static constexpr uint8_t kSteps = 30;
+  // A law reckons anew what its numbers alone decide: at every second call, so that fewer ticks take longer.
+  static constexpr uint8_t kSteps = 15, kCalls = 2 * kSteps;
 
   volatile bool active_ = false;
   volatile bool fresh_ = false;  // the next tick starts the law
@@ -90,7 +91,7 @@ class Renderer {
   uint8_t parameters_ = 0;
   uint8_t states_ = 0;
   uint8_t turn_ = 0;        // which state is shown next
-  uint8_t steps_left_ = 0;  // until the numbers are at their goal
+  uint8_t calls_left_ = 0;  // until the numbers are at their goal
   uint8_t generation_ = 0;
   uint8_t law_ = 0;
 };

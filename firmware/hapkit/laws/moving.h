@@ -16,21 +16,22 @@ static Real pull;                   // of spring and wall where the mass is,
 static bool known;                  // if a step left it there
 
 FAST_ONCE void prepare() {
+  static Inverse mass, slow, slower;
   anew = false;
   which = static_cast<uint8_t>(with_method.n);
   known = beyond = false;
   walled = fast::above_zero(with_wall);
   damped = fast::above_zero(with_pad);
   rubbed = fast::above_zero(with_friction);
-  inverse = 1.0f / with_m.n;
+  inverse = mass.of(with_m.n);
   half = fast::scaled<-1>(with_h);
   thrust = half * inverse;
   drop = with_friction * inverse;
   const float slowed = with_b * thrust + 1.0f;
   rough = slowed > 1.004f;
   if (which == 3) {
-    loose = 1.0f / slowed;
-    if (damped) braced = 1.0f / (with_pad * thrust + slowed);
+    loose = slow.of(slowed);
+    if (damped) braced = slower.of(with_pad * thrust + slowed);
   }
   for (Map& map : maps) map.piece = 0;
   missing = 4;
