@@ -37,6 +37,7 @@ class Expressions(Cheap):
         self.truths, self.signs = kinds.truths(routine.tree), kinds.signs(routine.tree)
         self.inverses: list[str] = []
         self.taken = taken_over(routine, routines, self.kept)
+        self.crowded = _crowded(routine.tree)
 
     @staticmethod
     def word(name: str) -> str:
@@ -196,8 +197,7 @@ class Expressions(Cheap):
                 given.append(self.suited(actual, name in self.small.names.get(called.name, ())))
             elif name not in self.taken and not (is_name(actual, name) and name in self.own):
                 settings.append((f"numbers::{kept_name(name)}", self.value(actual)))
-        nested = any(n is not node and _is_helper_call(n) for n in ast.walk(node))
-        return _call(called.word, given, settings, nested)
+        return _call(called.word, given, settings, id(node) in self.crowded)
 
     def take_over(self) -> list[str]:
         """Return the lines that set what parameters alone decide, where they may have changed."""
@@ -222,11 +222,11 @@ class Expressions(Cheap):
         return Text(f"fast::{name}({', '.join(self.value(a) for a in args)})", ATOM)
 
 
-def _call(name: str, given: list[str], settings: list[tuple[str, str]], nested: bool) -> str:
-    """Return a call after its kept arguments are set; what is nested in them is reckoned before that."""
+def _call(name: str, given: list[str], settings: list[tuple[str, str]], crowded: bool) -> str:
+    """Return a call after its kept arguments are set; all in a function where other calls are about."""
     if not settings:
         return f"{name}({', '.join(given)})"
-    if not nested:
+    if not crowded:
         words = ", ".join(f"{place} = {value}" for place, value in settings)
         return f"({words}, {name}({', '.join(given)}))"
     lines = [f"const float a{i} = {value}" for i, value in enumerate([v for _, v in settings] + given)]
@@ -238,6 +238,19 @@ def _call(name: str, given: list[str], settings: list[tuple[str, str]], nested: 
 def kept_name(name: str) -> str:
     """Return where an argument waits that is not handed on."""
     return f"with_{mangled(name)}"
+
+
+def _crowded(tree: ast.FunctionDef) -> set[int]:
+    """Return the identities of the helper calls that stand in one expression with others.
+
+    C++ may reckon two sides of a sum in any order, and one of them between the parts of the other.
+    """
+    found: set[int] = set()
+    for statement in (n for n in ast.walk(tree) if isinstance(n, ast.stmt)):
+        for expression in (n for n in ast.iter_child_nodes(statement) if isinstance(n, ast.expr)):
+            calls = [id(n) for n in ast.walk(expression) if _is_helper_call(n)]
+            found.update(calls if len(calls) > 1 else ())
+    return found
 
 
 def _is_helper_call(node: ast.AST) -> bool:
