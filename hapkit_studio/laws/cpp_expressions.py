@@ -10,7 +10,7 @@ from typing import NamedTuple
 from hapkit_studio.laws import cpp_kinds as kinds
 from hapkit_studio.laws.cpp_cheap import AND, ATOM, CHOICE, OR, PRODUCT, SUM, UNARY, Cheap, Text, calls
 from hapkit_studio.laws.cpp_kept import arguments, is_name
-from hapkit_studio.laws.cpp_program import Routine
+from hapkit_studio.laws.cpp_program import REMEMBERED, Routine
 from hapkit_studio.laws.cpp_small import Small
 from hapkit_studio.laws.cpp_taken import taken_over
 from hapkit_studio.laws.cpp_words import constant_name, mangled, number
@@ -197,6 +197,8 @@ class Expressions(Cheap):
                 given.append(self.suited(actual, name in self.small.names.get(called.name, ())))
             elif name not in self.taken and not (is_name(actual, name) and name in self.own):
                 settings.append((f"numbers::{kept_name(name)}", self.value(actual)))
+        if called.by_hand in REMEMBERED and self.routine.persons:
+            settings.append((REMEMBERED[called.by_hand], "NAN"))
         return _call(called.word, given, settings, id(node) in self.crowded)
 
     def take_over(self) -> list[str]:

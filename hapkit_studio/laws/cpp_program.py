@@ -19,6 +19,9 @@ BY_HAND = {
     "hapkit_studio.dynamics.moving_mass.reaction": "contact.h",
     "hapkit_studio.dynamics.grains.sandpaper": "grains.h",
 }
+# Where the place of the last push is kept, which is reckoned once for the handle and for the mass. In the studio's
+# laws it is one push; a person's law may move a mass by another one, and must not find it.
+REMEMBERED = {"moving.h": "numbers::mass::at_x"}
 _SHARED = PREFIX + "shared__"
 _START = len(ast.parse(LAW_START).body)
 
@@ -66,6 +69,11 @@ class Routine:
     def calls(self) -> tuple[str, ...]:
         """Return the helpers that its translation calls, each once."""
         return () if self.by_hand else tuple(dict.fromkeys(self.called()))
+
+    @property
+    def persons(self) -> bool:
+        """Return whether it is not the studio's."""
+        return not (self.function.__module__ or "").startswith("hapkit_studio.")
 
     @property
     def shared(self) -> bool:

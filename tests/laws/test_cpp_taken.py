@@ -3,16 +3,11 @@
 import ast
 import re
 
-import numpy as np
 import pytest
 
-from hapkit_studio.laws import firmware
 from hapkit_studio.laws.cpp import CppLaw
 from hapkit_studio.laws.cpp_taken import taken_over
 from hapkit_studio.parameters import Choice, Parameter
-from hapkit_studio.workshop import firmware as written
-from tests.laws import board_laws
-from tests.laws.board_laws import Job, needs_compiler
 from tests.laws.law_files import environment
 
 PARAMETERS = (
@@ -117,34 +112,3 @@ def test_what_is_taken_over_is_written_once_where_parameters_may_have_changed(tm
     for name in ARGUMENTS:
         inside, everywhere = (len(re.findall(rf"with_{name} =", t)) for t in (once, words))
         assert (inside, everywhere > inside) == ((0, True) if name in MOVING else (1, False)), name
-
-
-def two_masses():
-    """Return the file of a law of two masses that meet the handle at different places."""
-    state = STATE | {"y": 0.012, "w": 0.0, "c": 0.0}
-    second = {"x": "s.y", "v": "s.w", "before": "s.c", "m": "p.other", "f": "p.stiffness * 0.012"}
-    return text(
-        moved(),
-        moved("s.y, s.w, s.c", **second),
-        *("s.hand = x", "s.speed = v", f"return -{push()} - {push(x='s.y', v='s.w')}"),
-        state=state,
-    )
-
-
-@needs_compiler
-def test_two_masses_move_as_in_python_also_with_other_numbers(tmp_path):
-    made = environment(tmp_path, two_masses(), PARAMETERS)
-    firmware.write(written.by_hand() | firmware.headers({"two": made.force}), tmp_path / "hapkit")
-    driver = tmp_path / "driver"
-    words = ["make", "-s", "-C", board_laws.FOLDER, f"BUILD={tmp_path}", f"SKETCH={tmp_path / 'hapkit'}"]
-    board_laws.subprocess.run([*words, driver], check=True)
-    time = np.arange(600) * 1e-3
-    x = 0.008 + 0.012 * np.sin(11.0 * time) + 0.004 * np.sin(33.0 * time)
-    rows = np.column_stack([x, np.gradient(x, 1e-3)])
-    numbers = [{}, {"mass": 0.8, "other": 0.4}, {"stiffness": 700.0, "rest": 0.0}, {"contact": 900.0}, {}]
-    values = [made.values(n | {"method": m}) for n in numbers for m in range(4)]
-    jobs = [Job(made, v, 1e-3, rows, number=0) for v in values]
-    for job, (force, _) in zip(jobs, board_laws.run(driver, jobs), strict=True):
-        wanted, _ = board_laws.by_python(job)
-        assert np.ptp(wanted) > 2.0
-        np.testing.assert_allclose(force, wanted, atol=2e-3, err_msg=str(job.values))
