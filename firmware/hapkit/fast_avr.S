@@ -212,13 +212,7 @@ fast_sine:
   rcall move
   sbrs r0, 7
   rjmp 1f
-  com r25
-  com r24
-  com r23
-  neg r22
-  sbci r23, 0xff
-  sbci r24, 0xff
-  sbci r25, 0xff
+  call __negsi2       ; of libgcc
 1:add r25, r18
   bst r25, 7
   sbrs r25, 6

@@ -136,13 +136,6 @@ sensor_count:
 2:ldd r18, Z + SENSE
   sbrs r18, 7
   ret
-  com r25
-  com r24
-  com r23
-  neg r22
-  sbci r23, -1
-  sbci r24, -1
-  sbci r25, -1
-  ret
+  jmp __negsi2        ; of libgcc
 
 #endif

@@ -17,8 +17,12 @@ struct Real {
 
 // One that is set in every period: where it stands is known.
 struct Moving : Real {
-  operator float() const { return n; }
   void operator=(float value) { n = value; }
+};
+
+// And one that is given back.
+struct Given : Moving {
+  operator float() const { return n; }
 };
 
 // One that seldom changes, and says when it does.
@@ -53,8 +57,8 @@ inline float operator*(float a, const Real& b) { return a * b.n; }
 
 // The arguments, as the callers set them: what moves, and what seldom changes.
 struct Moved {
-  Moving a, b;  // place and velocity
-  Moving c;     // the acceleration before them
+  Given a, b;  // place and velocity
+  Given c;     // the acceleration before them
 };
 static Moved moved;
 static Moving &with_x = moved.a, &with_v = moved.b;
@@ -123,9 +127,10 @@ FAST_ONCE float acceleration(float u, float pull) { return (pull - u * with_b + 
 
 // Return the push between handle and mass.
 FAST_ONCE float reaction() {
-  mass::at_x = with_x;
-  mass::at_v = with_v;
-  mass::meet(with_x, with_v);
+  const float x = with_x.n, v = with_v.n;
+  mass::at_x = x;
+  mass::at_v = v;
+  mass::meet(x, v);
   return mass::pushing.n;
 }
 

@@ -11,7 +11,8 @@ namespace mass {
 
 static uint8_t which;
 static Real half;
-static Real thrust, loose, braced;  // Verlet's, and its denominators' inverses without and with the damper
+static Real thrust;                 // Verlet's, and its denominators' inverses without and with the damper
+static Real loose, braced, dragged;
 static Real pull;                   // of spring and wall where the mass is,
 static bool known;                  // if a step left it there
 
@@ -31,13 +32,14 @@ FAST_ONCE void prepare() {
   rough = slowed > 1.004f;
   if (which == 3) {
     loose = slow.of(slowed);
-    if (damped) braced = slower.of(with_pad * thrust + slowed);
+    dragged = with_pad * thrust;
+    if (damped) braced = slower.of(dragged + slowed);
   }
   for (Map& map : maps) map.piece = 0;
   missing = 4;
 }
 
-// Return Verlet's new velocity at a place: with the damper if without it the mass would be too slow.
+// Return Verlet's new velocity at a place. With the damper it is on the same side of the handle's as without.
 inline float braked(float base, float q) {
   look(q);
   pull = pulled(q);
@@ -45,9 +47,12 @@ inline float braked(float base, float q) {
   touching = fast::above_zero(depth(q));
   float sum = pull;
   if (touching) sum -= (q - with_touch) * with_contact;
-  const float u = (sum * thrust + base) * loose;
-  if (!damped || !touching || !fast::above_zero(approach(u))) return u;
-  return ((with_pad * with_speed + sum) * thrust + base) * braced;
+  sum = sum * thrust + base;
+  if (damped && touching) {
+    const float u = (with_speed * dragged + sum) * braced;
+    if (fast::above_zero(approach(u))) return u;
+  }
+  return sum * loose;
 }
 
 // Return the position, and the velocity through a pointer, by the classical method.
@@ -86,7 +91,25 @@ FAST_ONCE float settled(float base, float q, float t) {
   return -(q - with_touch) / t;
 }
 
-// Every method but exact: own + follows u, u the new velocity.
+// Take over where the mass is: friction takes of its velocity, and the place follows what is left of it.
+FAST_ONCE void rub(float own, float u, float follows) {
+  const float most = drop * with_h;
+  u = fast::larger(u, most) ? u - like(most, u) : 0.0f;
+  with_x = follows * u + own;
+  with_v = u;
+}
+
+// Forces at the middle of the period, and at its end.
+FAST_ONCE void verlet(float now) {
+  const float u = now * half + with_v.n;
+  float own = u * with_h + with_x.n;
+  const float after = braked(u, own);
+  if (rubbed) return rub(own - after * half, after, half);
+  with_x = own;
+  with_v = after;
+}
+
+// Every other method but exact: own + follows u, u the new velocity.
 FAST_ONCE void simple(float now) {
   const float v = with_v.n;
   float own = with_x.n, u = v, follows = half;
@@ -100,12 +123,10 @@ FAST_ONCE void simple(float now) {
   } else if (which == 2) {
     follows = with_h;
     u = now * follows + u;
-  } else if (which == 3) {
-    u = now * half + u;
-    own = u * with_h + own;
-    u = braked(u, own);
   } else if (which == 4) {
     own = runge_kutta(now, &u);
+    if (rubbed) own -= u * half;
+    else follows = 0.0f;
   } else if (which == 5) {
     follows = with_h;
     u = settled(u, own, follows);
@@ -113,14 +134,7 @@ FAST_ONCE void simple(float now) {
     own = v * half + own;
     u = settled(now * half + u, own, half);
   }
-  if (which == 3 || which == 4) {
-    if (rubbed) own -= u * half;
-    else follows = 0.0f;
-  }
-  if (rubbed) {
-    const float most = drop * with_h;
-    u = fast::larger(u, most) ? u - like(most, u) : 0.0f;
-  }
+  if (rubbed) return rub(own, u, follows);
   with_x = follows * u + own;
   with_v = u;
 }
@@ -141,8 +155,9 @@ FAST_ONCE const Moved& step() {
   }
   known = false;
   const float now = acceleration(with_v.n, pull.n);
-  moved.c = now;
+  moved.c.n = now;
   if (which == 7) exact(now);
+  else if (which == 3) verlet(now);
   else simple(now);
   return moved;
 }
