@@ -15,7 +15,7 @@ from hapkit_studio import resources
 from hapkit_studio.devices import avrdude, hex_image, port_errors
 from hapkit_studio.devices.flash_output import CONNECTING, STARTING, Progress, Said, no_boot_loader, not_there
 from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.errors import DeviceError, FlashError, PortBusyError, PortGoneError
+from hapkit_studio.errors import DeviceError, FlashError, ParameterError, PortBusyError, PortGoneError
 from hapkit_studio.protocol.messages import BAUD, Hello
 
 SPEEDS = (115200, 57600)
@@ -42,6 +42,20 @@ def shipped() -> Path:
     return resources.path("firmware", "hapkit.hex")
 
 
+def image_of(given: str | Path | None = None) -> hex_image.HexImage:
+    """Return what is to be written, the shipped firmware by default; raise ParameterError."""
+    path = Path(given or shipped())
+    try:
+        return hex_image.read(path)
+    except FileNotFoundError:
+        if given:
+            raise ParameterError(f"There is no file {path}. Give the path of a .hex file.") from None
+        what = f"The studio's own firmware, {path.parent.name}/{path.name}, is missing."
+        raise ParameterError(f"{what} Install Hapkit Studio again.") from None
+    except OSError as error:
+        raise ParameterError(f"{path} cannot be read: {error.strerror}. Make it readable.") from error
+
+
 def nobody(stage: str, part: float) -> None:
     """Follow no progress."""
 
@@ -62,7 +76,7 @@ def flash(
     """
     begin = time.monotonic()
     found = avrdude.find(program)
-    checked = hex_image.read(image or shipped())
+    checked = image_of(image)
     if len(checked.data) > hex_image.OLD_FLASH_BYTES:
         speeds = tuple(speed for speed in speeds if speed != SPEEDS[1])  # the old boot loader is in its way
     progress(CONNECTING, 0.0)

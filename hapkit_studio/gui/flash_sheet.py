@@ -10,7 +10,7 @@ from hapkit_studio.devices import DeviceEntry, avrdude, discovery, flash
 from hapkit_studio.devices.flash import Flashed
 from hapkit_studio.devices.flash_output import CONNECTING, VERIFYING, WRITING
 from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.errors import AvrdudeMissingError
+from hapkit_studio.errors import AvrdudeMissingError, ParameterError
 from hapkit_studio.gui.form_sheet import FormSheet
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.tabs.job import Job, Progress
@@ -89,12 +89,22 @@ class FlashSheet(FormSheet):
             )
             found = ""
         self.where.setText(found or "not found")
-        if found:
+        able = bool(found) and self._image_is_there()
+        if able:
             self.verdict.say(
                 "Ready." if self.ports.count() else "No port: plug the board in, then look again."
             )
-        self.write.setEnabled(bool(found) and self.ports.count() > 0)
+        self.write.setEnabled(able and self.ports.count() > 0)
         self._hide_what_is_empty()
+
+    def _image_is_there(self) -> bool:
+        """Return whether there is a firmware to write; say what is wrong with it."""
+        try:
+            flash.image_of()
+        except ParameterError as error:
+            self._say(str(error), "danger", "triangle")
+            return False
+        return True
 
     def _hide_what_is_empty(self) -> None:
         """Show no list without a port in it, and no bar before something is written."""

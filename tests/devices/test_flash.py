@@ -127,6 +127,18 @@ def test_a_bad_image_is_refused_in_one_line(tmp_path, lines, words):
     assert "\n" not in str(error.value)
 
 
+def test_an_image_that_is_not_there_or_not_to_be_read_is_said_in_one_line(tmp_path, monkeypatch):
+    with pytest.raises(ParameterError, match=r"no file .*mine\.hex\. Give the path of a \.hex file\."):
+        flash.image_of(tmp_path / "mine.hex")
+    with pytest.raises(ParameterError, match=r"cannot be read: Is a directory\."):
+        flash.image_of(tmp_path)
+    monkeypatch.setattr(flash, "shipped", lambda: tmp_path / "firmware" / "hapkit.hex")
+    with pytest.raises(
+        ParameterError, match=r"firmware/hapkit\.hex, is missing\. Install Hapkit Studio again"
+    ):
+        flash.image_of()
+
+
 def test_an_image_that_just_fits_is_taken(tmp_path):
     assert len(hex_image.read(image(tmp_path, record(0x7DFE, 0, b"ab"), END)).data) == hex_image.FLASH_BYTES
 

@@ -62,6 +62,21 @@ def test_without_avrdude_it_says_how_to_get_it(window, no_ports, no_avrdude, mon
     assert sheet.where.text() == "/opt/avrdude"
 
 
+def test_a_missing_firmware_is_said_before_anything_is_let_go(window, tmp_path, monkeypatch):
+    monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude("/usr/bin/avrdude"))
+    monkeypatch.setattr(discovery, "ports", lambda: [Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT)])
+    there = shipped()
+    monkeypatch.setattr(flash, "shipped", lambda: tmp_path / "firmware" / "hapkit.hex")
+    sheet = sheet_of(window)
+    words = "The studio's own firmware, firmware/hapkit.hex, is missing. Install Hapkit Studio again."
+    assert sheet.verdict.words.text() == words
+    assert not sheet.write.isEnabled()
+    monkeypatch.setattr(flash, "shipped", lambda: there)
+    sheet.again.click()
+    assert sheet.verdict.words.text() == "Ready."
+    assert sheet.write.isEnabled()
+
+
 @boot.needs_avrdude
 def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp_path, monkeypatch):
     board = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), firmware=shipped())
