@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
-DELAY_STEP = 20e-6
+DELAY_STEP, SHORT = 20e-6, 0.5e-3
+"""s; below the second a step is half as long, as fine as what is shown."""
 _STAYS = 0.8
 """Of a step: so far a mean may wander without another limit; half a step would be no rest at all."""
 
@@ -23,13 +24,14 @@ _steady: "WeakKeyDictionary[Engine, dict[str, float]]" = WeakKeyDictionary()
 
 def coarse(delay: float, before: float | None) -> float:
     """Return a delay in s on a coarse step; the one before stays until the other is clearly nearer."""
-    if before is not None and abs(delay - before) < _STAYS * DELAY_STEP:
+    step = DELAY_STEP if delay >= SHORT else 0.5 * DELAY_STEP
+    if before is not None and abs(delay - before) < _STAYS * step:
         return before
-    return round(delay / DELAY_STEP) * DELAY_STEP
+    return round(delay / step) * step
 
 
 def steady_delay(engine: "Engine", where: str) -> float | None:
-    """Return the delay in s of one way of rendering as all limits in the window take it, None if unknown."""
+    """Return the delay in s of one way of rendering, the one number of the window; None if unknown."""
     found = engine.delay_of(where)
     if found is None:
         return None

@@ -106,6 +106,8 @@ class StabilityCard(QWidget):
     def note_health(self, health: "Health") -> None:
         """Take over the delay as measured."""
         self.facts.note_health(health)
+        if self._shown is None:
+            self._ask_soon()  # why there is no verdict may have changed: a fault came or was cleared
 
     def question(self) -> Question | None:
         """Return what to ask about the environment and loop in force; None where no limit applies."""

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.gui.studio import Studio
     from hapkit_studio.haptics.delays import Measured
+    from hapkit_studio.haptics.engine import Engine
 
 WAYS = COMPUTER, BOARD = "computer", "board"
 ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed"
@@ -71,11 +72,17 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     specs = studio.loop.spec, board_offer.spec_on_board(studio.loop.spec)
     found = []
     for where, rate, spec in zip(WAYS, rates, specs, strict=True):
-        delay = engine.delay_of(where)
-        steady = steady_delay(engine, where)
-        own = _own(setting, rate, steady, spec) if steady is not None else None
+        delay, own = _steady(engine, where), None
+        if delay is not None:
+            own = _own(setting, rate, delay.mean, spec)
         found.append(Way(delay, rate, engine.missed_of(where), own))
     return found[0], found[1]
+
+
+def _steady(engine: "Engine", where: str) -> "Measured | None":
+    """Return the delay of one way as everything in the window shows it and takes it."""
+    found, steady = engine.delay_of(where), steady_delay(engine, where)
+    return None if found is None or steady is None else found._replace(mean=steady)
 
 
 def _own(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":

@@ -1,5 +1,7 @@
 """The switch between computer and board, its facts, and the other way's trace in the plots."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -90,6 +92,32 @@ def test_the_limit_in_force_is_the_one_of_who_renders(board_window, qtbot):
     setting = card.facts.setting()
     assert setting.rate == studio.engine.board_way.rate
     assert setting.delay == pytest.approx(0.2e-3)
+
+
+@pytest.mark.parametrize("where", ["computer", "board"])
+def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
+    studio, switch, card = board_window.studio, board_window.loop.where, board_window.stability
+    conn, index = studio.engine.driver.conn, where_facts.WAYS.index(where)
+    studio.set_loop(where=where)
+    conn.words[way.WAY] = way.THERE if where == "board" else way.HERE
+    for delay in (0.140e-3, 0.1449e-3, 0.1475e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
+        conn.delays.values[index, :500], conn.delays.counts[index] = delay, 500
+        board_window.live.look()
+        said = column(board_window, index)[0].split()[0]
+        assert switch.lines.ways[index][1].text() == f"{said} ms"
+        assert 1e-3 * float(said) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
+        qtbot.waitUntil(
+            lambda said=said: f", {said} ms from sensor" in card.words.text(), timeout=PATIENCE_MS
+        )
+
+
+def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, monkeypatch):
+    card, engine = board_window.stability, board_window.studio.engine
+    fault = SimpleNamespace(text="Fault: no sensor frame for 20 ms.", detail="", code=1)
+    qtbot.waitUntil(lambda: card.headline.text() == "Measuring the delay", timeout=PATIENCE_MS)
+    monkeypatch.setattr(type(engine), "fault", property(lambda _self: fault))
+    board_window.live.look()
+    qtbot.waitUntil(lambda: card.headline.text() == "Not measured while stopped", timeout=PATIENCE_MS)
 
 
 def filled(seconds=4.0):
