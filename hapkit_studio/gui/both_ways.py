@@ -27,7 +27,10 @@ PAST_SECONDS = 12.0
 """So far back from a switch a movement like the one after it is looked for."""
 FADED_SECONDS = 0.2
 """After a switch the force has faded in."""
-UNWATCHED = "While the board renders, nobody watches the energy, and no alarm comes."
+UNWATCHED = (
+    "No energy alarm while the board renders: the passivity observer is part of the computer's loop, "
+    "which computes no force now."
+)
 
 
 class BothWays(QObject):
@@ -119,4 +122,5 @@ def difference_words(history: History, one: Part, other: Part) -> str:
     )
     apart = np.abs(first.y["applied"][known[0]] - there)
     usual, most = (number(value, 2) for value in (float(np.sqrt(np.mean(apart**2))), float(apart.max())))
-    return f"Same movement of the hand, both ways: the forces differ by {usual} N rms, {most} N at most."
+    lines = f"dotted: {one.where}, in colour: {other.where}"
+    return f"Same movement of the hand, {lines}. The forces differ by {usual} N rms, {most} N at most."

@@ -35,7 +35,7 @@ GRIP = Choice(
     "released may be calm in a firm grip.",
 )  # fmt: skip
 CONTROLLER = "Adds damping only while the scene gives energy."
-UNWATCHED = "The computer's alone: while the board renders, nobody watches the energy."
+UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
 _ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
 _ROOM_FOR_WAYS = 120
 """What the switch and its facts take in addition, where there is a board."""

@@ -64,6 +64,7 @@ def test_the_difference_is_that_of_the_same_moments():
         history_of(np.zeros_like, force), Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0)
     )
     assert "0.30 N rms, 0.30 N at most" in words
+    assert "dotted: computer, in colour: board" in words
 
 
 def test_a_comparison_says_why_it_cannot_begin(held_board_window):
@@ -105,7 +106,7 @@ def test_the_energy_is_said_to_be_unwatched_while_the_board_renders(held_board_w
     assert phase.note.isHidden()
     conn.words[way.WAY] = way.THERE
     window.both._look()
-    assert "nobody watches the energy" in phase.note.text()
+    assert "part of the computer's loop" in phase.note.text()
     assert phase.note.isVisibleTo(window)
     phase.choose(0)
     assert phase.note.isHidden()
