@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.devices.profiles import of_settings
+from hapkit_studio.devices.profiles import of_settings, readings
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.protocol.messages import Board, BoardFlag, Force, Release, Sample, Settings, Stop
 
@@ -80,6 +80,7 @@ def track_of(samples: list[Sample], settings: Board) -> Track:
         for name in ("time_us", "count", "raw", "pwm", "flags", "seq", "answered", "delay_us")
     }
     steps = np.diff(columns["time_us"], prepend=columns["time_us"][:1]) % 2**32
+    columns["raw"] = readings(columns["raw"], settings.sensor)
     late = columns["delay_us"]
     kept = {name: columns[name] for name in ("count", "raw", "pwm", "flags", "seq", "answered")}
     delay = np.where(late < _LATE, late * 1e-6, np.inf)
@@ -231,5 +232,5 @@ def _doubt(sample: Sample, motion: _Motion, limits: Limits, start: float) -> Non
         )
     if abs(motion.v) > limits.speed:
         raise DoubtError(
-            f"The handle moves at {abs(motion.v):.1f} m/s (limit {limits.speed:g} m/s). Force is zero."
+            f"The handle moves at {abs(motion.v):.2f} m/s (limit {limits.speed:.2f} m/s). Force is zero."
         )

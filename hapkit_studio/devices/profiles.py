@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board, MotorMap, Pins, Sensor
 
@@ -27,6 +29,11 @@ class Kit:
 def turns_per_repeat(sensor: int) -> float:
     """Return the turns of the motor from one repeat of the sensor to the next."""
     return 0.5 if sensor == Sensor.MAGNETORESISTIVE else 1.0
+
+
+def readings(raw: np.ndarray, sensor: int) -> np.ndarray:
+    """Return readings (n,) as a sensor means them: an encoder counts both ways from where it began."""
+    return (raw + 2**15) % 2**16 - 2**15 if sensor == Sensor.QUADRATURE else raw
 
 
 def quantum_of(board: Board) -> float:

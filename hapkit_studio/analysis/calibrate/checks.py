@@ -9,7 +9,17 @@ import numpy as np
 
 from hapkit_studio.analysis.calibrate import trials
 from hapkit_studio.analysis.calibrate.sensor import NOISY, noise_of
-from hapkit_studio.analysis.calibrate.verdict import FAIL, Verdict, failed, look, passed, skipped
+from hapkit_studio.analysis.calibrate.verdict import (
+    FAIL,
+    LOOK,
+    PASS,
+    SKIP,
+    Verdict,
+    failed,
+    look,
+    passed,
+    skipped,
+)
 from hapkit_studio.devices import calibration_moves as moves
 from hapkit_studio.devices.calibration import Bench, DoubtError, LateError, StoppedError
 from hapkit_studio.devices.profiles import numbered, quantum_of
@@ -231,14 +241,21 @@ class Report:
     @property
     def words(self) -> str:
         """Return the whole in one line."""
-        bad = FAIL if self.dangerous else None
-        open_ = [key for key, v in self.verdicts.items() if (v.level == bad if bad else not v.good)]
-        if not open_:
+        if self.good:
             return "Your Hapkit is well."
-        titles = ", ".join(check.title.lower() for check in CHECKS if check.key in open_)
+        left_out = self._titles(SKIP)
+        rest = f" Not tested until then: {left_out}." if left_out else ""
         if self.dangerous:
-            return f"Do not use this Hapkit yet. Mend first: {titles}."
-        return f"Look at: {titles}."
+            return f"Do not use this Hapkit yet. Mend first: {self._titles(FAIL)}.{rest}"
+        rest = rest or (" All else is well." if self._titles(PASS) else "")
+        return f"Look at: {self._titles(LOOK)}.{rest}"
+
+    def _titles(self, level: str) -> str:
+        """Return the checks with a verdict of a level, in words."""
+        return ", ".join(c.title.lower() for c in CHECKS if self._level(c.key) == level)
+
+    def _level(self, key: str) -> str:
+        return self.verdicts[key].level if key in self.verdicts else ""
 
 
 def run_all(

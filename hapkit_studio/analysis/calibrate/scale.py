@@ -23,6 +23,7 @@ _KNOWN = 4
 # how far from the radii a scale may be; further off, and near a factor 2, a diameter stands for a radius
 NEAR = 0.06
 _FACTOR = 0.12
+_NAMES = {"handle_radius": "The handle's radius rh", "pulley_radius": "The pulley's radius rp"}
 
 
 @dataclass(frozen=True)
@@ -121,17 +122,18 @@ def _judge_ratio(found: Scale, board: Board) -> Verdict:
         )
     pulley, handle = 1e3 * board.pulley_radius, 1e3 * board.handle_radius
     words = f"The handle moves {found.ratio:.2f} × as far per count as the radii make."
-    for factor, said, true in ((0.5, "diameter", "radius"), (2.0, "half the radius", "radius")):
+    for factor, said in ((0.5, "the pulley's diameter"), (2.0, "half the pulley's radius")):
         if abs(found.ratio / factor - 1.0) <= _FACTOR:
             return look(
                 "diameter",
-                f"{words} {pulley:.1f} mm looks like the pulley's {said}, not its {true}.",
-                f"Use {pulley * factor:.1f} mm, or check that the marks are as far apart as you entered.",
+                f"{words} {pulley:.1f} mm looks like {said}, not its radius.",
+                f"Type {pulley * factor:.1f} mm for the pulley, press Use these radii. "
+                "Or check how far apart the marks are.",
             )
     return look(
         "radius",
         f"{words} The handle may be {handle * found.ratio:.0f} mm from the axis, not {handle:.0f} mm.",
-        f"Measure rh, rp and rs. Go on, and the pulley counts as {pulley * found.ratio:.2f} mm.",
+        f"Measure rh, rp and rs. Or press Use this scale: rh counts as {handle * found.ratio:.1f} mm then.",
     )
 
 
@@ -142,5 +144,22 @@ def changes(found: Scale, board: Board) -> dict[str, float | int]:
     difference follows the marks, and the force is right with it.
     """
     made = {"quantum": found.quantum, "zero": round(found.zero), "sense": found.sense}
-    radius = "handle_radius" if found.verdict.key == "radius" else "pulley_radius"
+    radius = _explains(found)
     return made | {radius: getattr(board, radius) * found.ratio}
+
+
+def in_force(found: Scale, before: Board) -> Verdict:
+    """Return the verdict once the marks are in force: a radius that was wrong has given way."""
+    if found.verdict.key not in ("diameter", "radius"):
+        return found.verdict
+    radius = _explains(found)
+    old, name = 1e3 * getattr(before, radius), _NAMES[radius]
+    return passed(
+        f"{1e6 * found.quantum:.2f} ± {1e6 * found.quantum_half:.2f} µm per count, as the marks say. "
+        f"{name} counts as {old * found.ratio:.2f}\N{NO-BREAK SPACE}mm now, not {old:.2f} mm."
+    )
+
+
+def _explains(found: Scale) -> str:
+    """Return the radius that a difference from the radii is put down to."""
+    return "handle_radius" if found.verdict.key == "radius" else "pulley_radius"

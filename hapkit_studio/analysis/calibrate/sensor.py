@@ -6,6 +6,7 @@ import numpy as np
 
 from hapkit_studio.analysis.calibrate.verdict import PASS, Verdict, look, passed
 from hapkit_studio.devices.calibration import Track
+from hapkit_studio.devices.calibration_words import MINUS
 from hapkit_studio.devices.profiles import quantum_of
 from hapkit_studio.protocol.messages import Board, Sensor
 
@@ -135,7 +136,8 @@ def _judge_range(found: Sensed, track: Track, board: Board) -> Verdict:
         words = "The sensor works. Counts grow to the left, if you began there: step 2 turns them round."
         return Verdict(PASS, words, key="inverted")
     repeats = f", {found.repeats} repeats" if found.repeats else ""
-    return passed(f"The sensor reads {found.low} to {found.high}{repeats}, over {1e3 * found.travel:.0f} mm.")
+    low, high = (f"{value:,}".replace("-", MINUS) for value in (found.low, found.high))
+    return passed(f"The sensor reads {low} to {high}{repeats}, over {1e3 * found.travel:.0f} mm.")
 
 
 def changes(found: Sensed, board: Board) -> dict[str, int]:

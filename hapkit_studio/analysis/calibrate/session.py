@@ -92,11 +92,11 @@ class Calibration:
 
     def use_scale(self) -> Verdict:
         """Put the scale in force: positions, and the radius that explains them; raise ParameterError."""
-        found = self.scale or self.measure_scale()
-        self._change(**scale.changes(found, self.board))
+        found, before = self.scale or self.measure_scale(), self.board
+        self._change(**scale.changes(found, before))
         if self.held:
             self.use_weights()
-        return found.verdict
+        return scale.in_force(found, before)
 
     # 3: direction
     def push(self) -> Verdict:

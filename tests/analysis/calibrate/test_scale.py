@@ -70,13 +70,20 @@ def test_radii_that_do_not_fit_are_named_and_follow_the_marks(changed, key):
     assert made.quantum == pytest.approx(Q)
     assert quantum_of(made) == pytest.approx(Q)
     if key:
-        assert getattr(made, next(iter(changed))) == pytest.approx(getattr(BOARD, next(iter(changed))))
+        name, right = next((name, getattr(BOARD, name)) for name in changed)
+        assert getattr(made, name) == pytest.approx(right)
+        said = scale.in_force(found, board)
+        assert said.good
+        assert f"{1e3 * right:.2f}\N{NO-BREAK SPACE}mm now, not {1e3 * changed[name]:.2f} mm" in said.words
+        assert f"{1e3 * right:.1f} mm" in found.verdict.remedy
 
 
 def test_a_cable_that_slips_is_found_at_the_second_middle():
     kit = PaddleKit()
     work = session(kit)
-    assert hold_at_marks(kit, work, slip_at=3).verdict.key == "slipped"
+    found = hold_at_marks(kit, work, slip_at=3)
+    assert found.verdict.key == "slipped"
+    assert scale.in_force(found, work.board) == found.verdict
     assert hold_at_marks(kit, work).verdict.good
 
 
