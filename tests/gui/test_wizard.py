@@ -171,7 +171,7 @@ def test_the_hand_of_a_board_that_has_one_is_dragged_on_the_rail(played, qtbot):
     rail.show_hand(shell.desk.hand_is_ours)
     qtbot.mousePress(rail, Qt.MouseButton.LeftButton, pos=middle)
     assert led[-1] == pytest.approx(0.0, abs=3e-4)
-    qtbot.mouseDClick(rail, Qt.MouseButton.LeftButton, pos=middle)
+    rail.let_go.click()
     assert led[-1] is None
     kit.hand = None
 

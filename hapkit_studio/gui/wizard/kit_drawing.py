@@ -7,17 +7,35 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from hapkit_studio.gui.theme import theme
 
 _SIZE = QSize(500, 250)
+_LEAST = 12
+"""Pixels of the words on the screen at least, however small the drawing."""
 
 
 class KitDrawing(QWidget):
-    """Draws the kit; usb, supply: True connected, False to be left out. weight: one hangs at the handle."""
+    """Draws the kit; usb, supply: True connected, False to be left out.
 
-    def __init__(self, usb: bool, supply: bool, weight: bool = False, parent: QWidget | None = None):
+    ``show_weight``: it lies on its side, a mass hangs at its handle; ``show_scale``: it pushes on a scale.
+    """
+
+    def __init__(self, usb: bool, supply: bool, parent: QWidget | None = None):
         super().__init__(parent)
-        self.usb, self.supply, self.weight = usb, supply, weight
+        self.usb, self.supply = usb, supply
+        self.weight: str | None = None
+        self.scale = False
+        self._zoom = 1.0
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
         self.setMinimumSize(300, 150)
         self.setAccessibleName("Drawing of the kit")
+
+    def show_weight(self, grams: str) -> None:
+        """Lay the kit on its side, with so many grams at its handle; "0" for none."""
+        self.weight, self.scale = grams, False
+        self.update()
+
+    def show_scale(self) -> None:
+        """Stand the kit up, with a kitchen scale at the right of its handle."""
+        self.weight, self.scale = None, True
+        self.update()
 
     def sizeHint(self) -> QSize:
         return _SIZE
@@ -28,15 +46,17 @@ class KitDrawing(QWidget):
         painter.setPen(QPen(theme.color("line"), 1))
         painter.setBrush(theme.color("scene"))
         painter.drawRoundedRect(QRectF(0.5, 0.5, self.width() - 1, self.height() - 1), 8, 8)
-        scale = min(self.width() / _SIZE.width(), self.height() / _SIZE.height())
+        zoom = self._zoom = min(self.width() / _SIZE.width(), self.height() / _SIZE.height())
         painter.translate(
-            (self.width() - scale * _SIZE.width()) / 2, (self.height() - scale * _SIZE.height()) / 2
+            (self.width() - zoom * _SIZE.width()) / 2, (self.height() - zoom * _SIZE.height()) / 2
         )
-        painter.scale(scale, scale)
-        if self.weight:
+        painter.scale(zoom, zoom)
+        if self.weight is not None:
             self._on_its_side(painter)
         else:
             self._upright(painter)
+        if self.scale:
+            self._kitchen_scale(painter)
 
     def _pen(self, token: str, width: float = 2.0) -> QPen:
         pen = QPen(theme.color(token), width)
@@ -104,18 +124,32 @@ class KitDrawing(QWidget):
         painter.rotate(-90)
         self._paddle(painter)
         painter.restore()
+        self._words(painter, QRectF(0, 24, 400, 22), "the left side of the kit is down", "ink2")
+        if self.weight == "0":
+            self._words(painter, QRectF(60, 178, 160, 24), "no mass yet", "ink2")
+            return
         painter.setPen(self._pen("ink", 1.6))
         painter.drawLine(QPointF(140, 142), QPointF(140, 184))
         painter.setPen(self._pen("objline"))
         painter.setBrush(theme.color("obj"))
         painter.drawRoundedRect(QRectF(118, 184, 44, 40), 5, 5)
-        self._words(painter, QRectF(118, 184, 44, 40), "m", "ink")
-        self._words(painter, QRectF(30, 40, 240, 22), "the left side of the kit is down", "ink2")
+        self._words(painter, QRectF(172, 192, 200, 24), f"{self.weight} g", "ink", Qt.AlignmentFlag.AlignLeft)
+
+    def _kitchen_scale(self, painter: QPainter) -> None:
+        """Draw a kitchen scale on its edge, its plate at the handle's right."""
+        painter.setPen(self._pen("objline"))
+        painter.setBrush(theme.color("obj"))
+        painter.drawRoundedRect(QRectF(131, 24, 9, 72), 3, 3)
+        painter.drawRect(QRectF(140, 50, 12, 20))
+        painter.drawRoundedRect(QRectF(152, 14, 26, 92), 5, 5)
+        self._words(painter, QRectF(186, 48, 200, 24), "kitchen scale", "ink2", Qt.AlignmentFlag.AlignLeft)
 
     def _words(
         self, painter: QPainter, box: QRectF, words: str, token: str,
         where: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignHCenter,
     ) -> None:  # fmt: skip
         painter.setPen(QColor(theme.color(token)))
-        painter.setFont(theme.font("strong"))
+        font = theme.font("strong")
+        font.setPixelSize(round(max(font.pixelSize(), _LEAST / self._zoom)))
+        painter.setFont(font)
         painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, words)

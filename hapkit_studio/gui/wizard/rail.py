@@ -1,8 +1,8 @@
 """The handle on its rail, where the board says it is: the marks, and the force that the motor makes."""
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QResizeEvent
+from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
 from hapkit_studio.gui.theme import number, theme
 
@@ -12,12 +12,14 @@ _HEIGHT = 166
 _END = 0.062
 _REACH = 0.055
 _PER_NEWTON = 90.0
+_EDGE, _WORDS = 6.0, 86.0
+"""Pixels that the arrow keeps from the edge, and that its number takes beside its tip."""
 
 
 class Rail(QWidget):
     """Draws position in m, marks in m with whether each is taken, force in N; None: not known yet.
 
-    ``led(place)``: a person drags the hand of a board that has one, in m; None lets go, by a double click.
+    ``led(place)``: a person drags the hand of a board that has one, in m; None lets go, by a button.
     """
 
     led = Signal(object)
@@ -29,6 +31,11 @@ class Rail(QWidget):
         self.takes_hand = False
         self.force = 0.0
         self.marks: tuple[tuple[float, bool], ...] = ()
+        self.let_go = QPushButton("Let go", self)
+        self.let_go.setAutoDefault(False)
+        self.let_go.setProperty("always", True)  # also while the motor runs: it carries what was held
+        self.let_go.clicked.connect(lambda: self.lead(None))
+        self.let_go.hide()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.setMinimumSize(360, _HEIGHT)
         self.setAccessibleName("Handle on its rail")
@@ -47,7 +54,21 @@ class Rail(QWidget):
         """Hold the hand at a place in m; None lets go."""
         self.hand = None if place is None else min(max(place, -_REACH), _REACH)
         self.led.emit(self.hand)
+        self._look()
+
+    def forget_hand(self) -> None:
+        """Hold nothing any more."""
+        self.hand = None
+        self._look()
+
+    def _look(self) -> None:
+        self.let_go.setVisible(self.hand is not None)
         self.update()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        size = self.let_go.sizeHint()
+        self.let_go.setGeometry(self.width() - size.width() - 8, 8, size.width(), size.height())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self.mouseMoveEvent(event)
@@ -56,10 +77,6 @@ class Rail(QWidget):
         if self.takes_hand and event.buttons() & Qt.MouseButton.LeftButton:
             self.lead((event.position().x() - self.width() / 2) / (self.width() / 2 - 24) * SPAN)
 
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        if self.takes_hand:
-            self.lead(None)
-
     def show_marks(self, marks: tuple[tuple[float, bool], ...]) -> None:
         """Show places in m, and whether they are taken."""
         self.marks = marks
@@ -67,6 +84,10 @@ class Rail(QWidget):
 
     def sizeHint(self) -> QSize:
         return QSize(520, _HEIGHT)
+
+    def _size(self) -> float:
+        """Return by what the handle is larger where there is more room."""
+        return min(max(self.height() / _HEIGHT, 1.0), 1.7)
 
     def _x(self, place: float) -> float:
         return self.width() / 2 + place / SPAN * (self.width() / 2 - 24)
@@ -101,13 +122,13 @@ class Rail(QWidget):
     def _hand(self, painter: QPainter, base: float) -> None:
         painter.setFont(theme.font("hint"))
         painter.setPen(theme.color("accent"))
-        words = "Drag here: the virtual hand. Double click: let go."
+        words = "Drag here: the virtual hand, which holds on until you let go."
         painter.drawText(
             QRectF(10, self.height() - 18, self.width() - 20, 16), Qt.AlignmentFlag.AlignLeft, words
         )
         if self.hand is None:
             return
-        at = QPointF(self._x(self.hand), base - 84)
+        at = QPointF(self._x(self.hand), base - 84 * self._size())
         painter.setPen(QPen(theme.color("accent"), 2.5))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(at, 9, 9)
@@ -125,7 +146,7 @@ class Rail(QWidget):
             painter.drawText(QRectF(x - 40, 4, 80, 20), Qt.AlignmentFlag.AlignCenter, words)
 
     def _handle(self, painter: QPainter, base: float, x: float) -> None:
-        size = min(max(self.height() / _HEIGHT, 1.0), 1.7)
+        size = self._size()
         painter.save()
         painter.translate(x, base)
         painter.scale(size, size)
@@ -143,10 +164,9 @@ class Rail(QWidget):
 
     def _arrow(self, painter: QPainter, y: float, x: float, size: float) -> None:
         side = 1.0 if self.force > 0.0 else -1.0
-        start, tip = (
-            x + side * 26 * size,
-            x + side * (14 + 26 * size + _PER_NEWTON * min(abs(self.force), 2.0)),
-        )
+        start = x + side * 26 * size
+        tip = start + side * (14 + _PER_NEWTON * min(abs(self.force), 2.0))
+        tip = min(max(tip, _EDGE), self.width() - _EDGE)
         painter.setPen(QPen(theme.color("applied"), 5))
         painter.drawLine(QPointF(start, y), QPointF(tip - side * 10, y))
         painter.setPen(Qt.PenStyle.NoPen)
@@ -156,6 +176,8 @@ class Rail(QWidget):
         painter.setPen(theme.color("applied"))
         painter.setFont(theme.font("strong"))
         words = f"{number(self.force, 2)} N"
-        box = QRectF(tip + (6 if side > 0 else -86), y - 10, 80, 20)
-        where = Qt.AlignmentFlag.AlignLeft if side > 0 else Qt.AlignmentFlag.AlignRight
+        roomy = _WORDS <= tip <= self.width() - _WORDS
+        at, right = (tip, side > 0.0) if roomy else (x - side * 26 * size, side < 0.0)
+        box = QRectF(at + (6 if right else -_WORDS), y - 10, _WORDS - 6, 20)
+        where = Qt.AlignmentFlag.AlignLeft if right else Qt.AlignmentFlag.AlignRight
         painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, words)

@@ -8,6 +8,7 @@ from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.analysis.calibrate.motor_map import force_of
+from hapkit_studio.devices.profiles import readings
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.header import StopButton
 from hapkit_studio.gui.theme import theme
@@ -96,6 +97,7 @@ class Shell(QDialog):
         clock, raw, count = np.array([(s.time_us, s.raw, s.count) for s in shown]).T
         time = 1e-6 * np.cumsum(np.diff(clock, prepend=clock[0]) % 2**32)
         force = float(force_of(bench.now, np.array([samples[-1].pwm]))[0])
+        raw = readings(raw, bench.now.sensor)
         self.show_seen(Seen(time, raw, count * bench.now.quantum, force))
 
     def _stop_changed(self) -> None:

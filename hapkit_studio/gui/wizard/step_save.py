@@ -14,6 +14,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.page import StepPage
+from hapkit_studio.protocol.messages import Sensor
 
 Notes = dict[str, tuple[bool, str]]
 
@@ -37,7 +38,7 @@ class SaveStep(StepPage):
         self._grid = QGridLayout(self.table)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setHorizontalSpacing(28)
-        self._grid.setVerticalSpacing(4)
+        self._grid.setVerticalSpacing(2)
         dress(self.table, "QLabel { font-size: 14px; }")
         self.column.addWidget(self.table)
         self.assumptions = QLabel()
@@ -101,7 +102,7 @@ class SaveStep(StepPage):
         self._show_question(True)
         self.box.say(
             "Put back what the board had when this window opened?",
-            "All that the steps found is forgotten.",
+            "All that the steps found is forgotten. A saved file stays.",
             "triangle",
             "warn",
         )
@@ -133,18 +134,16 @@ class SaveStep(StepPage):
         self._fill()
         self.file.setText(f"File: {path}")
         self.file.show()
-        reach = 1e3 * self._reach()
-        self.show_verdict(
-            passed(
-                f"Saved on the board and in {Path(path).name}. Switch on with the handle within "
-                f"{reach:.0f} mm of the middle: the board finds its zero from there."
-            )
-        )
+        self.show_verdict(passed(f"Saved on the board and in {Path(path).name}. {self._next_start()}"))
 
-    def _reach(self) -> float:
-        """Return how far from the middle a board may be switched on, in m."""
+    def _next_start(self) -> str:
+        """Say where the handle must be when the board is switched on, for its zero to be right."""
         board = self.subject.board
-        return 0.4 * board.counts_per_flip * board.quantum
+        if board.sensor == Sensor.QUADRATURE:
+            return "Always switch on with the handle in the middle: an encoder's zero is where it starts."
+        reach = 0.4e3 * board.counts_per_flip * board.quantum
+        words = f"Switch on with the handle within {reach:.0f}\N{NO-BREAK SPACE}mm of the middle"
+        return f"{words}: the board finds its zero from there."
 
     def _put_back(self, _none: object) -> None:
         self._fill()

@@ -4,6 +4,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout
 
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
+from hapkit_studio.analysis.calibrate.verdict import Verdict
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.theme import number
 from hapkit_studio.gui.wizard.desk import Desk
@@ -12,6 +13,8 @@ from hapkit_studio.gui.wizard.page import Seen, StepPage
 from hapkit_studio.gui.wizard.rail import Rail
 
 PLACES = (0.0, -0.020, 0.020, 0.0)
+_SAME = 6e-6
+"""m by which a radius may differ from what is shown of it."""
 _RADII = (
     ("handle_radius", "Axis to handle, rh"),
     ("pulley_radius", "Pulley, rp"),
@@ -28,9 +31,8 @@ class ScaleStep(StepPage):
     def __init__(self, desk: Desk):
         super().__init__(desk)
         self.say(
-            "Mark 0 in the middle and 20 mm to either side, at the handle, with a ruler. Hold the handle "
-            "still at each mark and press Take. The middle comes twice: that shows whether the cable slips. "
-            "Until then the zero is the board's old one, which may be off."
+            "With a ruler, mark 0 in the middle and 20 mm to either side, at the handle. Hold the handle "
+            "still at each mark and press Take. The middle comes twice: that shows whether the cable slips."
         )
         self.rail = self.with_hand(Rail())
         self.column.addWidget(self.rail)
@@ -60,6 +62,8 @@ class ScaleStep(StepPage):
             cell.addWidget(self.radii[key], 1, 0)
             grid.addLayout(cell)
         self.set_radii = self.button("Use these radii", self.use_radii)
+        for box in self.radii.values():
+            box.valueChanged.connect(lambda _value: self._offer_radii())
         grid.addWidget(self.set_radii, 0, Qt.AlignmentFlag.AlignBottom)
         grid.addStretch(1)
         hint = QLabel("Radii of your kit, not diameters:")
@@ -72,7 +76,7 @@ class ScaleStep(StepPage):
         if self.desk.subject is not None:
             self._show_radii()
             if not self.subject.marks:
-                self.box.say(f"Hold the handle at {_mm(PLACES[0])}, then press Take.")
+                self._say_first()
 
     def show_seen(self, seen: Seen) -> None:
         self.rail.show_handle(float(seen.position[-1]))
@@ -92,8 +96,12 @@ class ScaleStep(StepPage):
 
     def withdraw(self) -> None:
         super().withdraw()
-        self.box.say(f"Hold the handle at {_mm(PLACES[0])}, then press Take.")
+        self._say_first()
         self._offer()
+
+    def _say_first(self) -> None:
+        words = f"Hold the handle at {_mm(PLACES[0])}, then press Take."
+        self.box.say(words, "Until then the picture has the board's old zero, which may be off.")
 
     def use(self) -> None:
         """Put the scale in force."""
@@ -121,24 +129,36 @@ class ScaleStep(StepPage):
         off = ", ".join(number(1e3 * r, 2) for r in scale.residuals)
         turned = scale.sense != self.subject.board.sense
         round_ = " The sensor counts the other way: positions are turned round." if turned else ""
-        self.taken.setText(f"Off the line through all: {off} mm.{round_}")
+        self.taken.setText(f"Each mark's distance from the straight line: {off} mm.{round_}")
         self.box.show_verdict(scale.verdict)
-        if scale.verdict.key != "slipped":
-            self.apply.setFocus()
+        self.take.setProperty("first", False)  # an Enter too many must not take a fifth mark
+        self.apply.setProperty("first", scale.verdict.good)
 
-    def _used(self, verdict: object) -> None:
+    def _used(self, verdict: Verdict) -> None:
         self._show_radii()
-        scale = self.subject.scale
-        assert scale is not None
-        self.show_verdict(scale.verdict)
+        self.show_verdict(verdict)
 
     def _set(self, _none: object) -> None:
         self._show_radii()
+        self.verdict = None
+        self.changed.emit()
+        if len(self.subject.marks) >= len(PLACES):
+            self._fit()  # what was taken says at once whether they are right
+            return
         self.box.say("The board has these radii now. Take the marks: they check them.", "", "check", "ok")
 
     def _show_radii(self) -> None:
         for key, box in self.radii.items():
             box.show_metres(getattr(self.subject.board, key))
+        self._offer_radii()
+
+    def _offer_radii(self) -> None:
+        """Offer radii only where those typed are others than the board's."""
+        subject = self.desk.subject
+        other = subject is not None and any(
+            abs(box.metres - getattr(subject.board, key)) > _SAME for key, box in self.radii.items()
+        )
+        self.set_radii.setEnabled(other and not self.desk.busy)
 
     def _offer(self) -> None:
         """Offer the next mark."""
@@ -150,11 +170,14 @@ class ScaleStep(StepPage):
         self.rail.show_marks(tuple((p, p in taken and p not in left) for p in places))
         if not marks:
             self.taken.setText("")
+        self.take.setProperty("first", True)
+        self.apply.setProperty("first", False)
         self.apply.setEnabled(len(taken) >= 2)
 
     def set_busy(self, busy: bool) -> None:
         super().set_busy(busy)
         if not busy:
+            self._offer_radii()
             self.apply.setEnabled(self.desk.subject is not None and len(self.subject.marks) >= 2)
 
 

@@ -9,6 +9,8 @@ from hapkit_studio.gui.wizard.sensor_plot import SensorPlot
 from hapkit_studio.protocol.messages import Sensor
 
 SECONDS = 10.0
+_USUAL = (0, 1023)
+_SCALES = {Sensor.AS5048A: (0, 16383), Sensor.QUADRATURE: (-100, 100)}
 
 
 class SensorStep(StepPage):
@@ -32,8 +34,9 @@ class SensorStep(StepPage):
         self.box.say("Waiting for you at the left end.")
 
     def show_seen(self, seen: Seen) -> None:
-        top = 16383 if self.subject.board.sensor == Sensor.AS5048A else 1023
-        self.plot.show_readings(seen.time, seen.raw, max(top, int(seen.raw.max())))
+        bottom, top = _SCALES.get(Sensor(self.subject.board.sensor), _USUAL)
+        most = int(abs(seen.raw).max())  # an encoder goes as far as the handle does
+        self.plot.show_readings(seen.time, seen.raw, min(bottom, -most) if bottom else 0, max(top, most))
         self.rail.show_handle(float(seen.position[-1]))
 
     def start(self) -> None:

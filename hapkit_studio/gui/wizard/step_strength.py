@@ -47,7 +47,8 @@ class StrengthStep(StepPage):
         dress(self.words, BIG)
         self.column.addWidget(self.words)
         self.rail = self.with_hand(Rail())
-        self.pictures(KitDrawing(usb=True, supply=True, weight=True), self.rail)
+        self.drawing = KitDrawing(usb=True, supply=True)
+        self.pictures(self.drawing, self.rail)
         self.column.addWidget(self._weights())
         self.column.addWidget(self._scale())
         self.taken = QLabel()
@@ -55,6 +56,7 @@ class StrengthStep(StepPage):
         self.column.addWidget(self.taken)
         self.column.addWidget(self.box)
         self.way.chosen.connect(self._show_way)
+        self.mass.valueChanged.connect(lambda _grams: self._draw())
         self._show_way(0)
         self.box.say("The motor is off until you press a button.")
 
@@ -89,6 +91,13 @@ class StrengthStep(StepPage):
         self.words.setText((_WEIGHTS, _SCALE)[index])
         self.weights.setVisible(index == 0)
         self.scale.setVisible(index == 1)
+        self._draw()
+
+    def _draw(self) -> None:
+        if self.way.index == 0:
+            self.drawing.show_weight(f"{self.mass.value():g}")
+        else:
+            self.drawing.show_scale()
 
     def show_seen(self, seen: Seen) -> None:
         self.rail.show_handle(float(seen.position[-1]), seen.force)
@@ -107,9 +116,10 @@ class StrengthStep(StepPage):
     def _carried(self, found: tuple[float, float]) -> None:
         held = sorted(self.subject.held, key=lambda h: h[0])
         mass, force = found
-        self.box.say(f"{1e3 * mass:g} g took {number(abs(force), 2)} N by the profile.", "", "check", "ok")
         self.taken.setText("Carried: " + ", ".join(f"{1e3 * m:g} g" for m, _ in held) + ".")
         rest = [m for m in MASSES if m not in [h[0] for h in held]]
+        found_words = f"{1e3 * mass:g} g took {number(abs(force), 2)} N by the profile."
+        self.box.say(found_words, _hang(rest[0]) if rest else "Now press Use these.", "check", "ok")
         if rest:
             self.mass.show_kilograms(rest[0])
         self.use.setEnabled(any(m > 0.0 for m, _ in held))
@@ -155,6 +165,10 @@ class StrengthStep(StepPage):
             )
         )
 
+    def show_refusal(self, words: str, remedy: str = "") -> None:
+        again = "Hold the handle in the middle again, then press Carry; let go slowly."
+        super().show_refusal(words, remedy or (again if self.way.index == 0 else ""))
+
     def withdraw(self) -> None:
         super().withdraw()
         self.pressed = None
@@ -165,3 +179,9 @@ class StrengthStep(StepPage):
         super().set_busy(busy)
         if not busy and self.desk.subject is not None:
             self.use.setEnabled(any(m > 0.0 for m, _ in self.subject.held))
+
+
+def _hang(mass: float) -> str:
+    """Return what to do for the next mass in kg."""
+    what = f"hang {1e3 * mass:g} g on it" if mass > 0.0 else "take the mass off"
+    return f"Next: {what}, hold the handle in the middle, press Carry."

@@ -89,7 +89,7 @@ class WizardWindow(Shell):
         self.pages.setCurrentIndex(index)
         self.desk.lead(None)
         for rail in self.findChildren(Rail):
-            rail.hand = None
+            rail.forget_hand()
         self.list.show_current(index)
         self.back.setEnabled(index > 0)
         last = index == len(self.steps) - 1
