@@ -34,7 +34,7 @@ class FlipTracker {
   // Take a reading that goes on with the motion; false, and nothing is changed, for any other.
   bool follow(uint16_t raw) { return follow(this, raw); }
 
-  // Take any other reading; return the first place plus all that was passed and shifted since.
+  // Take any reading; return the first place plus all that was passed and shifted since.
   int32_t update(uint16_t raw) {
     if (follow(raw) || (settle(raw) && follow(raw))) bridged_ = 0;
     return position_;

@@ -130,6 +130,7 @@ sensor_count:
   brlo 1f
   rcall follow
   brtc 2f
+  ldi r22, 0          ; it did not fail
 1:call sensor_consider
   ldi r30, lo8(sensor_watched)
   ldi r31, hi8(sensor_watched)

@@ -15,8 +15,8 @@ constexpr uint16_t kAnyReading = 65535;
 // What every reading needs, in an order that the board's assembler knows.
 struct Watched {
   FlipTracker flips;
-  uint16_t lowest;  // readings that can be right, and how many more
-  uint16_t span;
+  uint16_t lowest;  // of the readings that can be right
+  uint16_t span;    // how far above it they go
   bool wary;  // not started, or in doubt
   int8_t sense;
 };

@@ -91,3 +91,20 @@ def test_the_assembler_bridges_and_believes_what_the_c_plus_plus_does(board, com
     raw = raw + FAILED * (rng.random(600) < 0.05)
     asked = words(kit, raw)
     np.testing.assert_array_equal(board(asked), computer(asked))
+
+
+@pytest.mark.parametrize("kit", KITS)
+def test_one_wrong_reading_in_a_calm_motion_is_bridged(board, computer, kit):
+    size, _, lowest = KITS[kit]
+    span = size or 65536
+    counts = np.floor(np.cumsum(span / 40 * np.sin(np.arange(600) / 24.0))).astype(np.int64)
+    raw = readings(counts, size, lowest)
+    # so far apart that all doubt is over in between
+    wrong = np.arange(600) % 40 == 39
+    raw[wrong] = readings(counts[wrong] + span // 3, size, lowest)
+    asked = words(kit, raw)
+    found = board(asked)[1:]
+    np.testing.assert_array_equal(found, computer(asked)[1:])
+    if size:
+        # as if the last step but one went on
+        assert np.abs((found - found[0]) - (counts - counts[0])).max() <= 0.01 * span
