@@ -91,7 +91,7 @@ class FlipTracker {
     if (believed) {
       position_ += aside_ahead_;
       step_ = aside_step_;
-      going_ = further;
+      going_ = nearest(further);  // as it will look from there
       last_ = raw - further;
     }
     aside_ahead_ += further;
@@ -116,7 +116,7 @@ class FlipTracker {
   uint16_t slack_ = 0;
   int16_t step_ = 0;   // the last one that was believed
   int16_t going_ = 0;  // the motion that goes on
-  int16_t aside_ahead_ = 0;  // where the doubtful readings lead, from position_
+  int32_t aside_ahead_ = 0;  // where the doubtful readings lead, from position_
   uint16_t aside_ = 0;
   int16_t aside_step_ = 0;
   uint8_t bridged_ = 0;

@@ -6,10 +6,10 @@
 #define SLACK 8
 #define STEP 10
 #define GOING 12
-#define LOWEST 21  // and in what sensor::count has besides
-#define SPAN 23
-#define WARY 25
-#define SENSE 26
+#define LOWEST 23  // and in what sensor::count has besides
+#define SPAN 25
+#define WARY 27
+#define SENSE 28
 
   .section .text.sensor_follow, "ax", @progbits
 

@@ -23,7 +23,7 @@ struct Watched {
 
 #ifdef __AVR__
 #define SEEN_BY_ASSEMBLER __attribute__((externally_visible))
-static_assert(sizeof(FlipTracker) == 21, "the assembler looks behind it");
+static_assert(sizeof(FlipTracker) == 23, "the assembler looks behind it");
 #else
 #define SEEN_BY_ASSEMBLER
 #endif
