@@ -10,16 +10,8 @@ import numpy as np
 from hapkit_studio.analysis.calibrate import trials
 from hapkit_studio.analysis.calibrate.sensor import NOISY, noise_of
 from hapkit_studio.analysis.calibrate.verdict import (
-    FAIL,
-    LOOK,
-    PASS,
-    SKIP,
-    Verdict,
-    failed,
-    look,
-    passed,
-    skipped,
-)
+    FAIL, LOOK, PASS, SKIP, Verdict, failed, look, passed, skipped,
+)  # fmt: skip
 from hapkit_studio.devices import calibration_moves as moves
 from hapkit_studio.devices.calibration import Bench, DoubtError, LateError, StoppedError
 from hapkit_studio.devices.profiles import numbered, quantum_of
