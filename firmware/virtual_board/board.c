@@ -84,7 +84,7 @@ static void handler_entered(avr_irq_t *irq, uint32_t running, void *param)
 		b->avr->cycle += 4;
 }
 
-// Interrupts were switched off at this cycle or, by an instruction, up to CHUNK cycles later.
+// Interrupts were switched off at this cycle or, by an instruction, before the next one.
 static void note_off(struct board *b, avr_cycle_count_t cycle, avr_flashaddr_t pc)
 {
 	if (b->started && !b->off_since) {
@@ -128,7 +128,8 @@ static void serve_interrupts(struct board *b)
 		avr_service_interrupts(b->avr);
 }
 
-static void step(struct board *b, avr_cycle_count_t until)
+// A frame that is to be answered ends a sleep: the answer is due now, not at simavr's next event.
+static void step(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
 {
 	avr_t *avr = b->avr;
 	avr_cycle_count_t before = avr->cycle;
@@ -143,7 +144,8 @@ static void step(struct board *b, avr_cycle_count_t until)
 	if (avr->state == cpu_Sleeping) {
 		if (!avr->sreg[S_I])
 			crashed(b, "sleeps with interrupts off");
-		avr_cycle_count_t left = until > avr->cycle ? until - avr->cycle : 1;
+		bool goes_on = until > avr->cycle && !(stop_at_frame && b->link.asked);
+		avr_cycle_count_t left = goes_on ? until - avr->cycle : 1;
 		avr_cycle_count_t nap = idle && idle < left ? idle : left;
 		avr->cycle += nap;
 		b->asleep += nap;
@@ -174,7 +176,7 @@ void board_run(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
 	uart_poll(&b->uart);
 	while (b->avr->cycle < until && !(stop_at_frame && b->link.asked)) {
 		reset_by_watchdog(b);
-		step(b, next_look(b, until));
+		step(b, next_look(b, until), stop_at_frame);
 		if (b->avr->cycle >= b->link.due)
 			link_tick(&b->link);
 		if (b->log_cycles && b->avr->cycle >= b->next_row) {

@@ -18,8 +18,8 @@
 #include <sim_avr.h>
 #include <stdbool.h>
 
-// Cycles that simavr runs without looking up; interrupts, timers and register writes end a run at once.
-enum { CHUNK = 16 };
+// Cycles that simavr runs without looking up: an instruction, so that everything is seen when it happens.
+enum { CHUNK = 1 };
 enum { FREQUENCY = 16000000, MILLIVOLTS = 5000, VECTORS = 26 };
 
 struct board {

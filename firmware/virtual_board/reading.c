@@ -7,6 +7,7 @@
 #include "encoder.h"
 
 #include <avr_adc.h>
+#include <avr_extint.h>
 #include <avr_timer.h>
 #include <sim_core.h>
 #include <sim_irq.h>
@@ -94,9 +95,18 @@ static void attach_converter(struct board *b)
 	                        conversion_started, b);
 }
 
+// The program asks for edges alone. Asked for levels, as after a reset, simavr looks at a pin in every cycle for as
+// long as it is low, sleeping or not, whether its interrupt is on or off.
+static void forget_levels(avr_t *avr)
+{
+	for (int pin = EXTINT_IRQ_OUT_INT0; pin <= EXTINT_IRQ_OUT_INT1; pin++)
+		avr_extint_set_strict_lvl_trig(avr, (uint8_t)pin, 0);
+}
+
 void reading_attach(struct board *b)
 {
 	attach_converter(b);
+	forget_levels(b->avr);
 	b->hall.angle = hall_angle;
 	b->hall.outside = b;
 	b->spi.select = as5048a_select;
