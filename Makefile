@@ -6,7 +6,8 @@ PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 JOBS ?= 2
 # an edit in one file does not empty numba's cache of another: checks start with none
 CHECK_CACHE := build/numba-cache
-CHECK := QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CURDIR)/$(CHECK_CACHE)
+# what one program has read of the sources, tests included, the next need not read again: each takes 10 s for it
+CHECK := PYTHONDONTWRITEBYTECODE= QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CURDIR)/$(CHECK_CACHE)
 
 # tests of one file share what took long to build; in order, the files that take longest are not the last
 BY_FILE := --dist loadfile --no-loadscope-reorder

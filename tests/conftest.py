@@ -17,6 +17,15 @@ hypothesis.settings.register_profile("studio", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("studio")
 
 
+# beginning last it would run on while everything else is done: it installs the studio and compiles all of it
+LONGEST = "test_packaging.py"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let the file that takes longest begin first."""
+    items.sort(key=lambda item: item.path.name != LONGEST)
+
+
 @pytest.fixture
 def rng() -> np.random.Generator:
     """Return a random generator with a fixed seed."""

@@ -17,7 +17,8 @@ def warm_up() -> None:
         measured.classes(Setting(), damping, stiffness, executor=one)
         measured.classes(Setting(controller=True), damping, stiffness, real=True, executor=one)
     for plan in accuracy.plans().values():
-        accuracy.compute([plan.key], plan.scenes[-1].key)
+        for run in plan.runs(plan.scenes[-1]):
+            run.prepare()()
     for failure in failures.failures().values():
         limit = failure.inside(failure.case())
         if math.isfinite(limit):
