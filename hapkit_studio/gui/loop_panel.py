@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL
+from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.choice_row import ChoiceRow
@@ -40,6 +40,7 @@ _ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
 _ROOM_FOR_WAYS = 120
 """What the switch and its facts take in addition, where there is a board."""
 _LEAST_TARGET = 24
+_SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
 
 
 def _show(row: ParameterRow, value: float) -> None:
@@ -130,10 +131,15 @@ class LoopPanel(QWidget):
 
     def summary(self) -> str:
         """Return the loop in one line that fits the panel: the estimator without its options."""
-        name = ESTIMATOR.word(ESTIMATOR.check(self._studio.loop.estimator))
-        engine = self._studio.engine
-        board = "Board " if engine is not None and engine.board_way is not None else ""
-        return f"{board}{self._rate():.0f} Hz · {self.delay.box.text()} ms · {name}"
+        engine, spec, rate = self._studio.engine, self._studio.loop.spec, f"{self._rate():.0f} Hz"
+        board = engine is not None and engine.board_way is not None
+        if board:
+            from hapkit_studio.haptics.board_offer import spec_on_board  # off the first picture's way
+
+            spec = spec_on_board(spec)
+        key = parse(spec)[0].key
+        name = _SHORT.get(key) or ESTIMATOR.word(ESTIMATOR.check(key))
+        return f"Board {rate} · {name}" if board else f"{rate} · {self.delay.box.text()} ms · {name}"
 
     def _rate(self) -> float:
         engine = self._studio.engine
@@ -154,6 +160,7 @@ class LoopPanel(QWidget):
 
     def _arrange(self) -> None:
         head = QHBoxLayout()
+        head.setSpacing(0)
         head.addWidget(self.heading)
         head.addStretch(1)
         head.addWidget(self.fold)

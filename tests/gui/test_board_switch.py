@@ -4,7 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QScrollArea
 
+from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui import where_facts
 from hapkit_studio.gui.comparison import movement
 from hapkit_studio.gui.history import CHANNELS, History
@@ -59,8 +61,12 @@ def test_what_the_board_does_not_do_is_said(board_window):
     studio.set_loop(estimator="butterworth", delay=0.002, controller=True, where="board")
     for words in ("Kalman in its place", "Added delay", "passivity controller"):
         assert words in note.text()
+    beside = board_window.loop.controller_words
+    assert "in the computer's loop only" in beside.text()
+    assert not beside.isHidden()
     studio.set_loop(where="computer")
     assert not note.text()
+    assert "computer's loop" not in beside.text()
 
 
 def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
@@ -109,6 +115,22 @@ def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
         qtbot.waitUntil(
             lambda said=said: f", {said} ms from sensor" in card.words.text(), timeout=PATIENCE_MS
         )
+
+
+@pytest.mark.parametrize("where", where_facts.WAYS)
+def test_a_small_window_has_room_for_every_loop(board_window, qtbot, where):
+    window, studio = board_window, board_window.studio
+    window.resize(1280, 720)
+    window.show()
+    area = next(a for a in window.findChildren(QScrollArea) if a.isAncestorOf(window.loop))
+    for estimator in ESTIMATORS:
+        studio.set_loop(where=where, estimator=estimator, delay=0.1)
+        qtbot.wait(20)
+        assert window.loop.folded
+        assert area.widget().minimumSizeHint().width() <= area.viewport().width(), window.loop.summary()
+    used = "Kalman" if where == "board" else "FOAW"  # the board has no such filter
+    studio.set_loop(estimator="foaw")
+    assert used in window.loop.summary()
 
 
 def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, monkeypatch):

@@ -117,7 +117,8 @@ def paddle(bench: Bench) -> Verdict:
     if abs(mass.value / now.mass - 1.0) > _ALIKE + mass.half / now.mass:
         stored = f"{words}; stored is {1e3 * now.mass:.0f} g."
         return look("mass", stored, "The motor's strength or the handle has changed: run steps 4 and 5.")
-    return passed(f"{words}: as stored.")
+    stored = f"{1e3 * now.mass:.0f} g, {now.viscous:.2f} N·s/m, {now.coulomb:.2f} N"
+    return passed(f"{words}; stored, and near enough: {stored}.")
 
 
 def spring(bench: Bench) -> Verdict:

@@ -56,6 +56,12 @@ def test_each_defect_is_found_where_it_belongs(kit, check, key):
     assert CHECKS[[c.key for c in CHECKS].index(check)].title.lower() in report.words
 
 
+def test_a_mass_that_passes_says_what_is_stored_too():
+    words = checked(mass=0.050)[0].verdicts["paddle"].words
+    assert "Mass 5" in words
+    assert "stored, and near enough: 44 g, 0.50 N·s/m, 0.10 N" in words
+
+
 def test_what_moves_by_itself_is_left_out_where_the_direction_is_wrong():
     report, kit = checked(direction=-1)
     assert report.verdicts["paddle"].level == report.verdicts["spring"].level == "skip"
