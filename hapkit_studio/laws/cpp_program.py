@@ -19,8 +19,8 @@ BY_HAND = {
     "hapkit_studio.dynamics.moving_mass.reaction": "contact.h",
     "hapkit_studio.dynamics.grains.sandpaper": "grains.h",
 }
-# Where the place of the last push is kept, which is reckoned once for the handle and for the mass. In the studio's
-# laws it is one push; a person's law may move a mass by another one, and must not find it.
+# Where the place of the last push is kept, which is reckoned once for the handle and for the mass. In the
+# studio's laws it is one push; a person's law may move a mass by another one, and must not find it.
 REMEMBERED = {"moving.h": "numbers::mass::at_x"}
 _SHARED = PREFIX + "shared__"
 _START = len(ast.parse(LAW_START).body)
