@@ -28,8 +28,7 @@ PAST_SECONDS = 12.0
 FADED_SECONDS = 0.2
 """After a switch the force has faded in."""
 UNWATCHED = (
-    "No energy alarm while the board renders: the passivity observer is part of the computer's loop, "
-    "which computes no force now."
+    "No energy alarm: the passivity observer is part of the computer's loop, and the board renders now."
 )
 
 

@@ -100,8 +100,8 @@ def cells(way: Way, limit: float | None) -> tuple[str, ...]:
     delay = UNKNOWN
     if way.delay is not None:
         delay = f"{number(1e3 * way.delay.mean, 2)} ± {number(1e3 * way.delay.spread, 2)}"
-    known = limit is not None and way.setting is not None
-    return delay, f"{way.rate:,.0f}", f"{limit:,.0f}" if known else UNKNOWN, f"{way.missed:,d}"
+    stiffness = UNKNOWN if limit is None or way.setting is None else number(limit, 0)
+    return delay, f"{way.rate:,.0f}", stiffness, f"{way.missed:,d}"
 
 
 def short(way: Way, limit: float | None) -> tuple[str, str]:

@@ -106,7 +106,7 @@ def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
     conn, index = studio.engine.driver.conn, where_facts.WAYS.index(where)
     studio.set_loop(where=where)
     conn.words[way.WAY] = way.THERE if where == "board" else way.HERE
-    for delay in (0.140e-3, 0.1449e-3, 0.1475e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
+    for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
         conn.delays.values[index, :500], conn.delays.counts[index] = delay, 500
         board_window.live.look()
         said = column(board_window, index)[0].split()[0]
