@@ -43,9 +43,10 @@ def wheel(tmp_path_factory):
 def python(wheel):
     """Return the interpreter of an empty environment with the wheel and what it depends on."""
     home = wheel.parent / "venv"
-    run(sys.executable, "-m", "venv", home, cwd=wheel.parent)
+    run(sys.executable, "-m", "venv", "--without-pip", home, cwd=wheel.parent)
     binary = home / ("Scripts" if os.name == "nt" else "bin") / "python"
-    run(binary, "-m", "pip", "install", "--quiet", "--no-compile", wheel, cwd=wheel.parent)
+    pip = (sys.executable, "-m", "pip", "--python", binary)
+    run(*pip, "install", "--quiet", "--no-compile", wheel, cwd=wheel.parent)
     return binary
 
 
