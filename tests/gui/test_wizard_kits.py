@@ -138,6 +138,7 @@ def test_the_hand_lets_go_where_it_is(qtbot):
     rail.show()
     assert rail.let_go.isHidden()
     rail.lead(0.01)
+    assert rail.let_go.isVisible()
     qtbot.mouseClick(rail.let_go, Qt.MouseButton.LeftButton)
     assert led == [0.01, None]
     assert rail.let_go.isHidden()
