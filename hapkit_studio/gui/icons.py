@@ -1,7 +1,7 @@
 """Icons: assets/icons/*.svg on a 24 grid, drawn in any token's colour at the screen's own resolution."""
 
 import tempfile
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QObject, QRectF, QSize, Qt
@@ -29,10 +29,15 @@ def _source(name: str) -> str:
 
 def pixmap(name: str, size: int = 24, color: str = "ink", ratio: float = 1.0) -> QPixmap:
     """Return an icon as a square pixmap of size device-independent pixels."""
+    return QPixmap(_drawn(svg(name, color), size, ratio))
+
+
+@lru_cache(maxsize=512)
+def _drawn(text: str, size: int, ratio: float) -> QPixmap:
     picture = QPixmap(QSize(round(size * ratio), round(size * ratio)))
     picture.fill(Qt.GlobalColor.transparent)
     painter = QPainter(picture)
-    renderer = QSvgRenderer(QByteArray(svg(name, color).encode()))
+    renderer = QSvgRenderer(QByteArray(text.encode()))
     renderer.render(painter, QRectF(0, 0, picture.width(), picture.height()))
     painter.end()
     picture.setDevicePixelRatio(ratio)

@@ -1,7 +1,9 @@
 """What the gallery says of a person's file before anything in it was executed."""
 
 import ast
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 _WORDS = ("title", "summary", "scene")
@@ -26,7 +28,8 @@ def described(path: Path, text: str, state: str) -> OwnFile:
     return OwnFile(path, title[:_LONGEST], words.get("summary", "")[:_LONGEST], words.get("scene", ""), state)
 
 
-def declared_words(text: str) -> dict[str, str]:
+@lru_cache(maxsize=64)
+def declared_words(text: str) -> Mapping[str, str]:
     """Return title, summary and scene as they stand in ``Environment(…)``, read but not executed."""
     try:
         tree = ast.parse(text)

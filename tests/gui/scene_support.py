@@ -43,14 +43,15 @@ def shot(view, position, state=(), applied=0.0, hand=None):
     """Paint and return the colours (height, width, 3)."""
     image = paint(view, position, state, applied, hand).toImage().convertToFormat(QImage.Format.Format_RGB32)
     flat = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.width(), 4)
-    return flat[:, :, 2::-1].astype(int)
+    return flat[:, :, 2::-1].astype(np.int32)
 
 
 def has(picture, token, near=24):
     """Return where (height, width) a picture has a token's colour, but for the mixing at edges."""
     color = QColor(getattr(theme.c, token))
-    wanted = np.array([color.red(), color.green(), color.blue()])
-    return np.abs(picture - wanted).max(axis=2) <= near
+    parts = zip((0, 1, 2), (color.red(), color.green(), color.blue()), strict=True)
+    red, green, blue = (np.abs(picture[:, :, part] - wanted) <= near for part, wanted in parts)
+    return red & green & blue
 
 
 def corners(environment):

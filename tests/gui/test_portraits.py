@@ -9,17 +9,29 @@ import pytest
 from PySide6.QtGui import QImage
 
 from hapkit_studio import environments, resources
-from hapkit_studio.gui import portraits
+from hapkit_studio.gui import portraits, prepare
 
 LIBRARY = environments.discover()
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def prepared(tmp_path_factory):
+    """Return a cache folder in which what a loop needs counts as compiled: no program does it meanwhile."""
+    made = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(made / "hapkit-studio"))
+        for part in ("loop", "boards", "analysis"):
+            prepare.stamp(part).parent.mkdir(exist_ok=True)
+            prepare.stamp(part).touch()
+    return made
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, prepared):
     """Return where the command left its pictures of a short look at each environment."""
     made = tmp_path_factory.mktemp("pictures")
     command = [sys.executable, "-m", "hapkit_studio.gui.portraits", str(made), "--seconds", "0.3"]
-    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen"}
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(prepared)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
