@@ -25,15 +25,15 @@ _EDGE = 1  # the card's line
 _VIEWS = ("Time", "Force–position")
 
 
-def card() -> QFrame:
+def card(parent: QWidget) -> QFrame:
     """Return an empty card."""
-    frame = QFrame()
+    frame = QFrame(parent)
     frame.setProperty("card", True)
     return frame
 
 
-def _filled(widget: QWidget) -> QFrame:
-    frame = card()
+def _filled(widget: QWidget, parent: QWidget) -> QFrame:
+    frame = card(parent)
     column = QVBoxLayout(frame)
     column.setContentsMargins(0, 0, 0, 0)
     column.addWidget(widget)
@@ -81,9 +81,9 @@ class Centre(QWidget):
         super().__init__(parent)
         self.scene, self.time, self.phase = SceneView(), TimePlots(), ForcePosition()
         self.toolbar = Toolbar()
-        self.scene_card = _filled(self.scene)
-        self.time_card, self.phase_card = card(), _filled(self.phase)
-        self.stack = QStackedWidget()
+        self.scene_card = _filled(self.scene, self)
+        self.time_card, self.phase_card = card(self), _filled(self.phase, self)
+        self.stack = QStackedWidget(self.time_card)
         self._narrow = False
         self._page: QWidget | None = None
         self._page_wants: tuple[bool, bool] = (True, False)

@@ -151,7 +151,7 @@ class Gallery(QScrollArea):
         self.show_state()
 
     def _arrange(self) -> None:
-        body = QWidget()
+        body = QWidget(self.viewport())
         body.setObjectName("galleryBody")
         column = QVBoxLayout(body)
         column.setContentsMargins(0, 0, 0, 0)

@@ -12,9 +12,10 @@ from hapkit_studio import resources
 from hapkit_studio.gui.theme import theme
 
 
-def names() -> list[str]:
+@cache
+def names() -> tuple[str, ...]:
     """Return every icon's name."""
-    return sorted(p.stem for p in resources.path("icons").glob("*.svg"))
+    return tuple(sorted(p.stem for p in resources.path("icons").glob("*.svg")))
 
 
 def svg(name: str, token: str) -> str:

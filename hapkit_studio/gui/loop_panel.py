@@ -164,7 +164,7 @@ class LoopPanel(QWidget):
         head.addWidget(self.heading)
         head.addStretch(1)
         head.addWidget(self.fold)
-        self._body = QWidget()
+        self._body = QWidget(self)
         body = QVBoxLayout(self._body)
         body.setContentsMargins(0, 0, 0, 0)
         body.setSpacing(0)

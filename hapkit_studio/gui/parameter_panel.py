@@ -115,7 +115,7 @@ class ParameterPanel(QScrollArea):
         self.parameters = ParameterRows(studio, self.title.help)
         self.warnings = WarningLines(studio)
         self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
-        body = QWidget()
+        body = QWidget(self.viewport())
         body.setObjectName("panelBody")
         dress(body, "QLabel:disabled { color: @ink3; }")
         column = self._column = QVBoxLayout(body)

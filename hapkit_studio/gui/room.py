@@ -18,15 +18,19 @@ class Room(QWidget):
     """Holds the parts; the panel is a drawer where the window is small, opened and closed by hand."""
 
     def __init__(self, window: "MainWindow"):
-        super().__init__()
+        super().__init__(window)
         self._window = window
         self._drawer_open: bool | None = None
+        self._middle = QGridLayout()
+
+    def arrange(self) -> None:
+        """Give the window's parts their places; each was made inside the room."""
+        window = self._window
         self._side: QWidget = window.panel
         left = QHBoxLayout()
         left.setSpacing(0)
         left.addWidget(window.gallery)
         left.addWidget(window.centre, 1)
-        self._middle = QGridLayout()
         self._middle.setSpacing(0)
         self._middle.addLayout(left, 1, 0)
         self._middle.setRowStretch(1, 1)

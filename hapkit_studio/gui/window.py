@@ -69,14 +69,17 @@ class MainWindow(QMainWindow):
         studio.setParent(self)  # its signals hold what they are connected to for as long as it lives
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         studio.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
+        dress(self, _SHEET)  # what comes into a styled window is styled once
+        self.room = Room(self)
         self.live = Live(studio, self)
         self.own = OwnEnvironments(studio, self)
-        self.header, self.gallery, self.centre = Header(studio), Gallery(studio, self.own), Centre()
+        self.header, self.gallery = Header(studio, self.room), Gallery(studio, self.own, self.room)
+        self.centre = Centre(self.room)
         self.desk = Desk(studio, self.own, self)
         self.files, self.watch = Files(self.desk, self), Watch(studio, self.desk, self)
-        self.panel = ParameterPanel(studio)
+        self.panel = ParameterPanel(studio, self.room)
         self.loop, self.stability = self.panel.loop, self.panel.stability
-        self.status, self.banners = StatusBar(), BannerStack()
+        self.status, self.banners = StatusBar(self.room), BannerStack(self.room)
         self.pictures = Pictures(studio, self.live, self.centre, self.status, self.panel.warnings)
         self.notices = Notices(studio, self.live, self.banners, self.stability)
         self.passivity = Passivity(studio, self.live, self.banners)
@@ -86,9 +89,8 @@ class MainWindow(QMainWindow):
         self.views = Views(self)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         menus.build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
-        self._guard_keys()
         self._connect()
-        dress(self, _SHEET)
+        self._guard_keys()
 
     # what the actions call
 
@@ -201,7 +203,7 @@ class MainWindow(QMainWindow):
     # putting together
 
     def _arrange(self) -> None:
-        self.room = Room(self)
+        self.room.arrange()
         self.setCentralWidget(self.room)
         self.gallery.order()
         self.panel.parameters.order()

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QLabel
+from PySide6.QtWidgets import QApplication, QLabel
 
 from hapkit_studio.gui.history import CHANNELS, History
+from hapkit_studio.gui.plots.canvas import Canvas
 from hapkit_studio.gui.reel import Reel
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.haptics import rows
@@ -33,6 +34,14 @@ def test_the_drawn_line_lies_where_the_samples_say(plots, history):
     _, down = canvas.to_pixels(time * 0.0, expected)
     slope = 45.0 * np.abs(np.cos(3.0 * time)) * canvas._map[1] ** -1 * -canvas._map[3]
     assert (np.abs(down - found[:, 1] - 0.5) <= 2.0 + slope).all()
+
+
+def test_a_plot_makes_no_widgets_but_its_view(qtbot):
+    """Menus that nobody opens cost more than the plot, and again with every change of the theme."""
+    before = set(QApplication.allWidgets())
+    canvas = Canvas(bottom=True)
+    qtbot.addWidget(canvas)
+    assert len(set(QApplication.allWidgets()) - before) < 10
 
 
 def _trimmed(values):

@@ -26,13 +26,13 @@ class Editor(QFrame):
         super().__init__(parent)
         self.setProperty("card", True)
         self.chooser, self.page, self.source = Chooser(templates), CodePage(), SourcePage()
-        self.stack = QStackedWidget()
+        dress(self, _SHEET)
+        self.stack = QStackedWidget(self)
         for page in (self.chooser, self.page, self.source):
             self.stack.addWidget(page)
         column = QVBoxLayout(self)
         column.setContentsMargins(1, 1, 1, 1)
         column.addWidget(self.stack)
-        dress(self, _SHEET)
 
     def show_page(self, page: QWidget) -> None:
         """Bring one of the three to the front."""

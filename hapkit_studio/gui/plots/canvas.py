@@ -4,88 +4,57 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QAction, QFontMetricsF, QPainter, QPen
-from PySide6.QtWidgets import QMenu
+from PySide6.QtWidgets import QGraphicsGridLayout, QMenu, QSizePolicy
 
 from hapkit_studio.gui.painting import words
-from hapkit_studio.gui.plots.ticks import labels, step, ticks
+from hapkit_studio.gui.plots.axis import Axis
 from hapkit_studio.gui.theme import theme
 
 RIGHT = 16  # px kept free beside the frame, for the last label and the mark of now
-_OVERHANG = 40  # px a label may stand out beside the frame
-_TICK_ROOM = {"left": 15.0, "bottom": 56.0}  # px from one label to the next
-_MOST = {"left": 5, "bottom": 6}
 
 
-class Axis(pg.AxisItem):
-    """Tick labels only: at most five, true minus, the last one with the unit if given."""
+class Ground(pg.GraphicsWidget):
+    """A view between its two axes; pyqtgraph's own plot makes a hundred widgets for menus with each."""
 
-    def __init__(self, orientation: str, unit: str = ""):
-        super().__init__(orientation, maxTickLength=0)
-        self.unit = unit
-        offset = 7 if orientation == "left" else 4
-        self.setCacheMode(pg.QtWidgets.QGraphicsItem.CacheMode.DeviceCoordinateCache)
-        self.setStyle(tickTextOffset=offset, autoExpandTextSpace=False, hideOverlappingLabels=_OVERHANG)
-        self.setPen(pg.mkPen(None))
-
-    def room(self, size: float) -> tuple[int, float]:
-        """Return how many ticks fit into so many pixels, and how many steps."""
-        return _MOST[self.orientation], max(size / _TICK_ROOM[self.orientation], 1.0)
-
-    def tickValues(self, minVal: float, maxVal: float, size: float) -> list:
-        return [(step(minVal, maxVal, *self.room(size)), self.places(minVal, maxVal, size))]
-
-    def places(self, low: float, high: float, size: float) -> list[float]:
-        """Return where ticks and grid lines stand between two values so many pixels apart."""
-        return ticks(low, high, *self.room(size))
-
-    def resizeEvent(self, ev=None):
-        """Write the labels anew: an update alone leaves those of the old height in Qt's cached picture."""
-        super().resizeEvent(ev)
-        mode = self.cacheMode()
-        self.setCacheMode(pg.QtWidgets.QGraphicsItem.CacheMode.NoCache)
-        self.setCacheMode(mode)
-
-    def generateDrawSpecs(self, p):
-        """Leave out the tick lines, the grid says the same; keep labels at the edge whole."""
-        specs = super().generateDrawSpecs(p)
-        return specs and (specs[0], [], [(self._whole(box), *rest) for box, *rest in specs[2]])
-
-    def _whole(self, box: QRectF) -> QRectF:
-        """Return a label's box moved into the widget from above and below."""
-        view = self.getViewWidget()
-        if self.orientation == "left" and view is not None:
-            room = self.mapRectFromScene(QRectF(view.viewport().rect()))
-            box.moveTop(max(min(box.top(), room.bottom() - box.height()), room.top()))
-        return box
-
-    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        texts = labels(list(values))
-        if self.unit and texts:
-            texts[-1] += f" {self.unit}"
-        return texts
+    def __init__(self, left: Axis, bottom: Axis):
+        super().__init__()
+        self.view = pg.ViewBox(parent=self, enableMenu=False)
+        grid = QGraphicsGridLayout(self)
+        grid.setContentsMargins(1, 1, 1, 1)
+        grid.setSpacing(0)
+        grid.addItem(self.view, 0, 1)
+        for axis, place in ((left, (0, 0)), (bottom, (1, 1))):
+            axis.linkToView(self.view)
+            axis.setZValue(0.5)
+            grid.addItem(axis, *place)
 
 
-class Canvas(pg.PlotWidget):
+class Canvas(pg.GraphicsView):
     """A plot without a legend, menu or autoscale; ``paint_under`` and ``paint_over`` draw the data."""
 
     fit_wanted = Signal()
     pointed = Signal(object)
 
-    def __init__(self, bottom: bool, unit: str = "", left_width: float = 44.0):
-        self.left, self.bottom = Axis("left"), Axis("bottom", unit)
-        super().__init__(axisItems={"left": self.left, "bottom": self.bottom})
-        item = self.getPlotItem()
-        item.hideButtons()
-        item.setMenuEnabled(False)
-        item.showAxis("bottom", bottom)
-        item.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
+    def __init__(
+        self,
+        bottom: bool,
+        unit: str = "",
+        left_width: float = 44.0,
+        axes: tuple[type[Axis], type[Axis]] = (Axis, Axis),
+    ):
+        super().__init__()
+        self.bottom, self.left = axes[0]("bottom", unit), axes[1]("left")
         self.left.setWidth(left_width)
-        if bottom:
-            self.bottom.setHeight(22)
-        self.view = item.getViewBox()
+        self.bottom.setHeight(22)
+        self.bottom.setVisible(bottom)
+        self.ground = Ground(self.left, self.bottom)
+        self.ground.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
+        self.setCentralItem(self.ground)
+        self.view = self.ground.view
         self.view.setMouseEnabled(False, False)
         self.view.setDefaultPadding(0)
         self.view.disableAutoRange()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setCacheMode(pg.QtWidgets.QGraphicsView.CacheModeFlag.CacheNone)
         self.setFrameShape(pg.QtWidgets.QFrame.Shape.NoFrame)
         self.setMinimumSize(60, 24)

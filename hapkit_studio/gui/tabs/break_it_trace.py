@@ -25,7 +25,7 @@ class TraceChart(Chart):
 
     def __init__(self) -> None:
         super().__init__("", "", unit="s")
-        self.getPlotItem().setContentsMargins(0, 16, 30, 2)
+        self.ground.setContentsMargins(0, 16, 30, 2)
         self.left.setWidth(46)
         self.setMinimumSize(180, 64)
         self._x, self._y = np.zeros(0), np.zeros(0)

@@ -9,7 +9,8 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QPainter
 
-from hapkit_studio.gui.plots.canvas import Axis, Canvas
+from hapkit_studio.gui.plots.axis import Axis
+from hapkit_studio.gui.plots.canvas import Canvas
 from hapkit_studio.gui.theme import theme
 
 Layer = Callable[[QPainter, "Chart"], None]
@@ -84,22 +85,14 @@ class Chart(Canvas):
     hovered = Signal(object)
 
     def __init__(self, across: str, up: str, log: tuple[bool, bool] = (False, False), unit: str = ""):
-        super().__init__(bottom=True, unit=unit, left_width=66.0)
+        kinds = (LogAxis if log[0] else Axis, LogAxis if log[1] else Axis)
+        super().__init__(bottom=True, unit=unit, left_width=66.0, axes=kinds)
         self.across, self.up, self.log = across, up, log
         self._press: _Press | None = None
         self.under: list[Layer] = []
         self.over: list[Layer] = []
         self.marks: list[Layer] = []
-        item = self.getPlotItem()
-        if log[0]:
-            self.bottom = LogAxis("bottom", unit)
-            item.setAxisItems({"bottom": self.bottom})
-            self.bottom.setHeight(22)
-        if log[1]:
-            self.left = LogAxis("left")
-            item.setAxisItems({"left": self.left})
-            self.left.setWidth(66)
-        item.setContentsMargins(_TITLE - 14, 10, 16, _TITLE + 4)
+        self.ground.setContentsMargins(_TITLE - 14, 10, 16, _TITLE + 4)
         self.setMouseTracking(True)
         self.setMinimumSize(260, 180)
         self.setAccessibleName(f"Chart of {up} over {across}")
