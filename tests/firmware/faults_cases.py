@@ -110,7 +110,8 @@ STALLS = [
     Case(
         "from the board nothing for 300 ms",
         (f"{START} from stall {STALL}",),
-        off=WATCHDOG,  # the zero of a computer that hears nothing may come first
+        # the zero of the computer, 20 ms by its own clock, comes first unless the board's goes faster
+        off=WATCHDOG,
         back=BACK + 0.02,
     ),
     Case(
