@@ -121,7 +121,9 @@ TEST(silence_switches_off_within_the_watchdog) {
 
 TEST(refused_and_damaged_commands_are_silence) {
   Bench bench;
+  bench.say(protocol::Stream{1, 0});
   bench.say(protocol::Force{0, 1.0f});
+  CHECK(fake::pwm > 0);
   std::vector<uint8_t> damaged = fake::frame_of(fake::body_of(protocol::Force{0, 1.5f}));
   damaged[2] ^= 0x40;
   const int16_t before = fake::pwm;
@@ -132,12 +134,12 @@ TEST(refused_and_damaged_commands_are_silence) {
   }
   bench.period();
   CHECK(fake::pwm == 0);
-  bench.say(protocol::Stream{1, 0});
   CHECK(bench.sample().rx_errors == kWatchdogPeriods - 1);
 }
 
 TEST(commands_in_time_keep_the_motor_on) {
   Bench bench;
+  bench.say(protocol::Stream{1, 0});
   for (int i = 0; i < 10; ++i) {
     bench.say(protocol::Force{0, 1.0f});
     bench.periods(kWatchdogPeriods - 1);
@@ -161,9 +163,21 @@ TEST(stop_latches_until_release) {
   CHECK(fake::pwm > 0);
 }
 
-TEST(stream_off_switches_the_motor_off) {
+TEST(a_command_to_a_board_that_nobody_listens_to_yet_is_not_obeyed) {
   Bench bench;
   bench.say(protocol::Force{0, 1.0f});
+  CHECK(fake::pwm == 0);
+  bench.say(protocol::Stream{1, 0});
+  CHECK(bench.sample().flags == protocol::kFlagWatchdog);
+  bench.say(protocol::Force{0, 1.0f});
+  CHECK(fake::pwm > 0);
+}
+
+TEST(stream_off_switches_the_motor_off) {
+  Bench bench;
+  bench.say(protocol::Stream{1, 0});
+  bench.say(protocol::Force{0, 1.0f});
+  CHECK(fake::pwm > 0);
   bench.say(protocol::Stream{0, 0});
   CHECK(fake::pwm == 0);
 }
