@@ -71,8 +71,8 @@ void Controller::ask(const uint8_t* body, uint8_t size) {
 
 // What was on its way to a board that has begun anew meanwhile is not meant for this one.
 void Controller::command(const protocol::Force& force) {
-  if (!streaming_) return;
   if (renderer_.active()) return safety_.alive();
+  if (!streaming_) return;
   const motor::Limited limited = motor::limit(force.force);
   const int16_t pwm = motor::pwm_of(limited.force);
   uint32_t now, stamp;

@@ -30,7 +30,7 @@ def test_a_force_beyond_the_limit_is_cut(bench):
     [
         (lambda t, x, v: math.nan, Limits(0.3), "no number"),
         (lambda t, x, v: 1.0, Limits(1.0, 0.01), "10 mm"),
-        (lambda t, x, v: 1.0, Limits(1.0, 1.0, 0.2), "0.2 m/s"),
+        (lambda t, x, v: 1.0, Limits(1.0, 1.0, 0.2), "0.20 m/s"),
     ],
 )
 def test_a_doubt_ends_the_run_with_the_motor_off(bench, move, limits, words):

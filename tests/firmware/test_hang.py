@@ -24,6 +24,7 @@ def test_a_hang_is_ended_with_the_motor_off_within_25_ms(tmp_path, where):
     log = tmp_path / "truth.f64"
     board = VirtualBoard("paced", log=log, options=("--log-period", "1e-4"), firmware=tmp_path / "hapkit.elf")
     board.open()
+    board.start_stream()
     try:
         while board.status()["time"] < HANGS_AT + 0.05:
             os.write(board.fileno(), encode(Force(0, 1.0)))
