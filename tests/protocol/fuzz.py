@@ -42,7 +42,9 @@ def firmware(count: int, seed: int, folder: Path) -> str:
     """Run parser and controller on so many inputs; return which program did; raise if one fails."""
     fuzzer, corpus = folder / "fuzzer", str(FOLDER / "corpus")
     if fuzzer.exists():
-        options = [f"-runs={count}", f"-seed={seed}", "-max_len=200", f"-artifact_prefix={folder}/"]
+        # the firmware asks for no memory; the fuzzer's own grows on a machine that lets it wait
+        options = [f"-runs={count}", f"-seed={seed}", "-max_len=200", "-rss_limit_mb=8192"]
+        options.append(f"-artifact_prefix={folder}/")
         words = [str(fuzzer), *options]
     else:
         words = [str(folder / "driver"), str(count), str(seed)]
