@@ -3,7 +3,6 @@
 import os
 import shutil
 import subprocess
-import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,13 +10,12 @@ import pytest
 
 from hapkit_studio.commands import firmware
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.devices.virtual_board import VirtualBoard, truth
+from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import AvrdudeMissingError, DeviceError, LawError, ParameterError, PortGoneError
 from hapkit_studio.laws.cpp import CppLaw
-from hapkit_studio.protocol.framing import encode
-from hapkit_studio.protocol.messages import VALUES, Alive, Scene
 from hapkit_studio.workshop import reading
 from tests.firmware import sketches
+from tests.firmware.board_runs import render
 from tests.firmware.test_sketch import OWN
 from tests.firmware.vb import QUANTUM
 
@@ -57,24 +55,20 @@ def own(tmp_path):
 
 @needs_tools
 def test_the_board_has_and_renders_a_persons_own_law(own, tmp_path):
-    image, script, log = tmp_path / "own.hex", tmp_path / "script.txt", tmp_path / "truth.f64"
+    image = tmp_path / "own.hex"
     done = firmware.run(given(own, image))
     assert done.as_json["laws"] == ["wall", "ramp"]
     assert "of 32256 bytes" in done.text
-    script.write_text("0.05 position 0.004 0.1\n0.3 position 0.02 0.2\n0.6 position 0.008 0.2")
-    board = VirtualBoard("fast", firmware=image, script=script, log=log, options=AT_ZERO)
+    board = VirtualBoard("fast", firmware=image)
     board.open()
     try:
         laws = board.laws()
-        assert set(laws) == {"wall", "ramp"}
-        assert laws["ramp"].fingerprint == CppLaw(reading.load_text(LAW, own).force, "ramp").fingerprint
-        board.write(encode(Scene(laws["ramp"].law, 1, (SLOPE, *[0.0] * (VALUES - 1)))))
-        until = time.monotonic() + 20.0
-        while board.status()["time"] < 1.0 and time.monotonic() < until:
-            board.write(encode(Alive()))
     finally:
         board.close()
-    rows = truth(log)
+    assert set(laws) == {"wall", "ramp"}
+    assert laws["ramp"].fingerprint == CppLaw(reading.load_text(LAW, own).force, "ramp").fingerprint
+    path = ("0.05 position 0.004 0.1", "0.3 position 0.02 0.2", "0.6 position 0.008 0.2")
+    rows = render(tmp_path, "ramp", [SLOPE], 1000, 1.0, path, options=AT_ZERO, firmware=image).truth
     rest = rows[(rows.time > 0.85) & (rows.time < 1.0)]
     wanted = -SLOPE * (0.008 + 0.02)
     step = sketches.pwm_step(rest.duty)
