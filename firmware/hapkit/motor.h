@@ -26,6 +26,15 @@ inline bool allows(float force) {
   return (bits & 0x7fffffff) <= map.most;
 }
 
+// Return the duty of a force that is not allowed: that of the largest one, or 0 for what is no number.
+inline int16_t pwm_beyond(float force, bool* number) {
+  uint32_t bits;
+  memcpy(&bits, &force, sizeof(bits));
+  *number = (bits & 0x7f800000) != 0x7f800000;
+  if (!*number) return 0;
+  return bits >> 31 ? -map.full : map.full;
+}
+
 // Cut a force to the limit; a force that is not finite becomes zero.
 Limited limit(float force);
 

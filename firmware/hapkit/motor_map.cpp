@@ -59,6 +59,7 @@ void set(const protocol::Board& kit) {
   const uint16_t steps = map.straight ? 255 : map.top * static_cast<uint16_t>(map.top);
   map.factor = factor_of(share * steps);
   set_pieces(kit);
+  map.full = pwm_of(kit.max_force);
 }
 
 }  // namespace motor

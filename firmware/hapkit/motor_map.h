@@ -23,6 +23,7 @@ struct Piece {
 
 struct Map {
   uint32_t most;  // the largest force, as bits
+  int16_t full;   // and its duty
   uint8_t dead_band;
   uint8_t top;  // steps of duty above the dead band
   bool straight;  // a piece or more, not the square

@@ -34,9 +34,10 @@ inline void Controller::watch(const board::Sampling& sampling, int32_t count) {
 }
 
 void Controller::clamp(float force) {
-  const motor::Limited limited = motor::limit(force);
-  safety_.rendered(limited.flags);
-  drive(motor::pwm_of(limited.force));
+  bool number;
+  const int16_t pwm = motor::pwm_beyond(force, &number);
+  safety_.rendered(number ? protocol::kFlagClamped : protocol::kFlagRefused);
+  drive(pwm);
 }
 
 inline void Controller::follow() {

@@ -1,6 +1,9 @@
 // What the board renders by itself is switched off in time, and comes back by a fade.
+#include <cmath>
 #include <functional>
 
+#include "kits.h"
+#include "motor.h"
 #include "rendering.h"
 #include "settings.h"
 
@@ -72,7 +75,18 @@ TEST(the_clamp_is_told) {
   Rendering board(scene("spring", 1, 1000, 0, 0));
   board.alive(60);
   const auto shown = board.shown();
-  CHECK(shown.asked < -3.0f && shown.flags == protocol::kFlagClamped && fake::pwm >= -255);
+  CHECK(shown.asked < -3.0f && shown.flags == protocol::kFlagClamped);
+  CHECK(fake::pwm == motor::pwm_of(-3.0f) && fake::pwm < 0);
+}
+
+TEST(beyond_the_limit_the_duty_is_that_of_the_limit) {
+  motor::set(kits::usual());
+  bool number;
+  CHECK(motor::pwm_beyond(3.1f, &number) == motor::pwm_of(3.0f) && number);
+  CHECK(motor::pwm_beyond(-1e30f, &number) == motor::pwm_of(-3.0f) && number);
+  for (float none : {std::nanf(""), -std::nanf(""), INFINITY, -INFINITY}) {
+    CHECK(motor::pwm_beyond(none, &number) == 0 && !number);
+  }
 }
 
 // The counts jump by far more than a handle moves in a tick, and a tick may come the moment that they do.
