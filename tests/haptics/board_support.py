@@ -25,6 +25,8 @@ from tests.lateness import ATTEMPTS
 
 LAWS = tuple(environments.discover())
 ZERO = 1000
+SILENCE = 30.0
+"""s after which a loop that has not taken a frame has given the board up."""
 
 
 class RendersItself(FakeKit):
@@ -86,7 +88,9 @@ class Desk:
         for _ in range(frames):
             self.board.say(self.frame())
             answered = self.seq
+            over = time.monotonic() + SILENCE
             while self.engine.driver.conn.samples[0, 0] != answered:
+                assert time.monotonic() < over, "the loop takes no frame"
                 time.sleep(0.0002)
             found.append(self.reader.read())
             time.sleep(0.0003)
