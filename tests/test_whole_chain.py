@@ -104,10 +104,12 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
 
     shown = history.between(-np.inf, np.inf)
     # the window began later, and the loop went on after its last frame
-    both = np.isin(table[:, rows.HOST_TIME], shown.x)
+    at = table[:, rows.HOST_TIME]
+    both = (at >= shown.x[0]) & (at <= shown.x[-1])
     assert np.count_nonzero(both) >= SAMPLES / 2
+    assert np.array_equal(both, np.isin(at, shown.x))
     for name, column in (("position", rows.POSITION), ("applied", rows.APPLIED), ("asked", rows.ASKED)):
-        plotted = shown.y[name][np.isin(shown.x, table[:, rows.HOST_TIME])]
+        plotted = shown.y[name][np.isin(shown.x, at)]
         assert np.array_equal(plotted, table[both, column])
 
 
