@@ -1,17 +1,14 @@
-"""The switch between computer and board, its facts, and the other way's trace in the plots."""
+"""The switch between computer and board, and its facts."""
 
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from PySide6.QtWidgets import QScrollArea
 
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui import where_facts
 from hapkit_studio.gui.comparison import movement
-from hapkit_studio.gui.history import CHANNELS, History
-from hapkit_studio.gui.plots.held import Held, held
-from hapkit_studio.haptics import rows, way
+from hapkit_studio.haptics import way
 from tests.gui.window_support import PATIENCE_MS
 
 
@@ -140,42 +137,6 @@ def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, mon
     monkeypatch.setattr(type(engine), "fault", property(lambda _self: fault))
     board_window.live.look()
     qtbot.waitUntil(lambda: card.headline.text() == "Not measured while stopped", timeout=PATIENCE_MS)
-
-
-def filled(seconds=4.0):
-    history, n = History(60.0, 1000.0), int(1000 * seconds)
-    table = np.zeros((n, rows.ROW_WIDTH))
-    table[:, rows.TICK] = np.arange(n)
-    table[:, rows.HOST_TIME] = 10.0 + np.arange(n) * 1e-3
-    table[:, rows.POSITION] = 0.01 * np.sin(np.arange(n) * 1e-2)
-    history.append(table)
-    return history
-
-
-def test_a_held_stretch_is_the_past_moved_on():
-    past = held(filled(), "on the computer", 11.0, 12.0, shift=2.0)
-    assert past.time[[0, -1]] == pytest.approx([11.0, 12.0], abs=2e-3)
-    x, y = past.part("position", 13.2, 13.3, 1000)
-    assert x[[0, -1]] == pytest.approx([13.2, 13.3], abs=2e-3)
-    assert y == pytest.approx(0.01 * np.sin((x - 2.0 - 10.0) * 10.0), abs=1e-9)
-
-
-def test_a_dense_held_stretch_keeps_its_peaks():
-    past = held(filled(), "", 10.0, 14.0)
-    x, y = past.part("position", 10.0, 14.0, 100)
-    assert len(x) <= 2 * 101
-    assert (y.min(), y.max()) == pytest.approx((-0.01, 0.01), abs=1e-6)
-    assert held(filled(), "", 100.0, 101.0) is None
-
-
-def test_the_plots_show_what_is_held_and_name_it(plots):
-    time = np.linspace(0.0, 1.0, 50)
-    plots.set_held(Held("on the board", time, {name: np.zeros(50) for name in CHANNELS}))
-    label = plots.headers[0].held[-1]
-    assert label.isVisibleTo(plots)
-    assert label.text() == "on the board"
-    plots.set_held(None)
-    assert not label.isVisibleTo(plots)
 
 
 @pytest.mark.parametrize(

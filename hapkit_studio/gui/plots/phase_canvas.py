@@ -11,12 +11,15 @@ from hapkit_studio.gui.plots import strokes
 from hapkit_studio.gui.plots.band import Band
 from hapkit_studio.gui.plots.beginning import Beginning
 from hapkit_studio.gui.plots.canvas import Canvas
+from hapkit_studio.gui.plots.corner import freest
 from hapkit_studio.gui.plots.declared import PhasePlot
-from hapkit_studio.gui.plots.held import Held, paint
+from hapkit_studio.gui.plots.held import Held, name_size, paint, paint_name
 from hapkit_studio.gui.plots.layers import SECONDS, Layers, Place
 from hapkit_studio.gui.plots.ticks import fitted, widened
 from hapkit_studio.gui.theme import number, theme
 
+_LIMIT_WORDS = 14.0
+"""px that a limit's name stands out above its line."""
 _NO_BAND = Band(np.empty(0), np.empty((0, 0)))
 
 
@@ -191,15 +194,26 @@ class PhaseCanvas(Canvas):
         self.band.paint(painter, self.to_pixels)
         if math.isfinite(self.max_force):
             self._limits(painter, box)
-        self._paint_held(painter)
+        self._paint_held(painter, box)
         self._layers.paint_old(painter, self._place())
         painter.end()
         return under
 
-    def _paint_held(self, painter: QPainter) -> None:
-        if self._held is not None:
-            x = self._held.values[self.plot_of.channel] * self.plot_of.scale
-            paint(painter, *strokes.thinned(*self.to_pixels(x, self._held.values["applied"])))
+    def _paint_held(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the past, and its name where it covers neither it nor theory nor a limit."""
+        if self._held is None:
+            return
+        x = self._held.values[self.plot_of.channel] * self.plot_of.scale
+        past = self.to_pixels(x, self._held.values["applied"])
+        paint(painter, *strokes.thinned(*past))
+        ends, level = self.to_pixels(
+            *np.meshgrid(self.view.viewRange()[0], (-self.max_force, self.max_force))
+        )
+        theory = [self.to_pixels(self.band.x, force) for force in self.band.force]
+        drawn = past, (ends, level), (ends, level - _LIMIT_WORDS), *theory
+        across, down = (np.concatenate([part[axis].ravel() for part in drawn]) for axis in (0, 1))
+        place = freest(box, name_size(self._held.words), across, down)
+        paint_name(painter, place.topLeft(), self._held.words, self.devicePixelRatioF())
 
     def _limits(self, painter: QPainter, box: QRectF) -> None:
         for sign in (1, -1):
