@@ -9,15 +9,21 @@ from hapkit_studio.gui.wizard.verdict_box import LONG, VerdictBox
 
 
 def test_a_long_run_shows_its_bar_and_a_short_or_endless_one_does_not(qtbot):
+    """In the margin below the words: what stands above the box stays where it is."""
     box = VerdictBox()
     qtbot.addWidget(box)
     box.resize(400, 60)
     box.show()
-    low = box.minimumHeight()
+    box.say("Sweeping. Hands off…")
+    qtbot.wait(10)
+    low, hint = box.minimumHeight(), box.sizeHint()
     box.show_progress(3.0, 12.0)
     assert box.bar.isVisible()
     assert box.bar.value() == 0.25 * box.bar.maximum()
-    assert box.minimumHeight() > low
+    assert box.minimumHeight() == low
+    assert box.sizeHint() == hint
+    assert box.rect().contains(box.bar.geometry())
+    assert box.bar.geometry().top() > box.words.geometry().bottom()
     for passed, seconds in ((1.0, 0.9 * LONG), (20.0, math.inf), (0.0, 0.0)):
         box.show_progress(passed, seconds)
         assert not box.bar.isVisible()

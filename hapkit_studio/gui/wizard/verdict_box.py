@@ -16,7 +16,8 @@ LONG = 5.0
 _SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
 _NEUTRAL = ("circle", "ink2")
 _GROUND = {"ok": "oksoft", "warn": "warnsoft", "danger": "dangersoft", "ink2": "side"}
-_BAR, _FINE = 6, 1000
+_SIDE, _MARGIN = 14, 9
+_BAR, _FINE = 5, 1000
 
 
 class VerdictBox(QWidget):
@@ -35,15 +36,14 @@ class VerdictBox(QWidget):
         column.setSpacing(4)
         column.addWidget(self.words)
         column.addWidget(self.remedy)
-        self.bar = QProgressBar()
+        self.bar = QProgressBar(self)  # in the margin below the words: its coming moves nothing
         self.bar.setRange(0, _FINE)
         self.bar.setTextVisible(False)
         self.bar.setFixedHeight(_BAR)
         self.bar.setAccessibleName("Progress")
         self.bar.hide()
-        column.addWidget(self.bar)
         row = QHBoxLayout(self)
-        row.setContentsMargins(14, 9, 14, 9)
+        row.setContentsMargins(_SIDE, _MARGIN, _SIDE, _MARGIN)
         row.setSpacing(12)
         row.addWidget(self.sign, 0, Qt.AlignmentFlag.AlignTop)
         row.addLayout(column, 1)
@@ -66,9 +66,7 @@ class VerdictBox(QWidget):
         shown = LONG <= seconds < math.inf
         if shown:
             self.bar.setValue(round(_FINE * passed / seconds))
-        if shown == self.bar.isHidden():
-            self.bar.setVisible(shown)
-            self._fit()
+        self.bar.setVisible(shown)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -80,10 +78,10 @@ class VerdictBox(QWidget):
 
     def _fit(self) -> None:
         """Be as high as the words need at this width."""
-        wide = self.width() - 2 * 14 - 22 - 12
+        self.bar.setGeometry(_SIDE, self.height() - _BAR - 3, self.width() - 2 * _SIDE, _BAR)
+        wide = self.width() - 2 * _SIDE - 22 - 12
         high = sum(part.heightForWidth(wide) for part in (self.words, self.remedy) if part.text())
-        bar = 0 if self.bar.isHidden() else _BAR + 6
-        self.setMinimumHeight(high + bar + 2 * 9 + 4)
+        self.setMinimumHeight(high + 2 * _MARGIN + 4)
 
     def show_verdict(self, verdict: Verdict) -> None:
         """Show a verdict."""
