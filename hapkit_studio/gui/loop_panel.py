@@ -131,7 +131,7 @@ class LoopPanel(QWidget):
 
     def summary(self) -> str:
         """Return the loop in one line that fits the panel: the estimator without its options."""
-        engine, spec, rate = self._studio.engine, self._studio.loop.spec, f"{self._rate():.0f} Hz"
+        engine, spec, rate = self._studio.engine, self._studio.loop.spec, f"{self._rate():,.0f} Hz"
         board = engine is not None and engine.board_way is not None
         if board:
             from hapkit_studio.haptics.board_offer import spec_on_board  # off the first picture's way
@@ -139,7 +139,8 @@ class LoopPanel(QWidget):
             spec = spec_on_board(spec)
         key = parse(spec)[0].key
         name = _SHORT.get(key) or ESTIMATOR.word(ESTIMATOR.check(key))
-        return f"Board {rate} · {name}" if board else f"{rate} · {self.delay.box.text()} ms · {name}"
+        delay = self.delay.box.text().removesuffix(".0")
+        return f"Board {rate} · {name}" if board else f"{rate} · {delay} ms · {name}"
 
     def _rate(self) -> float:
         engine = self._studio.engine

@@ -29,16 +29,20 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """The margin at the question's damping, and the boundary as (damping, limit) points."""
+    """The margin at the question's damping, and the boundary as (damping, limit) points.
+
+    kept: whether the verdict before was stable, where this one only wanders about the limit; else None.
+    """
 
     question: Question
     margin: Margin
     boundary: tuple[tuple[float, float], ...]
+    kept: bool | None = None
 
     @property
     def stable(self) -> bool:
-        """Say whether the rendered impedance is inside the limit."""
-        return self.margin.stable
+        """Say whether the rendered impedance is inside the limit; next to it, what was said before."""
+        return self.margin.stable if self.kept is None else self.kept
 
 
 @lru_cache(maxsize=256)

@@ -25,6 +25,7 @@ ASK_MS = 100
 _LEAST_WIDTH = 4.0
 _WANDERS = 0.05
 """Share of the limit by which the measured delay alone may move it without turning the verdict round."""
+_NEXT = "At the limit"
 _WITHOUT = "Without the passivity controller, which is on: with it, only a run can tell."
 
 
@@ -38,6 +39,8 @@ def conditions(answer: Answer) -> str:
 
 def sign_of(answer: Answer) -> tuple[str, str]:
     """Return icon and token: what a controller may hold all the same is no more than a warning."""
+    if answer.kept is not None:
+        return "triangle", "warn"
     if answer.stable:
         return "check", "ok"
     return ("triangle", "warn") if answer.question.setting.controller else ("cross", "danger")
@@ -45,15 +48,17 @@ def sign_of(answer: Answer) -> tuple[str, str]:
 
 def headlines(answer: Answer) -> tuple[str, str]:
     """Return the card's headline and the status bar's words; nobody need lower what the controller holds."""
+    if answer.kept is not None:
+        return _NEXT, _NEXT
     said = short(answer.margin)
     if answer.question.setting.controller and not answer.stable:
         return (f"{said}, passivity controller on",) * 2
     return verdict(answer.margin), said
 
 
-def wanders(before: Answer | None, answer: Answer) -> bool:
+def wanders(before: Answer, answer: Answer) -> bool:
     """Tell whether two verdicts differ only because the measured delay is never quite the same."""
-    if before is None or before.stable == answer.stable:
+    if before.stable == answer.stable:
         return False
     q = answer.question
     same = replace(q, setting=replace(q.setting, delay=before.question.setting.delay)) == before.question
@@ -73,7 +78,7 @@ class StabilityCard(QWidget):
         self._worker = worker or MarginWorker(parent=self)
         self.facts = LoopFacts(studio, self)
         self._sign = ("check", "ok")
-        self._shown: Answer | None = None
+        self._judged: Answer | None = None
         self.heading = QLabel("Stability")
         self.heading.setProperty("role", "section")
         self.sign, self.headline, self.words = QLabel(), QLabel(), QLabel()
@@ -106,7 +111,7 @@ class StabilityCard(QWidget):
     def note_health(self, health: "Health") -> None:
         """Take over the delay as measured."""
         self.facts.note_health(health)
-        if self._shown is None:
+        if self._judged is None:
             self._ask_soon()  # why there is no verdict may have changed: a fault came or was cleared
 
     def question(self) -> Question | None:
@@ -124,7 +129,7 @@ class StabilityCard(QWidget):
             self._worker.ask(question)
             return
         self._worker.forget()
-        self._shown = None
+        self._judged = None
         self.map.hide()
         headline, words = self._why_not()
         self.words.setText(words)
@@ -133,10 +138,12 @@ class StabilityCard(QWidget):
         self.crossed.emit(None)
 
     def show_answer(self, answer: Answer) -> None:
-        """Show a verdict; one that only wanders about the limit leaves the one before."""
-        if wanders(self._shown, answer):
-            return
-        self._shown = answer
+        """Show a verdict; one that only wanders about the limit has its own figures, but no other banner."""
+        before = self._judged
+        if before is not None and wanders(before, answer):
+            answer = replace(answer, kept=before.stable)
+        else:
+            self._judged = answer
         self.map.setVisible(True)
         self.map.show_answer(answer)
         self.words.setText(f"{conditions(answer)} {self._late_because(answer)}".rstrip())
@@ -220,6 +227,9 @@ def margin_notice(answer: Answer) -> tuple[str, str]:
     question, limit = answer.question, answer.margin.limit
     rate, delay = number(question.setting.rate, 0), number(question.setting.delay * 1e3, 2)
     loop = f"At {rate} Hz and the measured delay of {delay} ms,"
+    if answer.kept is not None:
+        title = f"Stiffness {number(question.stiffness, 0)} N/m is at the limit of {number(limit, 0)} N/m."
+        return title, f"{loop} contact without a hand hardly settles."
     if question.setting.controller:
         return _controlled_notice(answer, loop)
     if limit <= 0.0:

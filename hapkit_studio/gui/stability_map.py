@@ -86,7 +86,7 @@ class StabilityMap(QWidget):
             painter.drawText(bottom, flag, f"{part * right:g}")
             left = QRectF(0, place.y() - 8, _LEFT - _DOT_ROOM, 16)
             painter.drawText(
-                left, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, f"{part * top:g}"
+                left, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, f"{part * top:,g}"
             )
         painter.setPen(theme.color("ink3"))
         below = QRectF(frame.left(), frame.bottom() + 18, frame.width(), 18)

@@ -28,9 +28,9 @@ ROLES = {
 
 
 def number(value: float, decimals: int, sign: bool = False) -> str:
-    """Write a value with a true minus; no sign on what rounds to zero."""
+    """Write a value with a true minus and commas between thousands; no sign on what rounds to zero."""
     rounded = round(float(value), decimals)
-    text = f"{abs(rounded):.{decimals}f}"
+    text = f"{abs(rounded):,.{decimals}f}"
     if rounded < 0:
         return MINUS + text
     return "+" + text if sign and rounded > 0 else text

@@ -37,15 +37,7 @@ def labels(values: list[float]) -> list[str]:
     """Write tick values with as many decimals as their distance needs."""
     size = min(np.diff(values)) if len(values) > 1 else abs(values[0]) if values else 1.0
     decimals = max(0, -math.floor(math.log10(size) + 1e-9)) if size > 0 else 0
-    return [thousands(number(value, decimals), value) for value in values]
-
-
-def thousands(text: str, value: float) -> str:
-    """Return a written value with commas between thousands."""
-    if abs(value) < 1000.0:
-        return text
-    whole, point, rest = text.lstrip("−").partition(".")
-    return text[: len(text) - len(text.lstrip("−"))] + f"{int(whole):,}{point}{rest}"
+    return [number(value, decimals) for value in values]
 
 
 def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
