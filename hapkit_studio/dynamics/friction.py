@@ -8,8 +8,8 @@ import math
 from hapkit_studio.dynamics.jit import compiled
 
 # A dragged tether is as taut as can be, rounding aside: the board's single precision knows a handle's place
-# to 4 nm. It is slack by less than a sensor ever shows.
-SLACK = 3e-4
+# to 4 nm. This many m slack are more than that, whatever the stiffness, and less than a sensor ever shows.
+SLACK = 2e-8
 
 
 @compiled
@@ -65,7 +65,7 @@ def sticking_tether(x, before, anchor, stuck, stiffness, damping, static, kineti
     shock = damping / dt
     pull = stiffness * (anchor - x) + shock * (before - x)
     turned = pull * (anchor - before) < 0.0
-    held = stuck > 0.5 or turned or abs(pull) < kinetic * (1.0 - SLACK)
+    held = stuck > 0.5 or turned or abs(pull) < kinetic - stiffness * SLACK
     if held and abs(pull) <= max(static, kinetic):
         return pull, anchor, 1.0
     force = math.copysign(kinetic, pull)

@@ -18,7 +18,8 @@ MODELS = ("coulomb", "smoothed", "karnopp", "stribeck", "projection", "tether", 
 LABELS = ("Coulomb", "Smoothed", "Karnopp", "Stribeck", "Projection", "Tether", "LuGre")
 COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODELS))
 # Friction of exactly nothing would have no direction, and what slides could not be seen to turn back.
-LEAST = 1e-6
+# The stiffest tether is stretched by 50 nm then, which the board's single precision can still tell.
+LEAST = 1e-3
 
 # Slower than this is at rest, where a curve over velocity is drawn.
 REST = 1e-6

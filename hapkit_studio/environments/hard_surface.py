@@ -38,17 +38,21 @@ def ringing(since, amplitude, decay, hertz):
     return amplitude * math.exp(-decay * since) * math.sin(math.tau * hertz * since)
 
 
-@law(state={"since": -1.0, "speed": 0.0, "armed": 1.0})
+@law(state={"since": -1.0, "speed": 0.0, "armed": 1.0, "periods": 0.0})
 def force(p, s, x, v, dt):
     depth = x - p.position
     if depth <= -LEFT:
         s.armed, s.since = 1.0, -1.0
         return 0.0
     if s.since >= 0.0:
-        s.since += dt
-    if depth > 0.0 and s.armed > 0.5:
-        s.armed, s.since, s.speed = 0.0, 0.0, max(v, 0.0)
-    push = p.stiffness * depth + p.damping * max(v, 0.0) if depth > 0.0 else 0.0
+        s.periods += 1.0
+        s.since = s.periods * dt
+    push = 0.0
+    if depth > 0.0:
+        entering = max(v, 0.0)
+        if s.armed > 0.5:
+            s.armed, s.since, s.periods, s.speed = 0.0, 0.0, 0.0, entering
+        push = p.stiffness * depth + p.damping * entering
     if s.since < 0.0:
         return -push
     amplitude, decay, hertz = sound(p.material, p.amplitude, p.decay, p.frequency)

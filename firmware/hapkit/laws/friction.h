@@ -7,7 +7,7 @@ namespace laws {
 namespace friction {
 
 constexpr uint8_t kParameters = 7, kStates = 4;
-constexpr uint32_t kFingerprint = 0xfe6db6c1;
+constexpr uint32_t kFingerprint = 0x4c3eec67;
 
 enum Parameter : uint8_t {
   // 0 coulomb, 1 smoothed, 2 karnopp, 3 stribeck, 4 projection, 5 tether, 6 lugre
@@ -43,7 +43,7 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
     s[State::before] = x;
     s[State::anchor] = x;
   }
-  const float kinetic = fast::most(p[kKineticForce], 1e-06f);
+  const float kinetic = fast::most(p[kKineticForce], 0.001f);
   const float static_ = fast::most(p[kStaticForce], kinetic);
   const float stiffness = p[kTetherStiffness];
   float dry = 0.0f;

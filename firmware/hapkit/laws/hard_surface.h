@@ -6,8 +6,8 @@
 namespace laws {
 namespace hard_surface {
 
-constexpr uint8_t kParameters = 8, kStates = 3;
-constexpr uint32_t kFingerprint = 0x4d8b7088;
+constexpr uint8_t kParameters = 8, kStates = 4;
+constexpr uint32_t kFingerprint = 0xe4b0f125;
 
 enum Parameter : uint8_t {
   // N/m
@@ -28,7 +28,7 @@ enum Parameter : uint8_t {
   kLimit,
 };
 namespace State {
-enum : uint8_t { since = 0, speed = 1, armed = 2 };
+enum : uint8_t { since = 0, speed = 1, armed = 2, periods = 3 };
 }
 
 // Return (amplitude N per m/s, decay 1/s, frequency Hz) of a material, the given ones if custom.
@@ -67,15 +67,20 @@ inline float force(const float* p, float* s, float x, float v, float dt) {
     return 0.0f;
   }
   if (fast::from_zero(s[State::since])) {
-    s[State::since] = s[State::since] + dt;
+    s[State::periods] = s[State::periods] + 1.0f;
+    s[State::since] = s[State::periods] * dt;
   }
-  if (fast::above_zero(depth) && s[State::armed] > 0.5f) {
-    s[State::armed] = 0.0f;
-    s[State::since] = 0.0f;
-    s[State::speed] = fast::most(v, 0.0f);
+  float push = 0.0f;
+  if (fast::above_zero(depth)) {
+    const float entering = fast::most(v, 0.0f);
+    if (s[State::armed] > 0.5f) {
+      s[State::armed] = 0.0f;
+      s[State::since] = 0.0f;
+      s[State::periods] = 0.0f;
+      s[State::speed] = entering;
+    }
+    push = p[kStiffness] * depth + p[kDamping] * entering;
   }
-  const float push = fast::above_zero(depth) ? p[kStiffness] * depth + p[kDamping] * fast::most(v,
-      0.0f) : 0.0f;
   if (fast::below_zero(s[State::since])) {
     return -push;
   }

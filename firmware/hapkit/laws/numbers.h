@@ -17,7 +17,7 @@ static laws::Results<float, float, int8_t> sticking_tether(float x, float before
   const float shock = damping * inverse1_.of(dt);
   const float pull = stiffness * (anchor - x) + shock * (before - x);
   const bool turned = fast::below_zero(pull * (anchor - before));
-  const bool held = stuck > 0.5f || turned || fast::magnitude(pull) < 0.9997f * kinetic;
+  const bool held = stuck > 0.5f || turned || fast::magnitude(pull) < kinetic - 2e-08f * stiffness;
   if (held && fast::magnitude(pull) <= fast::most(static_, kinetic)) {
     return laws::Results<float, float, int8_t>{pull, anchor, 1};
   }
