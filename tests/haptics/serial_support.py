@@ -105,17 +105,23 @@ def stream_once(engine, board):
     reader = engine.reader()
     engine.start()
     wait_for(lambda: board.finished)
+    health = engine.health()
     engine.close()
-    return reader.read(), board.answers
+    return reader.read(), board.answers, health
+
+
+def played(connect, make_board, **options):
+    """Run a stepped board to its end undisturbed; return (rows, answers, the engine's health then)."""
+    for _ in range(ATTEMPTS):
+        out, answers, health = stream_once(connect(board := make_board(), **options), board)
+        if not np.any(out[:, rows.FLAGS].astype(int) & rows.STALE):
+            return out, answers, health
+    raise AssertionError("the machine was too busy")
 
 
 def stream(connect, make_board, **options):
     """Run a stepped board to its end undisturbed; return (rows, answers)."""
-    for _ in range(ATTEMPTS):
-        out, answers = stream_once(connect(board := make_board(), **options), board)
-        if not np.any(out[:, rows.FLAGS].astype(int) & rows.STALE):
-            return out, answers
-    raise AssertionError("the machine was too busy")
+    return played(connect, make_board, **options)[:2]
 
 
 def told(connect, **options):

@@ -6,7 +6,7 @@ import pytest
 from hapkit_studio.haptics import drivers, histogram, line, portable_loop, rig, ring, rows
 from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import Force
-from tests.haptics.serial_support import QUANTUM, SteppedBoard, connector, sample, stream, wait_for
+from tests.haptics.serial_support import QUANTUM, SteppedBoard, connector, played, sample, stream
 from tests.haptics.support import CONSTANT, Bench
 
 KINDS = (drivers.SerialDriver, drivers.PortableDriver)
@@ -88,11 +88,8 @@ def test_the_delay_is_measured_while_the_force_is_held_at_zero(connect):
 
 
 def test_the_measured_delay_is_the_board_s(connect):
-    board = SteppedBoard(counts_of(200), 730)
-    engine = connect(board)
-    engine.start()
-    wait_for(lambda: board.finished)
-    assert engine.health().delay == pytest.approx(730e-6)
+    *_, health = played(connect, lambda: SteppedBoard(counts_of(200), 730))
+    assert health.delay == pytest.approx(730e-6)
 
 
 # --- the portable loop by itself, its port in the test's hands
