@@ -13,6 +13,7 @@ from hapkit_studio.workshop import reading, templates
 from hapkit_studio.workshop.trust import digest
 from hapkit_studio.workshop.verdict import Verdict
 from tests.gui.own_support import put, spring, wait_for_verdict
+from tests.lateness import ATTEMPTS
 
 
 def leaving(marker, text: str) -> str:
@@ -244,8 +245,10 @@ def test_the_window_need_not_wait_50_ms_for_a_law_that_is_saved(home, window, qt
     clock, gaps, longest = QElapsedTimer(), [], []
     beat = QTimer(interval=5, timerType=Qt.TimerType.PreciseTimer)
     beat.timeout.connect(lambda: gaps.append(clock.restart()))
-    for factor in (2.0, 3.0, 4.0, 5.0):
-        window.desk.page.code.setPlainText(spring("mine", force=f"-p.stiffness * x * {factor}"))
+    for factor in range(2, 2 + ATTEMPTS):
+        if min(longest, default=50) < 50:
+            break
+        window.desk.page.code.setPlainText(spring("mine", force=f"-p.stiffness * x * {factor}.0"))
         QTest.qWait(200)
         gaps.clear()
         clock.start()
@@ -255,5 +258,5 @@ def test_the_window_need_not_wait_50_ms_for_a_law_that_is_saved(home, window, qt
         beat.stop()
         assert len(gaps) > 20
         longest.append(max(gaps))
-    # a compile in this process would be in every one of them; what else the machine does is not
+    # a compile in this process would be in every one of them; what else the machine does is in some
     assert min(longest) < 50, longest
