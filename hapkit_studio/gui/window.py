@@ -14,7 +14,6 @@ from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.editor.desk import Desk
 from hapkit_studio.gui.editor.files import Files
 from hapkit_studio.gui.editor.watch import Watch
-from hapkit_studio.gui.export_sketch import ExportSheet
 from hapkit_studio.gui.flash_sheet import FlashSheet
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
@@ -157,6 +156,8 @@ class MainWindow(QMainWindow):
 
     def show_export(self) -> None:
         """Open the sheet that writes the environment as an Arduino sketch."""
+        from hapkit_studio.gui.export_sketch import ExportSheet  # off the first picture's way
+
         ExportSheet(self.studio, self).show()
 
     def show_about(self) -> None:

@@ -16,8 +16,6 @@ from hapkit_studio.errors import DeviceError, ParameterError
 from hapkit_studio.haptics import way
 from hapkit_studio.haptics.line import Line
 from hapkit_studio.haptics.settings_writer import BoardWay
-from hapkit_studio.laws.cpp import CppLaw
-from hapkit_studio.laws.cpp_words import mangled
 from hapkit_studio.protocol.messages import VALUES, Board, Estimator, LawName, MotorMap, Origin, Settings
 
 RATES = (4000, 2000, 1000, 500)
@@ -116,6 +114,9 @@ def tell(line: Line, settings: Settings, pwm_top: int) -> None:
 @cache
 def fingerprint(environment: Environment) -> int:
     """Return what tells one version of a law from another."""
+    from hapkit_studio.laws.cpp import CppLaw  # off the first sample's way
+    from hapkit_studio.laws.cpp_words import mangled
+
     return CppLaw(environment.force, mangled(environment.key)).fingerprint
 
 
