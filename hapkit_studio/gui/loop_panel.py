@@ -37,8 +37,8 @@ GRIP = Choice(
 CONTROLLER = "Adds damping only while the scene gives energy."
 UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
 _ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
-_ROOM_FOR_WAYS = 120
-"""What the switch and its facts take in addition, where there is a board."""
+_ROOM_FOR_WAYS = 290
+"""What the switch, its facts and a longer verdict take in addition, where there is a board."""
 _LEAST_TARGET = 24
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
 
@@ -86,7 +86,7 @@ class LoopPanel(QWidget):
         """Fold the rows into one line, or unfold them."""
         self.folded = folded
         self._body.setVisible(not folded)
-        self.where.set_folded(folded or (self._low and not self._by_hand))
+        self.where.set_folded(self._low and (folded or not self._by_hand))
         self.show_state()
 
     def set_room(self, narrow: bool, height: int) -> None:

@@ -124,7 +124,7 @@ class StatusBar(QWidget):
         self.late.show_words(f"Late p99 {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.lost_frames
         lately = health.missed_lately > 0
-        self.missed.show_words(f"Missed {lost}", "triangle" if lately else "", "warn" if lately else "ink2")
+        self.missed.show_words(f"Missed {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2")
         if health.priority.realtime:
             self.priority.show_words(health.priority.text, "check", "ok")
         else:

@@ -5,9 +5,11 @@ from types import SimpleNamespace
 import pytest
 from PySide6.QtWidgets import QScrollArea
 
+from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui import where_facts
 from hapkit_studio.gui.comparison import movement
+from hapkit_studio.gui.margin import Question, answer
 from hapkit_studio.haptics import way
 from tests.gui.window_support import PATIENCE_MS
 
@@ -128,6 +130,22 @@ def test_a_small_window_has_room_for_every_loop(board_window, qtbot, where):
     used = "Kalman" if where == "board" else "FOAW"  # the board has no such filter
     studio.set_loop(estimator="foaw")
     assert used in window.loop.summary()
+
+
+def test_a_projector_shows_both_ways_and_the_whole_map(board_window, qtbot):
+    """At 1920 × 1080 the rows of the loop give way to the facts, and nothing is scrolled out of sight."""
+    window = board_window
+    window.resize(1920, 1080)
+    window.show()
+    setting = Setting(delay=4e-3)
+    question = Question(setting, 250.0, 0.0, 8.0)
+    window.stability.show_answer(answer(question))
+    assert "above the limit" in window.stability.headline.text()
+    assert window.loop.folded
+    assert window.loop.where.facts.isVisibleTo(window)
+    qtbot.waitUntil(lambda: window.panel.verticalScrollBar().maximum() == 0)
+    window.resize(1920, 1200)
+    assert not window.loop.folded
 
 
 def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, monkeypatch):

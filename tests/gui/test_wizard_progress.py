@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio.gui.wizard.position_plot import PositionPlot
+from hapkit_studio.gui.wizard.rail import Rail
 from hapkit_studio.gui.wizard.verdict_box import LONG, VerdictBox
 
 
@@ -39,3 +40,16 @@ def test_the_sweeps_limits_lie_about_its_start(qtbot):
     assert plot.start == 0.008
     plot.begin_here()
     assert plot.start == 0.020
+
+
+def test_the_button_that_lets_a_hand_go_never_covers_the_hand(qtbot):
+    rail = Rail()
+    qtbot.addWidget(rail)
+    rail.show_hand(True)
+    for width in (rail.minimumWidth(), 812):
+        rail.resize(width, rail.minimumHeight())
+        for place in np.linspace(-0.055, 0.055, 23):
+            rail.lead(float(place))
+            ring, button = rail.hand_place().toAlignedRect(), rail.let_go.geometry()
+            assert rail.rect().contains(button)
+            assert not button.intersects(ring)

@@ -8,7 +8,7 @@ import numpy as np
 from hapkit_studio.analysis.calibrate.motor_map import force_of
 from hapkit_studio.analysis.identify.grid import Grid, lay
 from hapkit_studio.analysis.identify.handle import handle
-from hapkit_studio.analysis.identify.part import Part
+from hapkit_studio.analysis.identify.part import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Recording, Setup
 from hapkit_studio.analysis.identify.windows import Windows
 from hapkit_studio.devices.calibration import Track
@@ -125,15 +125,24 @@ def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
     """Return a part whose intervals also hold relative errors of the scales of force and length, and late s.
 
     Where forces begin late s after what is believed, damping looks like mass and, at the motion's frequency,
-    mass like damping.
+    mass like damping. What is then wider than its value, and than what is felt, is not told.
     """
     turn = 2.0 * math.pi * (part.hertz if math.isfinite(part.hertz) else 0.0)
     moved = {"mass": late * part["viscous"].value, "viscous": late * turn**2 * part["mass"].value}
     made = []
     for e in part.estimates:
         scales = math.hypot(force, 0.0 if e.key == "coulomb" else 2.0 * length)
-        made.append(replace(e, half=math.hypot(e.half, scales * e.value, moved.get(e.key, 0.0))))
+        wider = replace(e, half=math.hypot(e.half, scales * e.value, moved.get(e.key, 0.0)))
+        made.append(wider if wider.half <= max(abs(e.value), e.term.fine) else _untold(wider, force, length))
     return replace(part, estimates=tuple(made))
+
+
+def _untold(estimate: Estimate, force: float, length: float) -> Estimate:
+    """Return an estimate that is not told, with what to do about the scale that leaves it open."""
+    if not estimate.told:
+        return estimate
+    scale = "length: take the marks" if 2.0 * length >= force else "force: take the weights"
+    return replace(estimate, told=False, advice=f"Cannot tell by such a scale of {scale} again.")
 
 
 def changes(part: Part) -> dict[str, float]:

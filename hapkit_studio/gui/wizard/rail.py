@@ -12,6 +12,8 @@ _HEIGHT = 166
 _END = 0.062
 _REACH = 0.055
 _PER_NEWTON = 90.0
+_BESIDE = 8
+"""Pixels that the button keeps from the edges."""
 _EDGE, _WORDS = 6.0, 86.0
 """Pixels that the arrow keeps from the edge, and that its number takes beside its tip."""
 
@@ -63,12 +65,25 @@ class Rail(QWidget):
 
     def _look(self) -> None:
         self.let_go.setVisible(self.hand is not None)
+        self._place_button()
         self.update()
+
+    def _place_button(self) -> None:
+        """Put the button on the side where the hand is not."""
+        size = self.let_go.sizeHint()
+        left = _BESIDE if (self.hand or 0.0) > 0.0 else self.width() - size.width() - _BESIDE
+        self.let_go.setGeometry(left, _BESIDE, size.width(), size.height())
+
+    def hand_place(self) -> QRectF | None:
+        """Return where the hand's ring is in pixels; None for no hand."""
+        if self.hand is None:
+            return None
+        at = QPointF(self._x(self.hand), self._base() - 84 * self._size())
+        return QRectF(at.x() - 9, at.y() - 9, 18, 18)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        size = self.let_go.sizeHint()
-        self.let_go.setGeometry(self.width() - size.width() - 8, 8, size.width(), size.height())
+        self._place_button()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self.mouseMoveEvent(event)
@@ -89,6 +104,11 @@ class Rail(QWidget):
         """Return by what the handle is larger where there is more room."""
         return min(max(self.height() / _HEIGHT, 1.0), 1.7)
 
+    def _base(self) -> float:
+        """Return the rail's height: in the middle where there is more room than the picture grows."""
+        spare = self.height() - _HEIGHT * self._size()
+        return self.height() - (52.0 if self.takes_hand else 36.0) - 0.5 * max(spare, 0.0)
+
     def _x(self, place: float) -> float:
         return self.width() / 2 + place / SPAN * (self.width() / 2 - 24)
 
@@ -98,11 +118,11 @@ class Rail(QWidget):
         painter.setPen(QPen(theme.color("line"), 1))
         painter.setBrush(theme.color("scene"))
         painter.drawRoundedRect(QRectF(0.5, 0.5, self.width() - 1, self.height() - 1), 8, 8)
-        base = self.height() - (52.0 if self.takes_hand else 36.0)
+        base = self._base()
         self._rail(painter, base)
         self._marks(painter, base)
         if self.takes_hand:
-            self._hand(painter, base)
+            self._hand(painter)
         if self.position is not None:
             self._handle(painter, base, self._x(max(min(self.position, _END), -_END)))
 
@@ -119,20 +139,20 @@ class Rail(QWidget):
                 words = number(tick, 0) + (" mm" if tick == 60 else "")
                 painter.drawText(QRectF(x - 30, base + 10, 60, 18), Qt.AlignmentFlag.AlignCenter, words)
 
-    def _hand(self, painter: QPainter, base: float) -> None:
+    def _hand(self, painter: QPainter) -> None:
         painter.setFont(theme.font("hint"))
         painter.setPen(theme.color("accent"))
         words = "Drag here: the virtual hand, which holds on until you let go."
         painter.drawText(
             QRectF(10, self.height() - 18, self.width() - 20, 16), Qt.AlignmentFlag.AlignLeft, words
         )
-        if self.hand is None:
+        ring = self.hand_place()
+        if ring is None:
             return
-        at = QPointF(self._x(self.hand), base - 84 * self._size())
         painter.setPen(QPen(theme.color("accent"), 2.5))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawEllipse(at, 9, 9)
-        painter.drawPoint(at)
+        painter.drawEllipse(ring)
+        painter.drawPoint(ring.center())
 
     def _marks(self, painter: QPainter, base: float) -> None:
         for place, taken in self.marks:

@@ -40,6 +40,20 @@ def test_intervals_hold_the_truth_in_nine_of_ten():
     assert sum(held) >= 0.9 * len(held)
 
 
+def test_what_the_scales_leave_open_is_not_told():
+    """Lengths sure to 49 % just tell mass and damping, to 51 % no longer; dry friction needs no length."""
+    bench = Bench(PaddleKit())
+    bench.open()
+    part = trials.sweep(bench, 6.0).part
+    bench.close()
+    for length, told in ((0.49, True), (0.51, False)):
+        wider = paddle.widened(part, 0.0, length)
+        assert [wider[key].told for key in paddle.NAMES] == [told, told, True]
+        assert set(paddle.changes(wider)) == (set(paddle.NAMES) if told else {"coulomb"})
+        assert ("take the marks again" in wider["mass"].advice) != told
+    assert "take the weights again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
+
+
 @pytest.mark.parametrize("dead", [0, 40])
 def test_a_dead_band_shows_in_the_force_that_a_motion_takes(dead):
     bench = Bench(PaddleKit(dead=dead))
