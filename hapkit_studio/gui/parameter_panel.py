@@ -1,6 +1,6 @@
 """The right-hand panel: environment's words and parameters, the loop, how far from instability."""
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from hapkit_studio.errors import ParameterError
@@ -115,7 +115,7 @@ class ParameterPanel(QScrollArea):
         self.parameters = ParameterRows(studio, self.title.help)
         self.warnings = WarningLines(studio)
         self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
-        body = QWidget(self.viewport())
+        body = self._body = QWidget(self.viewport())
         body.setObjectName("panelBody")
         dress(body, "QLabel:disabled { color: @ink3; }")
         column = self._column = QVBoxLayout(body)
@@ -133,10 +133,16 @@ class ParameterPanel(QScrollArea):
         column.addStretch(1)
         self.setWidget(body)
         self.verticalScrollBar().rangeChanged.connect(self._make_way)
+        self.stability.judged.connect(lambda *_: self._settle())
 
     def _show_model(self) -> None:
         studio = self._studio
         self.model.show_model(studio.environment, studio.loop.model, studio.simulated)
+
+    def _settle(self) -> None:
+        """Give a longer verdict its room at once: else a frame is painted with all rows squeezed."""
+        for part in (self.stability, self._body, self):
+            QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))
 
     def _make_way(self, _low: int, high: int) -> None:
         """Let the scroll bar stand in the margin, so that no row moves when it comes and goes."""

@@ -78,6 +78,9 @@ class Room(QWidget):
         bars = parts.menuBar().height() + parts.header.height() + parts.status.height() + parts.banners.room
         parts.centre.set_room(width - used, height - bars)
         parts.views.set_room(width - used, height - bars)
+        column = self.layout()
+        if column is not None:
+            column.activate()  # at once: else a frame is painted with parts of two sizes
 
     def _place_banners(self, over_panel: bool) -> None:
         """Put the banners beside the panel, so that a slider being dragged stays put; above it if narrow."""

@@ -70,7 +70,7 @@ def late(microseconds: float) -> str:
 
 def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
     """Write a rate as measured in Hz; where it is another than it should be, both, each with its name."""
-    measured = f"{number(rate, 1)} Hz" if rate else "– Hz"
+    measured = f"{rate:.1f} Hz" if rate else "– Hz"
     if nominal is None:
         return measured
     if on_board:

@@ -185,6 +185,7 @@ def test_words_are_whole_and_controls_named(played, qtbot, size):
         shell.go(index)
         qtbot.wait(20)
         step = shell.step
+        assert step.width() <= step.parentWidget().width(), "it does not scroll sideways"
         for label in step.findChildren(QLabel):
             if label.isVisible() and label.text() and not label.wordWrap():
                 assert label.sizeHint().width() <= label.width() + 1, label.text()

@@ -24,7 +24,7 @@ class KitDrawing(QWidget):
         self.scale = False
         self._zoom = 1.0
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
-        self.setMinimumSize(300, 150)
+        self.setMinimumSize(250, 150)
         self.setAccessibleName("Drawing of the kit")
 
     def show_weight(self, grams: str) -> None:

@@ -12,6 +12,10 @@ _HEIGHT = 166
 _END = 0.062
 _REACH = 0.055
 _PER_NEWTON = 90.0
+_HINTS = (
+    "Drag here: the virtual hand, which holds on until you let go.",
+    "Drag here: the virtual hand. It holds on.",
+)
 _BESIDE = 8
 """Pixels that the button keeps from the edges."""
 _EDGE, _WORDS = 6.0, 86.0
@@ -39,7 +43,7 @@ class Rail(QWidget):
         self.let_go.clicked.connect(lambda: self.lead(None))
         self.let_go.hide()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.setMinimumSize(360, _HEIGHT)
+        self.setMinimumSize(320, _HEIGHT)
         self.setAccessibleName("Handle on its rail")
 
     def show_handle(self, position: float | None, force: float = 0.0) -> None:
@@ -142,10 +146,9 @@ class Rail(QWidget):
     def _hand(self, painter: QPainter) -> None:
         painter.setFont(theme.font("hint"))
         painter.setPen(theme.color("accent"))
-        words = "Drag here: the virtual hand, which holds on until you let go."
-        painter.drawText(
-            QRectF(10, self.height() - 18, self.width() - 20, 16), Qt.AlignmentFlag.AlignLeft, words
-        )
+        box = QRectF(10, self.height() - 18, self.width() - 20, 16)
+        fits = [words for words in _HINTS if painter.fontMetrics().horizontalAdvance(words) <= box.width()]
+        painter.drawText(box, Qt.AlignmentFlag.AlignLeft, fits[0] if fits else _HINTS[-1])
         ring = self.hand_place()
         if ring is None:
             return

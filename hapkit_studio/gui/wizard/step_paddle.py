@@ -55,7 +55,7 @@ class PaddleStep(StepPage):
         """Return a number below its name."""
         name = QLabel(words)
         name.setProperty("role", "axis")
-        dress(value, "QLabel { font-size: 17px; font-weight: 650; min-width: 216px; }")
+        dress(value, "QLabel { font-size: 17px; font-weight: 650; min-width: 190px; }")
         value.setAccessibleName(words)
         value.setText("–")
         cell = QVBoxLayout()

@@ -1,0 +1,28 @@
+"""What changes its size has its place in the same pass: no frame shows parts that overlap."""
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.gui.margin import Question, answer
+from tests.gui.test_layout import settle
+
+
+def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window, qapp):
+    settle(qapp, window, (1280, 720))
+    for width, height in ((1440, 900), (1280, 720), (1920, 1080)):
+        window.resize(width, height)
+        parts = window.gallery.geometry(), window.centre.geometry(), window.panel.geometry()
+        assert [p.width() for p in parts] == [
+            window.gallery.minimumWidth(),
+            width - window.gallery.minimumWidth() - window.panel.minimumWidth(),
+            window.panel.minimumWidth(),
+        ]
+        assert parts[0].right() < parts[1].left()
+        assert parts[1].right() < parts[2].left()
+
+
+def test_a_longer_verdict_squeezes_no_row(window, qapp):
+    settle(qapp, window, (1440, 900))
+    card, body = window.stability, window.panel.widget()
+    for stiffness in (250.0, 4000.0, 250.0):
+        card.show_answer(answer(Question(Setting(delay=1e-3, controller=True), stiffness, 0.0, 8.0)))
+        assert body.height() >= body.layout().totalHeightForWidth(body.width())
+        assert card.height() >= card.heightForWidth(card.width())
