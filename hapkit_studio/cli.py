@@ -23,11 +23,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not given or (given[0].startswith("-") and given[0] not in ("-h", "--help", "--version")):
         return _window(given)
     options = parser().parse_args(given)
+    from hapkit_studio.commands import outputs
+
     try:
+        outputs.check(options)
         result = options.command(options)
         print(json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text, flush=True)
     except StudioError as error:
-        print(f"hapkit-studio: {error}", file=sys.stderr)
+        print(f"hapkit-studio: {error}{_next_step(error, options)}", file=sys.stderr)
         return 2
     except OSError as error:
         print(f"hapkit-studio: {error.filename or 'output'}: {error.strerror}", file=sys.stderr)
@@ -35,6 +38,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     return result.code
+
+
+def _next_step(error: StudioError, options: argparse.Namespace) -> str:
+    """Return the command that takes the step which a window would offer, for the port that was named."""
+    port = getattr(options, "port", None) or getattr(options, "device", None)
+    return f" Run `hapkit-studio flash {port}`." if port and getattr(error, "step", "") else ""
 
 
 def parser() -> argparse.ArgumentParser:

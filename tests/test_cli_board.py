@@ -1,12 +1,23 @@
 """Computer or board on the command line."""
 
-from types import SimpleNamespace
+import os
+from dataclasses import replace
+from functools import partial
 
+import numpy as np
 import pytest
 
 from hapkit_studio.commands import rendered, run_on
+from hapkit_studio.devices.base import DeviceEntry
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.probing import probe
 from hapkit_studio.devices.virtual_board import built
+from hapkit_studio.haptics import rig
 from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.haptics.faults import Fault
+from hapkit_studio.protocol.framing import encode
+from tests.devices.fake_board import FakeBoard
+from tests.devices.fake_kit import FakeKit
 from tests.lateness import ATTEMPTS
 from tests.test_cli import as_json, run
 
@@ -32,6 +43,101 @@ def test_what_cannot_be_is_one_line(capsys, words, said):
     assert err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "wall", "--device", ""),
+        ("check", ""),
+        ("flash", ""),
+        ("export", "wall", "--port", ""),
+        ("flash", "/dev/ttyNONE7", "--hex", ""),
+        ("firmware", "--laws", "wall", "--flash", ""),
+        ("run", "wall", "--csv", ""),
+    ],
+)
+def test_an_empty_word_is_none_that_was_left_away(capsys, words):
+    """A script whose variable is not set must not flash the only board, or run without one."""
+    code, out, err = run(capsys, *words)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+
+
+def test_a_file_that_cannot_be_written_is_said_before_the_run(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(Engine, "start", lambda engine: pytest.fail("it began"))
+    begin = ("run", "wall", "--device", "simulated")
+    for option, path, said in (
+        ("--csv", tmp_path / "none" / "x.csv", "there is no folder"),
+        ("--csv", tmp_path, "the path of a file"),
+        ("--plot", tmp_path / "none" / "x.png", "there is no folder"),
+        ("--plot", tmp_path / "x.xyz", "A picture is one of"),
+    ):
+        code, out, err = run(capsys, *begin, option, str(path))
+        assert (code, out) == (2, "")
+        assert said in err
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may write anywhere")
+def test_says_where_it_may_not_write(capsys, tmp_path):
+    tmp_path.chmod(0o500)
+    code, _, err = run(capsys, "run", "wall", "--csv", str(tmp_path / "run.csv"))
+    assert (code, err.count("\n")) == (2, 1)
+    assert "you may not write" in err
+
+
+def test_a_picture_is_where_it_is_said_to_be(capsys, tmp_path):
+    found = as_json(capsys, "run", "wall", "--seconds", "0.1", "--plot", str(tmp_path / "x"))
+    assert found["written"] == [str(tmp_path / "x.png")]
+    assert (tmp_path / "x.png").is_file()
+
+
+class Gone:
+    """What a run asks of an engine whose device goes away after three looks."""
+
+    def __init__(self):
+        self.looks = 0
+
+    @property
+    def fault(self):
+        self.looks += 1
+        return Fault(rig.DEVICE_GONE, "The device is gone.") if self.looks > 3 else None
+
+    def read(self):
+        return np.zeros((2, 3))
+
+
+def test_a_run_ends_when_the_device_goes_away_and_keeps_what_came():
+    engine = Gone()
+    assert len(rendered.play(engine, engine, None, 3600.0)) == 2 * (3 + 1)
+    assert rendered.fault_words(engine.fault) == (
+        "The device is gone. Force is zero. Check the USB cable, then try again."
+    )
+
+
+def test_a_board_that_sends_nothing_is_said_so_with_the_next_step(capsys, monkeypatch):
+    board = FakeBoard(FakeKit())
+    monkeypatch.setattr(rendered, "_PATIENCE", 0.2)
+    try:
+        code, out, err = run(capsys, "run", "wall", "--device", board.path, "--seconds", "1")
+    finally:
+        board.unplug()
+    assert (code, out) == (2, "")
+    assert "says hello, but no sample came for 0.2 s. Press the board's reset button" in err
+
+
+def test_old_firmware_names_the_command_that_updates_it(capsys):
+    old = replace(FakeKit().hello(), version=1)
+    board = FakeBoard(lambda message: encode(old))
+    try:
+        said = [
+            run(capsys, "check", board.path)[2],
+            probe(DeviceEntry(board.path, "", partial(HapkitBoard, board.path)))["text"],
+        ]
+    finally:
+        board.unplug()
+    for words in said:
+        assert f"Update firmware. Run `hapkit-studio flash {board.path}`." in words
+
+
 def test_run_on_the_simulated_device(capsys):
     found = as_json(capsys, "run", "spring", "--device", "simulated", "--hand", "press", "--seconds", "0.5")
     assert found["render"] == "computer"
@@ -43,7 +149,7 @@ def test_run_on_the_simulated_device(capsys):
 def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
     words = ("run", "wall", "--device", "simulated", "--seconds", "0.2")
     assert run(capsys, *words)[0] == 0
-    fault = SimpleNamespace(text="Over-speed. Force is zero.")
+    fault = Fault(rig.OVER_SPEED, "Fault: over-speed, 5.2 m/s (limit 5.0 m/s).")
     monkeypatch.setattr(Engine, "fault", property(lambda engine: fault if engine.heard else None))
     monkeypatch.setattr(Engine, "heard", False, raising=False)
     play = run_on.rendered.play

@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> Result:
     found = environment(options.environment, options.trust)
     values = found.values(key_values(options.parameter))
     kit = _kit(options.kit, options.port)
-    rate = options.rate or sketch.usual_rate(found, values)
+    rate = sketch.usual_rate(found, values) if options.rate is None else options.rate
     spec = estimator_spec(options.estimator)
     sketch.check(rate, spec, options.prints)
     margin = sketch_limit.margin(found, values, kit.board, rate, spec)

@@ -50,7 +50,7 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Result:
     """Build, write the image, flash it if a port is given; raise DeviceError, LawError."""
     sources = _sources()
-    if options.flash:
+    if options.flash is not None:
         avrdude.find(options.avrdude)  # said before a minute of compiling, as is a missing port
         flash.try_port(port_to_flash(options.flash))
     kept = _kept(options.laws)
@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> Result:
         shutil.copyfile(Path(folder) / "build" / "hapkit.hex", output)
     lines = [f"wrote {output} with {', '.join(laws)}", *said]
     found = {"written": str(output), "laws": list(laws), "bytes": len(hex_image.read(output).data)}
-    if not options.flash:
+    if options.flash is None:
         return Result("\n".join(lines), found)
     flashed = flash_and_greet(options.flash, str(output), options.avrdude)
     return Result("\n".join([*lines, flashed.text]), {**found, "flashed": flashed.as_json})

@@ -43,7 +43,7 @@ def port_to_flash(given: str | None) -> str:
     ports = {port.path for port in discovery.ports()} if given in listed else set()
     if given in listed and given not in ports:
         raise DeviceError(f"{listed[given]} needs no flashing. Name a port: hapkit-studio flash PORT.")
-    return given or _only_port()
+    return _only_port() if given is None else given
 
 
 def flash_and_greet(port: str, image: str | None, program: str | None) -> Result:

@@ -11,17 +11,21 @@ import numpy as np
 
 from hapkit_studio.analysis import plane
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.devices.port_errors import no_data
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import DeviceError, ParameterError
 from hapkit_studio.haptics import board_offer
 from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.haptics.faults import Fault
 from hapkit_studio.haptics.rendering import BOARD, COMPUTER, WAYS
+from hapkit_studio.haptics.rig import DEVICE_GONE
 from hapkit_studio.haptics.ring import RingReader
 
 FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
 _WHOLE = 0.9
 """Share of the time that samples must cover; less is said."""
+_AGAIN = "Check the USB cable, then try again."
 _MEASURING = 0.6
 """s in which the connection holds the force at zero and the computer's delay is measured."""
 
@@ -41,7 +45,7 @@ def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) ->
     refusal = engine.board_refusal() if where == BOARD else ""
     if refusal:
         raise ParameterError(refusal)
-    _wait(engine, lambda: len(reader.read()) > 0)
+    _wait(engine, lambda: len(reader.read()) > 0, no_data(getattr(engine.device, "port", ""), _PATIENCE))
     if where == BOARD:
         _wait(engine, lambda: engine.delay_of(COMPUTER) is not None or engine.fault is not None)
         time.sleep(_MEASURING)
@@ -49,22 +53,34 @@ def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) ->
     _wait(engine, lambda: engine.rendering == where)
 
 
-def _wait(engine: Engine, so: Callable[[], bool]) -> None:
+def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = None) -> None:
+    """Return once it is so; raise DeviceError where the loop ends, or late, or it takes too long."""
     limit = time.monotonic() + _PATIENCE
     while not so():
         health, fault = engine.health(), engine.fault
         if fault is not None or not health.running:
-            raise DeviceError(health.message or (fault.text if fault else "The device is gone."))
+            raise DeviceError(fault_words(fault) if fault else f"{engine.device.title} is gone. {_AGAIN}")
         if time.monotonic() > limit:
-            raise DeviceError(f"{engine.device.title} did not begin to render within {_PATIENCE:g} s.")
+            words = f"{engine.device.title} did not begin to render within {_PATIENCE:g} s. {_AGAIN}"
+            raise late or DeviceError(words)
         time.sleep(0.01)
 
 
+def is_gone(fault: Fault | None) -> bool:
+    """Tell whether a fault means that the device went away: nothing more will come."""
+    return fault is not None and fault.code == DEVICE_GONE
+
+
+def fault_words(fault: Fault) -> str:
+    """Return what ended a run, and what to do before the next one: a command does not look again."""
+    return f"{fault.text} Force is zero. {_AGAIN if is_gone(fault) else 'Hold the handle, then try again.'}"
+
+
 def play(engine: Engine, reader: RingReader, hand: Hand | None, seconds: float) -> np.ndarray:
-    """Return the rows of so many s, the simulated hand moving as its script says."""
+    """Return the rows of so many s, fewer where the device goes away; the hand moves as its script says."""
     begin, pieces = time.perf_counter(), []
     reader.read()
-    while (t := time.perf_counter() - begin) < seconds:
+    while (t := time.perf_counter() - begin) < seconds and not is_gone(engine.fault):
         if hand is not None:
             engine.move_hand(None if t >= hand.release else float(hand.target(t)))
         pieces.append(reader.read())

@@ -33,7 +33,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Result:
     """Render an environment, by its key or its Python file; write CSV and picture where asked."""
-    done, found = run_on.live(options) if options.device else (_headless(options), {})
+    done, found = run_on.live(options) if options.device is not None else (_headless(options), {})
     if options.csv:
         done.save(options.csv)
     if options.plot:

@@ -47,8 +47,10 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
     if not len(table):
         raise ParameterError(f"Not one sample came in {seconds:g} s.")
     run = _as_run(table, engine, options, found)
-    remarks = rendered.remarks(found, options.board_rate, seconds, float(run.time[-1]))
-    return dataclasses.replace(run, faults=(fault.text,) if fault else (), warnings=remarks), found
+    got = float(run.time[-1])
+    remarks = rendered.remarks(found, options.board_rate, got if rendered.is_gone(fault) else seconds, got)
+    faults = (rendered.fault_words(fault),) if fault else ()
+    return dataclasses.replace(run, faults=faults, warnings=remarks), found
 
 
 def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:

@@ -13,6 +13,7 @@ import serial
 
 from hapkit_studio import resources
 from hapkit_studio.devices import avrdude, hex_image, port_errors
+from hapkit_studio.devices.busy import holder
 from hapkit_studio.devices.flash_output import CONNECTING, STARTING, Progress, Said, no_boot_loader, not_there
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import DeviceError, FlashError, ParameterError, PortBusyError, PortGoneError
@@ -44,11 +45,11 @@ def shipped() -> Path:
 
 def image_of(given: str | Path | None = None) -> hex_image.HexImage:
     """Return what is to be written, the shipped firmware by default; raise ParameterError."""
-    path = Path(given or shipped())
+    path = shipped() if given is None else Path(given)
     try:
         return hex_image.read(path)
     except FileNotFoundError:
-        if given:
+        if given is not None:
             raise ParameterError(f"There is no file {path}. Give the path of a .hex file.") from None
         what = f"The studio's own firmware, {path.parent.name}/{path.name}, is missing."
         raise ParameterError(f"{what} Install Hapkit Studio again.") from None
@@ -111,7 +112,12 @@ def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
 
 
 def try_port(port: str) -> None:
-    """Open and close the port, as avrdude neither says who holds it nor minds a lock; raise DeviceError."""
+    """Open and close the port, as avrdude neither says who holds it nor minds a lock; raise DeviceError.
+
+    A program that has it open and locks nothing, like cat, would take part of what the boot loader says.
+    """
+    if by := holder(port):
+        raise port_errors.busy(port, by)
     try:
         serial.Serial(port, BAUD, exclusive=True).close()
     except (serial.SerialException, OSError) as error:

@@ -31,14 +31,18 @@ _BANNER = 120
 
 def gone(port: str) -> PortGoneError:
     """Return the error of a port that is not there, or no longer."""
-    return PortGoneError(f"Hapkit on {port_name(port)} is gone. Force is zero. Looking again every second.")
+    title = f"Hapkit on {port_name(port)} is gone. Force is zero."
+    return PortGoneError(
+        f"{title} Plug it in, then try again.",
+        brief=f"{title} Looking again every second.",  # a window does
+    )
 
 
 def not_there(port: str) -> PortGoneError:
     """Return the error of a port that does not exist when it is to be opened."""
     return PortGoneError(
         f"{port_name(port)} is not there. Plug the board in, or see `hapkit-studio devices`.",
-        brief=str(gone(port)),  # a window goes on looking for it
+        brief=gone(port).brief,
     )
 
 

@@ -28,7 +28,8 @@ def probe(entry: DeviceEntry) -> dict[str, Any]:
         device.open()
         return _answers(device)
     except DeviceError as error:
-        return {"ok": False, "text": str(error), "step": error.step, "command": error.command}
+        run = f" Run `hapkit-studio flash {entry.key}`." if error.step else ""
+        return {"ok": False, "text": f"{error}{run}", "step": error.step, "command": error.command}
     finally:
         device.close()
 

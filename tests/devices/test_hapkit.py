@@ -149,7 +149,7 @@ def test_not_a_serial_port_at_all(tmp_path):
 
 def test_unplugged_during_the_handshake(fake):
     path = fake(lambda m: UNPLUG).path
-    expected = f"Hapkit on {short(path)} is gone. Force is zero. Looking again every second."
+    expected = f"Hapkit on {short(path)} is gone. Force is zero. Plug it in, then try again."
     assert failure(errors.PortGoneError, path, handshake_time=5.0) == expected
 
 
