@@ -142,6 +142,11 @@ class LoopPanel(QWidget):
         delay = self.delay.box.text().removesuffix(".0")
         return f"Board {rate} · {name}" if board else f"{rate} · {delay} ms · {name}"
 
+    def _note_rate(self) -> None:
+        """Follow a board that renders another law, or the same by a dearer method, at another rate."""
+        if self._rate() != self.rate.value:
+            self.show_state()
+
     def _rate(self) -> float:
         engine = self._studio.engine
         if engine is None:
@@ -184,6 +189,8 @@ class LoopPanel(QWidget):
         self._studio.loop_changed.connect(self.show_state)
         self._studio.engine_changed.connect(self._give_way)
         self._studio.engine_changed.connect(self.show_state)
+        for signal in (self._studio.environment_changed, self._studio.values_changed):
+            signal.connect(self._note_rate)
         self.rate.changed.connect(lambda _key, value: self._apply(self.rate, rate=value))
         self.delay.changed.connect(lambda _key, value: self._apply(self.delay, delay=value))
         self.estimator.changed.connect(

@@ -43,6 +43,22 @@ def test_the_boards_rate_is_chosen_beside_it(board_window):
     assert board_window.loop.summary().startswith("Board 500 Hz")
 
 
+def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window):
+    studio, loop = board_window.studio, board_window.loop
+    studio.set_loop(where="board")
+    for key, values, rate in (
+        ("cat", {}, "1,000"),
+        ("wall", {}, "4,000"),
+        ("puck", {}, "2,000"),
+        ("puck", {"integrator": "rk4"}, "1,000"),
+    ):
+        studio.choose(key)
+        studio.set_values(values)
+        assert loop.fold.accessibleName() == f"Loop: Board {rate} Hz · Kalman"
+        assert loop.rate.box.text() == rate.replace(",", "")
+        assert column(board_window, 1)[1] == rate
+
+
 def test_a_scene_that_the_board_has_not_stays_with_the_computer(board_window):
     switch, studio = board_window.loop.where, board_window.studio
     studio.set_loop(where="board")

@@ -54,15 +54,16 @@ def pushed_into_a_wall():
 
 
 def test_force_over_position_names_what_is_held_where_nothing_is_drawn(phase):
-    """A wall on the right leaves the upper right free."""
+    """A wall on the right leaves the upper right free; a handle at rest is no line that wants a name."""
     box = phase.canvas.frame()
-    for past in (pushed_into_a_wall(), None):
+    still = Held("on the board", np.zeros(50), {name: np.full(50, 1e-5) for name in CHANNELS})
+    for past, named in ((pushed_into_a_wall(), True), (still, False), (None, False)):
         phase.set_held(past)
         settle(phase)
         found = colored(phase.canvas.viewport().grab().toImage(), "axis")
         inside = np.array([at for at in found if box.contains(*at)])
-        assert (len(inside) > 50) == (past is not None)
-        if past is not None:
+        assert (len(inside) > 50) == named
+        if named:
             assert inside[:, 0].min() > box.center().x()
             assert inside[:, 1].max() < box.top() + 40
 

@@ -18,6 +18,8 @@ from hapkit_studio.gui.plots.layers import SECONDS, Layers, Place
 from hapkit_studio.gui.plots.ticks import fitted, widened
 from hapkit_studio.gui.theme import number, theme
 
+_STILL = 10.0
+"""px: a past that went no farther is hardly seen, and has no name."""
 _LIMIT_WORDS = 14.0
 """px that a limit's name stands out above its line."""
 _NO_BAND = Band(np.empty(0), np.empty((0, 0)))
@@ -200,12 +202,14 @@ class PhaseCanvas(Canvas):
         return under
 
     def _paint_held(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the past, and its name where it covers neither it nor theory nor a limit."""
+        """Paint the past, and, where it moved, its name where that covers neither it nor theory nor a limit."""
         if self._held is None:
             return
         x = self._held.values[self.plot_of.channel] * self.plot_of.scale
         past = self.to_pixels(x, self._held.values["applied"])
         paint(painter, *strokes.thinned(*past))
+        if np.ptp(past[0]) + np.ptp(past[1]) < _STILL:
+            return
         ends, level = self.to_pixels(
             *np.meshgrid(self.view.viewRange()[0], (-self.max_force, self.max_force))
         )

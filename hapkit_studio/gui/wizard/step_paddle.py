@@ -30,8 +30,8 @@ class PaddleStep(StepPage):
         super().__init__(desk)
         self.say(
             "Stand the kit upright again. Handle in the middle, hands off, then press Sweep: for "
-            "a quarter to half a minute the motor moves the handle by itself, within ± 25 mm and "
-            f"{moves.SWEEP_LIMITS.force:g} N. It stops at any doubt."
+            "a quarter to half a minute the motor moves the handle by itself, within ±\u00a025\u00a0mm and "
+            f"{moves.SWEEP_LIMITS.force:g}\u00a0N. It stops at any doubt."
         )
         self.plot, self.rail = PositionPlot(), self.with_hand(Rail())
         self.column.addWidget(self.plot, 1)
