@@ -202,7 +202,7 @@ class PhaseCanvas(Canvas):
         return under
 
     def _paint_held(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the past, and, where it moved, its name where that covers neither it nor theory nor a limit."""
+        """Paint the past and, if it moved, its name where that covers neither it nor theory nor a limit."""
         if self._held is None:
             return
         x = self._held.values[self.plot_of.channel] * self.plot_of.scale
