@@ -63,7 +63,7 @@ class Hold:
     """
 
     stiffness, damping, integral = 40.0, 0.8, 120.0
-    taken_over, settle, stroke, speed = 1.0, 3.0, 0.003, 0.006
+    taken_over, settle, stroke, speed = 1.0, 3.0, 0.006, 0.012
 
     def __init__(self, weight: float = 0.0):
         self._start, self._before, self._sum, self._weight = math.nan, 0.0, 0.0, weight
@@ -88,7 +88,7 @@ HOLD_SECONDS = Hold.settle + 3.0 * HOLD_PERIOD
 
 
 def hold(bench: Bench, weight: float = 0.0, seconds: float = HOLD_SECONDS) -> Track:
-    """Carry a weight in N that pulls to the left, creeping ± 3 mm after 3 s; raise DeviceError."""
+    """Carry a weight in N that pulls to the left, creeping ± 6 mm after 3 s; raise DeviceError."""
     return bench.run(Hold(weight), seconds, HOLD_LIMITS)
 
 

@@ -20,6 +20,8 @@ FORCE_SURE = 0.002
 """Share of a force that the steps of its duty leave open."""
 TIME_SURE = 50e-6
 """s by which a reading, or a force's beginning, may be off the board's own time for it."""
+BAND_SURE = 3
+"""Steps of duty by which a dead band that was found may be off."""
 _OFF = BoardFlag.STOPPED | BoardFlag.OVER_SPEED | BoardFlag.REFUSED
 _PIECES = (24, 12, 6)
 _FEWEST = 40
@@ -65,26 +67,43 @@ def paddle_of(track: Track, board: Board) -> Part:
     return widened(part, FORCE_SURE, 0.0, TIME_SURE) if part.estimates else part
 
 
+def bands_near(board: Board) -> list[Board]:
+    """Return a board's settings with its dead band as far off as it may be; none without a dead band."""
+    ends = (board.dead_band - BAND_SURE, board.dead_band + BAND_SURE) if board.dead_band else ()
+    return [replace(board, dead_band=max(band, 0)) for band in ends]
+
+
+def unsure_of_band(part: Part, track: Track, board: Board) -> Part:
+    """Return a part whose intervals also hold what the dead band may be off; friction is moved by it most."""
+    others = [other for near in bands_near(board) if (other := paddle_of(track, near)).estimates]
+    made = []
+    for e in part.estimates:
+        moved = max((abs(other[e.key].value - e.value) for other in others), default=0.0)
+        made.append(replace(e, half=math.hypot(e.half, moved)))
+    return replace(part, estimates=tuple(made))
+
+
 def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
     """Return the dead band of 255 that explains a sweep best; the board's own unless another is much better.
 
     fine: the best one, however little better.
 
     m a + b v + Fc sgn v + c must make the force: only the right dead band gives the force its right shape,
-    whatever the motor constant.
+    whatever the motor constant. What is left over counts against the force that moves the mass, not against
+    friction: too small a dead band looks like more of that, and would make everything left over look small.
     """
     recording = recording_of(track, board)
     grid = lay(recording)
     windows, kept = _longest(grid)
     if kept.sum() < _FEWEST:
         return board.dead_band
-    basis = np.linalg.qr(_motion(grid, windows)[kept])[0]
+    friction, inertial = np.split(np.linalg.qr(_motion(grid, windows)[kept])[0], 2, axis=1)
 
     def left_over(band: int) -> float:
         y = _mean_forces(track, replace(board, dead_band=band), grid, windows)[kept]
-        around = y - y.mean()
-        rest = y - basis @ (basis.T @ y)
-        size = float(around @ around)
+        moving = y - friction @ (friction.T @ y)
+        rest = moving - inertial @ (inertial.T @ moving)
+        size = float(moving @ moving)
         return float(rest @ rest) / size if size > 0.0 else math.inf
 
     best = min(range(_MOST_BAND + 1), key=left_over)
@@ -106,10 +125,10 @@ def _longest(grid: Grid) -> tuple[Windows, np.ndarray]:
 
 
 def _motion(grid: Grid, windows: Windows) -> np.ndarray:
-    """Return each window's mean acceleration, speed, direction and 1, (windows, 4)."""
+    """Return each window's direction, 1, mean acceleration and speed, (windows, 4)."""
     rates = [windows.derivative(grid.position, order) for order in (2, 1)]
     way = np.sign(windows.derivative(grid.sign, 0))
-    return np.column_stack([*rates, way, np.ones(len(way))])
+    return np.column_stack([way, np.ones(len(way)), *rates])
 
 
 def _mean_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> np.ndarray:

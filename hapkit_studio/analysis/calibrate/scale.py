@@ -20,9 +20,11 @@ SLIPPED = 1.5e-3
 READING = 0.3e-3
 """m, one sigma: how well a handle is held at a mark, before the marks themselves say so."""
 _KNOWN = 4
-# how far from the radii a scale may be; further off, and near a factor 2, a diameter stands for a radius
+# how far from the radii a scale may be; near a factor 2, and where no handle is so short or so long (kits
+# have 66 to 90 mm), a diameter stands for a radius
 NEAR = 0.06
 _FACTOR = 0.12
+_HANDLES = (0.055, 0.120)
 _NAMES = {"handle_radius": "The handle's radius rh", "pulley_radius": "The pulley's radius rp"}
 
 
@@ -123,7 +125,8 @@ def _judge_ratio(found: Scale, board: Board) -> Verdict:
     pulley, handle = 1e3 * board.pulley_radius, 1e3 * board.handle_radius
     words = f"The handle moves {found.ratio:.2f} × as far per count as the radii make."
     for factor, said in ((0.5, "the pulley's diameter"), (2.0, "half the pulley's radius")):
-        if abs(found.ratio / factor - 1.0) <= _FACTOR:
+        no_handle = not _HANDLES[0] <= board.handle_radius * found.ratio <= _HANDLES[1]
+        if abs(found.ratio / factor - 1.0) <= _FACTOR or (no_handle and off * (factor - 1.0) > 0.0):
             return look(
                 "diameter",
                 f"{words} {pulley:.1f} mm looks like {said}, not its radius.",

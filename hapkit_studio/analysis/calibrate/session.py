@@ -1,15 +1,16 @@
 """One calibration from beginning to end: what each step found, what it changed, and the way back."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from hapkit_studio.analysis.calibrate import paddle, scale, sensor, strength, trials
+from hapkit_studio.analysis.calibrate import direction, paddle, scale, sensor, strength, trials
 from hapkit_studio.analysis.calibrate.direction import Direction
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
 from hapkit_studio.analysis.calibrate.sensor import Sensed
 from hapkit_studio.analysis.calibrate.strength import Strength
-from hapkit_studio.analysis.calibrate.trials import Swept
+from hapkit_studio.analysis.calibrate.trials import Breakaway, Swept
 from hapkit_studio.analysis.calibrate.verdict import Verdict, passed
 from hapkit_studio.analysis.identify.part import Part
 from hapkit_studio.devices import calibration_moves as moves
@@ -112,12 +113,29 @@ class Calibration:
 
     def look_for_dead_band(self) -> Verdict:
         """Raise the force until the handle moves, start above that, push again; raise DeviceError."""
-        band = trials.first_dead_band(self.bench)
+        broke = trials.breakaway(self.bench)
+        band = trials.first_dead_band(broke)
         if band:
             self._change(dead_band=band)
         found = self.push()
+        if found.key == "no motion":
+            found = self._judge_breakaway(broke)
         words = f" The motor begins to turn at duty {band} of 255; step 5 measures it." if band else ""
         return replace(found, words=found.words + words)
+
+    def _judge_breakaway(self, broke: Breakaway) -> Verdict:
+        """Judge by what the slowly raised force did: friction may be more than a pulse is allowed to be."""
+        self.direction = direction.judge(list(broke.pulses))
+        turned = self.direction.agrees is False
+        if turned:
+            self._change(direction=-self.board.direction)
+            self.direction = direction.judge(list(trials.breakaway(self.bench).pulses))
+        if not self.direction.agrees:
+            return self.direction.verdict
+        turn = " The motor pushed the wrong way. It is turned round." if turned else ""
+        return passed(
+            f"Dry friction holds the handle up to {broke.force:.2f} N.{turn} Force and position agree."
+        )
 
     # 4: strength
     def carry(self, mass: float) -> float:
@@ -130,7 +148,11 @@ class Calibration:
 
     def use_weights(self) -> Strength:
         """Put the motor constant from the masses carried in force; raise ParameterError."""
-        return self._use(strength.of_weights(self.held, self._as_held()))
+        board = self._as_held()
+        found = strength.of_weights(self.held, board)
+        near = [strength.of_weights(self.held, other).ratio for other in paddle.bands_near(board)]
+        moved = max((abs(ratio - found.ratio) for ratio in near), default=0.0)
+        return self._use(replace(found, half=math.hypot(found.half, moved)))
 
     def press(self, force: float, seconds: float, until: Callable[[], bool]) -> Track:
         """Press on a kitchen scale with a force in N; raise DeviceError."""
@@ -159,18 +181,23 @@ class Calibration:
         self._need_direction()
         found = trials.sweep(self.bench, seconds)
         if found.board.dead_band != self.board.dead_band:
-            self._change(dead_band=found.board.dead_band)
+            self._use_dead_band(found.board.dead_band)
             found = trials.sweep(self.bench, seconds, fine=True)
-        self._change(dead_band=found.board.dead_band)
-        if self.held:
-            self.use_weights()
-        part = self._widened(paddle.paddle_of(found.track, self.board))
+        self._use_dead_band(found.board.dead_band)
+        part = self._widened(paddle.paddle_of(found.track, self.board), found.track)
         self.swept = replace(found, part=part, board=self.board)
         self._change(**paddle.changes(part))
         return self.swept
 
-    def _widened(self, part: Part) -> Part:
-        """Return a part with what the scales of force and length, as far as measured, may be off."""
+    def _use_dead_band(self, band: int) -> None:
+        """Put a dead band in force, and the motor constant that the weights make by it."""
+        self._change(dead_band=band)
+        if self.held:
+            self.use_weights()
+
+    def _widened(self, part: Part, track: Track) -> Part:
+        """Return a part with what the dead band and the scales, as far as measured, may be off."""
+        part = paddle.unsure_of_band(part, track, self.board)
         force = self.strength.half / self.strength.ratio if self.strength else 0.0
         length = self.scale.quantum_half / self.scale.quantum if self.scale else 0.0
         return paddle.widened(part, force, length) if part.estimates else part

@@ -29,7 +29,8 @@ class Strength:
 def carried(track: Track, board: Board) -> tuple[float, float]:
     """Return the mean force in N by a board's settings over whole periods of a hold, and its half width.
 
-    Up and down take as long, so that friction, which hinders both, is not in the mean.
+    Up and down take as long, so that friction, which hinders both, is not in the mean. Where it sticks, the
+    mean may be anywhere in what did not move the handle.
     """
     whole = int((track.time[-1] - Hold.settle) / HOLD_PERIOD + 1e-3)
     if whole < 2:
@@ -41,7 +42,10 @@ def carried(track: Track, board: Board) -> tuple[float, float]:
         for t in end - HOLD_PERIOD * np.arange(1, whole)
     ]
     step = float(np.max(np.abs(force_of(board, np.abs(track.pwm) + 1) - force_of(board, np.abs(track.pwm)))))
-    return float(np.mean(means)), 2.0 * float(np.ptp(means)) / len(means) + 0.25 * step
+    carrying = (track.time >= Hold.settle) & (track.time < end)
+    stuck = float(np.ptp(track.position[carrying])) < Hold.stroke
+    held = 0.5 * float(np.ptp(force[carrying])) if stuck else 0.0
+    return float(np.mean(means)), 2.0 * float(np.ptp(means)) / len(means) + 0.25 * step + held
 
 
 def of_weights(held: list[tuple[float, Track]], board: Board) -> Strength:

@@ -30,12 +30,24 @@ def push_both_ways(bench: Bench) -> direction.Direction:
     return direction.judge(pulses)
 
 
-def breakaway(bench: Bench) -> tuple[float, int]:
-    """Return force in N, by the settings, and duty of 255 at which the handle begins to move.
+@dataclass(frozen=True)
+class Breakaway:
+    """Where the handle begins to move: force in N, by the settings, and duty of 255.
+
+    pulses: each way's force in N and how far in m the handle went.
+    """
+
+    force: float
+    duty: int
+    pulses: tuple[tuple[float, float], ...]
+
+
+def breakaway(bench: Bench) -> Breakaway:
+    """Raise the force slowly, both ways, until the handle begins to move; raise DeviceError.
 
     Raise DoubtError where nothing up to 1.5 N moves it.
     """
-    duties = []
+    duties, shifts = [], []
     for sign in (1.0, -1.0):
         track = moves.search(bench, sign)
         if abs(direction.shift(track)) < direction.MOVED / 2.0:
@@ -44,8 +56,10 @@ def breakaway(bench: Bench) -> tuple[float, int]:
                 "motor's supply on (12 V), look for a cable that is jammed or has slipped, then try again."
             )
         duties.append(int(np.abs(track.pwm).max()))
-    board = of_settings(bench.now)
-    return float(np.mean(np.abs(force_of(board, np.array(duties))))), round(float(np.mean(duties)))
+        shifts.append(direction.shift(track))
+    forces = force_of(of_settings(bench.now), np.array(duties))
+    pulses = ((float(forces[0]), shifts[0]), (-float(forces[1]), shifts[1]))
+    return Breakaway(float(np.mean(forces)), round(float(np.mean(duties))), pulses)
 
 
 @dataclass(frozen=True)
@@ -64,7 +78,7 @@ def sweep(bench: Bench, seconds: float = moves.SWEEP_SECONDS, fine: bool = False
 
     fine: the board has a dead band near the true one, so that any better one counts.
     """
-    force, _ = breakaway(bench)
+    force = breakaway(bench).force
     helped = min(_HELPED * force, MOST_HELP)
     track = moves.sweep(bench, seconds, helped)
     board = of_settings(bench.now)
@@ -72,7 +86,6 @@ def sweep(bench: Bench, seconds: float = moves.SWEEP_SECONDS, fine: bool = False
     return Swept(board, paddle.paddle_of(track, board), track, force)
 
 
-def first_dead_band(bench: Bench) -> int:
-    """Return a dead band to begin with, from the duty at which the handle breaks away, or 0."""
-    force, duty = breakaway(bench)
-    return round(_BELOW * duty) if force > _SUSPICIOUS else 0
+def first_dead_band(found: Breakaway) -> int:
+    """Return a dead band to begin with, from the duty at which the handle broke away, or 0."""
+    return round(_BELOW * found.duty) if found.force > _SUSPICIOUS else 0

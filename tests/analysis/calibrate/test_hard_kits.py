@@ -1,0 +1,57 @@
+"""Kits that are hard to measure: a noisy sensor, a dead band, friction that sticks. Intervals stay true."""
+
+import pytest
+
+from hapkit_studio.analysis.calibrate import paddle, strength
+from hapkit_studio.analysis.calibrate.direction import judge
+from hapkit_studio.devices.profiles import full_force
+from tests.analysis.calibrate import student
+from tests.devices.paddle_kit import PaddleKit
+
+KITS = {
+    "small dead band": {"dead": 25, "noise": 0.7, "coulomb": 0.10, "mass": 0.057, "torque": 0.0176},
+    "great dead band": {"dead": 79, "noise": 1.1, "coulomb": 0.17, "mass": 0.090, "torque": 0.0218},
+    "sticks": {"noise": 0.4, "coulomb": 0.23, "viscous": 0.77, "mass": 0.037, "torque": 0.0174},
+}
+
+
+@pytest.mark.parametrize("name", KITS)
+def test_what_is_stated_holds_the_truth(name):
+    kit = PaddleKit(**KITS[name])
+    work = student.whole(kit)
+    assert work.board.dead_band == pytest.approx(kit.dead, abs=paddle.BAND_SURE)
+    found = work.strength
+    assert full_force(work.board) == pytest.approx(kit.full, rel=found.half / found.ratio)
+    assert found.half < 0.05 * found.ratio
+    truth = {"mass": kit.mass, "viscous": kit.viscous, "coulomb": kit.coulomb}
+    part = work.swept.part
+    assert [key for key, value in truth.items() if not part[key].holds(value)] == []
+
+
+def test_a_weight_on_a_handle_that_sticks_says_how_little_it_knows():
+    kit = PaddleKit(coulomb=0.5)
+    work = student.session(kit)
+    work.direction = judge([(0.3, 0.01), (-0.3, -0.01)])
+    student.let_go(kit, work)
+    kit.weight, kit.hand = -9.81 * 0.05, 0.0
+    begin = kit.time
+    kit.student = lambda k: setattr(k, "hand", 0.0 if k.time < begin + 1.2 else None)
+    work.carry(0.05)
+    force, half = strength.carried(work.held[-1][1], work.board)
+    assert half > 0.1
+    assert abs(force - 9.81 * 0.05) <= kit.coulomb
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_friction_beyond_the_strongest_pulse_still_tells_the_direction(direction):
+    kit = PaddleKit(coulomb=0.30, direction=direction)
+    work = student.session(kit)
+    assert work.push().key == "no motion"
+    assert max(map(abs, kit.forces)) <= 0.3
+    student.let_go(kit, work)
+    found = work.look_for_dead_band()
+    assert found.good
+    assert "friction holds the handle up to 0.3" in found.words
+    assert work.direction.agrees
+    assert work.board.direction == direction
+    assert work.board.dead_band == 0
