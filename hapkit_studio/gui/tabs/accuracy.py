@@ -29,7 +29,7 @@ CHARTS = (
 )
 _SCENE_WIDTH = 160
 # how wide the scenes' names may be, from which width of the page on
-_SCENE_WIDTHS = ((1000, 280), (900, 200))
+_SCENE_WIDTHS = ((1000, 290), (880, 200))
 _AGAIN = "Run again"
 _BEGIN = "Run to see what each method costs."
 _READ = (
@@ -208,7 +208,7 @@ class AccuracyPage(Page):
         side.add(self.point)
         side.section("Read the chart")
         side.add(hint(_READ))
-        side.section("Scene")
+        self.conditions.stand_under(side.section("Scene"))
         side.add(self.conditions)
         side.add(self.reason)
         return side

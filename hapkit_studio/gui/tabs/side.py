@@ -27,6 +27,12 @@ class Pairs(QWidget):
         self._grid.setVerticalSpacing(6)
         self._grid.setColumnStretch(1, 1)
         self._labels: list[tuple[QLabel, QLabel]] = []
+        self._above: tuple[QWidget, ...] = ()
+
+    def stand_under(self, above: tuple[QWidget, ...]) -> None:
+        """Show a section's rule and name only while there are pairs below them; there are none yet."""
+        self._above = above
+        self.show_pairs([])
 
     def show_pairs(self, pairs: list[tuple[str, str]]) -> None:
         """Show these pairs from top to bottom."""
@@ -36,6 +42,8 @@ class Pairs(QWidget):
             for column, label in enumerate(labels):
                 label.setVisible(row < len(pairs))
                 label.setText(pairs[row][column] if row < len(pairs) else "")
+        for part in self._above:
+            part.setVisible(bool(pairs))
 
     def _append(self) -> None:
         row, name, value = len(self._labels), QLabel(), QLabel()
@@ -73,9 +81,11 @@ class SidePanel(QScrollArea):
         """Put a part below the others."""
         self._column.insertWidget(self._column.count() - 1, widget)
 
-    def section(self, name: str) -> None:
-        """Begin a part with a hairline and its name."""
+    def section(self, name: str) -> tuple[QWidget, ...]:
+        """Begin a part with a hairline and its name, and return both."""
         heading = QLabel(name)
         heading.setProperty("role", "section")
-        self.add(rule())
-        self.add(heading)
+        begun = rule(), heading
+        for part in begun:
+            self.add(part)
+        return begun

@@ -39,7 +39,7 @@ class ZWidthSide(SidePanel):
         self.force.entered.connect(self._take_force)
         self.add(self.points)
         self.add(self.point)
-        self.section("Conditions")
+        self.conditions.stand_under(self.section("Conditions"))
         self.add(self.conditions)
         self.section("Read the chart")
         self.add(hint(_READ))
