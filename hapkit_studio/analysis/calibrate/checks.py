@@ -34,6 +34,8 @@ SPRING = 100.0
 _SWEEP_SECONDS = 8.0
 _ALIKE = 0.3
 _STICKY = 0.25
+_COARSE = 0.2e-3
+"""m per count from which a sweep of a few mm tells neither mass nor friction: an encoder's."""
 _TRIES = 3
 
 
@@ -103,6 +105,9 @@ def paddle(bench: Bench) -> Verdict:
     """Sweep, and compare mass and friction with what is stored."""
     swept = trials.sweep(bench, _SWEEP_SECONDS)
     now, part = bench.now, swept.part
+    if not part.estimates and now.quantum > _COARSE:
+        count = f"One count is {1e3 * now.quantum:.1f} mm"
+        return passed(f"Swept. {count}: too coarse to tell mass and friction.")
     if not part.estimates:
         return look("sweep", part.advice, "Level the kit, let the handle go in the middle, test again.")
     mass, dry = part["mass"], part["coulomb"]
@@ -114,7 +119,7 @@ def paddle(bench: Bench) -> Verdict:
     if dry.low > max(2.0 * now.coulomb, _STICKY):
         remedy = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
         return look("friction", f"{words}; stored is {now.coulomb:.2f} N.", remedy)
-    if abs(mass.value / now.mass - 1.0) > _ALIKE + mass.half / now.mass:
+    if max(mass.value / now.mass, now.mass / mass.value) - 1.0 > _ALIKE + mass.half / now.mass:
         stored = f"{words}; stored is {1e3 * now.mass:.0f} g."
         return look("mass", stored, "The motor's strength or the handle has changed: run steps 4 and 5.")
     stored = f"{1e3 * now.mass:.0f} g, {now.viscous:.2f} N·s/m, {now.coulomb:.2f} N"

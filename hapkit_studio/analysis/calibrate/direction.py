@@ -11,9 +11,17 @@ MOVED = 0.3e-3
 """m from which a handle counts as moved."""
 
 
-def shift(track: Track) -> float:
-    """Return how far the handle went from its first place, where it was farthest, in m, signed."""
-    away = track.position - track.position[0]
+TOGETHER = 9
+"""Samples of a pulse that are taken together: a noisy reading is no motion, nor its direction."""
+
+
+def shift(track: Track, together: int = 1) -> float:
+    """Return how far the handle went from its first place, where it was farthest, in m, signed.
+
+    together: samples whose mean is a place.
+    """
+    place = np.convolve(track.position, np.full(together, 1.0 / together), "valid")
+    away = place - place[0]
     return float(away[np.argmax(np.abs(away))])
 
 

@@ -29,6 +29,8 @@ _MOST_BAND = 200
 # a dead band has to explain so much of what is left over, and be so many steps of duty away, to be believed
 _BETTER = 1.25
 _STEPS = 5
+_FINE = 10
+"""Steps of duty about the board's own among which a fine search looks: what it began with is near."""
 
 
 def forces(track: Track, board: Board) -> np.ndarray:
@@ -86,7 +88,7 @@ def unsure_of_band(part: Part, track: Track, board: Board) -> Part:
 def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
     """Return the dead band of 255 that explains a sweep best; the board's own unless another is much better.
 
-    fine: the best one, however little better.
+    fine: the best one near the board's, however little better.
 
     m a + b v + Fc sgn v + c must make the force: only the right dead band gives the force its right shape,
     whatever the motor constant. What is left over counts against the force that moves the mass, not against
@@ -106,7 +108,8 @@ def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
         size = float(moving @ moving)
         return float(rest @ rest) / size if size > 0.0 else math.inf
 
-    best = min(range(_MOST_BAND + 1), key=left_over)
+    low, high = (board.dead_band - _FINE, board.dead_band + _FINE) if fine else (0, _MOST_BAND)
+    best = min(range(max(low, 0), min(high, _MOST_BAND) + 1), key=left_over)
     if fine:
         return best
     far = abs(best - board.dead_band) >= _STEPS

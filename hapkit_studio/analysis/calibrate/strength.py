@@ -16,6 +16,9 @@ PLAUSIBLE = (0.25, 4.0)
 # share of a weight that coins, the hand that let go and friction that sticks leave open
 _WEIGHTS_SURE = 0.02
 
+_AT_LIMIT = 0.5
+"""Share of the time at the largest duty from which a motor gives all that it has."""
+
 
 @dataclass(frozen=True)
 class Strength:
@@ -44,6 +47,10 @@ def carried(track: Track, board: Board) -> tuple[float, float]:
     step = float(np.max(np.abs(force_of(board, np.abs(track.pwm) + 1) - force_of(board, np.abs(track.pwm)))))
     carrying = (track.time >= Hold.settle) & (track.time < end)
     stuck = float(np.ptp(track.position[carrying])) < Hold.stroke
+    duty = np.abs(track.pwm[carrying])
+    if stuck and float(np.mean(duty == duty.max())) > _AT_LIMIT:
+        most = abs(float(force[carrying].mean()))
+        raise ParameterError(f"The motor carries no more than {most:.1f} N by its settings. Hang less on.")
     held = 0.5 * float(np.ptp(force[carrying])) if stuck else 0.0
     return float(np.mean(means)), 2.0 * float(np.ptp(means)) / len(means) + 0.25 * step + held
 

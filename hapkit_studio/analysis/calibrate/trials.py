@@ -24,7 +24,7 @@ def push_both_ways(bench: Bench) -> direction.Direction:
     pulses: list[tuple[float, float]] = []
     for size in moves.PULSES:
         for force in (size, -size):
-            pulses.append((force, direction.shift(moves.pulse(bench, force))))
+            pulses.append((force, direction.shift(moves.pulse(bench, force), direction.TOGETHER)))
         if any(abs(gone) >= direction.MOVED for _, gone in pulses[-2:]):
             break
     return direction.judge(pulses)

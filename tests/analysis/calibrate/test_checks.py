@@ -7,7 +7,7 @@ import pytest
 from hapkit_studio.analysis.calibrate import checks
 from hapkit_studio.analysis.calibrate.checks import CHECKS, run_all
 from hapkit_studio.devices.calibration import Bench, StoppedError
-from hapkit_studio.devices.profiles import default
+from hapkit_studio.devices.profiles import default, quantum_of
 from hapkit_studio.protocol.messages import Force, Origin
 from tests.devices.paddle_kit import PaddleKit
 
@@ -43,6 +43,7 @@ def test_a_kit_that_is_well_passes_everything_in_half_a_minute():
         ({"coulomb": 0.28}, "paddle", "friction"),
         ({"mass": 0.1}, "paddle", "mass"),
         ({"torque": 0.5 * 0.0183}, "paddle", "mass"),
+        ({"torque": 1.35 * 0.0183}, "paddle", "mass"),
         ({"dead": 40}, "paddle", "dead band"),
         ({"board": replace(default().board, quantum=41e-6)}, "settings", "scale"),
     ],
@@ -54,6 +55,23 @@ def test_each_defect_is_found_where_it_belongs(kit, check, key):
     assert verdict.remedy
     assert not report.good
     assert CHECKS[[c.key for c in CHECKS].index(check)].title.lower() in report.words
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_noise_is_no_wrong_direction(seed):
+    report, _ = checked(noise=8.0, seed=seed)
+    assert report.verdicts["sensor"].key == "noisy"
+    assert report.verdicts["direction"].key != "opposite"
+    assert not report.dangerous
+
+
+def test_an_encoder_is_too_coarse_for_mass_and_friction_and_no_fault():
+    board = replace(
+        default().board, counts_per_flip=24, quantum=quantum_of(replace(default().board, counts_per_flip=24))
+    )
+    report, _ = checked(board=board, counts=24, magnet=7.5)
+    assert "too coarse" in report.verdicts["paddle"].words
+    assert report.good
 
 
 def test_a_mass_that_passes_says_what_is_stored_too():

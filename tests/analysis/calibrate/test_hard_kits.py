@@ -1,10 +1,13 @@
 """Kits that are hard to measure: a noisy sensor, a dead band, friction that sticks. Intervals stay true."""
 
+from dataclasses import replace
+
 import pytest
 
 from hapkit_studio.analysis.calibrate import paddle, strength
 from hapkit_studio.analysis.calibrate.direction import judge
-from hapkit_studio.devices.profiles import full_force
+from hapkit_studio.devices.profiles import default, full_force
+from hapkit_studio.errors import ParameterError
 from tests.analysis.calibrate import student
 from tests.devices.paddle_kit import PaddleKit
 
@@ -40,6 +43,18 @@ def test_a_weight_on_a_handle_that_sticks_says_how_little_it_knows():
     force, half = strength.carried(work.held[-1][1], work.board)
     assert half > 0.1
     assert abs(force - 9.81 * 0.05) <= kit.coulomb
+
+
+def test_a_weight_that_is_too_heavy_for_the_motor_is_not_measured():
+    board = replace(default().board, pulley_radius=0.010, quantum=2.0 * default().board.quantum)
+    kit = PaddleKit(board, pulley=0.010, torque=0.74 * 0.0183, coulomb=0.174)
+    work = student.session(kit)
+    work.direction = judge([(0.3, 0.01), (-0.3, -0.01)])
+    with pytest.raises(ParameterError, match="Hang less on"):
+        student.weigh(kit, work, (0.1,))
+    assert work.held == []
+    student.weigh(kit, work, (0.0, 0.05))
+    assert work.strength.ratio == pytest.approx(0.74, rel=work.strength.half / work.strength.ratio)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
