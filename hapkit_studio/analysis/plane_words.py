@@ -9,7 +9,7 @@ _SHORT = {"iir": "IIR", "butterworth": "Butterworth", "foaw": "FOAW", "kalman": 
 LINES = {
     "exact": ("Exact boundary", "roots of the sampled loop"),
     "measured": ("Measured boundary", "simulated and bisected"),
-    "simple": ("Simple rule", "K < (b + B) / (T/2 + d)"),
+    "simple": ("Simple rule", "K < (b + B) / (T/2 + td)"),
     "passive": ("Passivity line", "safe in any hand"),
     "coulomb": ("Friction hides steps", "below K = 2 f / Δ"),
     "decays": ("Comes to rest", "let go 3 and 200 steps away"),

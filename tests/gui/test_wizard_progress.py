@@ -25,6 +25,10 @@ def test_a_long_run_shows_its_bar_and_a_short_or_endless_one_does_not(qtbot):
     assert box.sizeHint() == hint
     assert box.rect().contains(box.bar.geometry())
     assert box.bar.geometry().top() > box.words.geometry().bottom()
+    box.say("Found.", "Next: hang 50 g on it.", "check", "ok")
+    qtbot.wait(10)
+    assert box.minimumHeight() == low
+    assert box.bar.geometry().top() > box.remedy.geometry().bottom()
     for passed, seconds in ((1.0, 0.9 * LONG), (20.0, math.inf), (0.0, 0.0)):
         box.show_progress(passed, seconds)
         assert not box.bar.isVisible()

@@ -16,12 +16,12 @@ LONG = 5.0
 _SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
 _NEUTRAL = ("circle", "ink2")
 _GROUND = {"ok": "oksoft", "warn": "warnsoft", "danger": "dangersoft", "ink2": "side"}
-_SIDE, _MARGIN = 14, 9
+_SIDE, _MARGIN, _GAP = 14, 9, 4
 _BAR, _FINE = 5, 1000
 
 
 class VerdictBox(QWidget):
-    """A sign, what was found, and below it what to do."""
+    """A sign, what was found, and below it what to do; in the margin, how far something is."""
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
@@ -32,10 +32,14 @@ class VerdictBox(QWidget):
         dress(self.remedy, "QLabel { font-size: 14px; }")
         for label in (self.words, self.remedy):
             label.setWordWrap(True)
+            label.setText("one line")
+        self._two_lines = self.words.sizeHint().height() + self.remedy.sizeHint().height()
         column = QVBoxLayout()
-        column.setSpacing(4)
+        column.setSpacing(_GAP)
+        column.addStretch(1)
         column.addWidget(self.words)
         column.addWidget(self.remedy)
+        column.addStretch(1)
         self.bar = QProgressBar(self)  # in the margin below the words: its coming moves nothing
         self.bar.setRange(0, _FINE)
         self.bar.setTextVisible(False)
@@ -45,7 +49,7 @@ class VerdictBox(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(_SIDE, _MARGIN, _SIDE, _MARGIN)
         row.setSpacing(12)
-        row.addWidget(self.sign, 0, Qt.AlignmentFlag.AlignTop)
+        row.addWidget(self.sign, 0, Qt.AlignmentFlag.AlignVCenter)
         row.addLayout(column, 1)
         self._look = _NEUTRAL
         theme.changed.connect(self._dress)
@@ -77,11 +81,11 @@ class VerdictBox(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        """Be as high as the words need at this width."""
+        """Be as high as the words need at this width, at least two lines: most verdicts then move nothing."""
         self.bar.setGeometry(_SIDE, self.height() - _BAR - 3, self.width() - 2 * _SIDE, _BAR)
         wide = self.width() - 2 * _SIDE - 22 - 12
         high = sum(part.heightForWidth(wide) for part in (self.words, self.remedy) if part.text())
-        self.setMinimumHeight(high + 2 * _MARGIN + 4)
+        self.setMinimumHeight(max(high, self._two_lines) + 2 * _MARGIN + _GAP)
 
     def show_verdict(self, verdict: Verdict) -> None:
         """Show a verdict."""
