@@ -36,8 +36,8 @@ GRIP = Choice(
 )  # fmt: skip
 CONTROLLER = "Adds damping only while the scene gives energy."
 UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
-_ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 840
-_ROOM_FOR_WAYS = 290
+_ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 885
+_ROOM_FOR_WAYS = 245
 """What the switch, its facts and a longer verdict take in addition, where there is a board."""
 _LEAST_TARGET = 24
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}

@@ -17,6 +17,9 @@ from hapkit_studio.parameters import AnyParameter, Choice
 
 WIDE, NARROW = 300, 272
 _SIDE, _TOP = 16, 10
+_ROW_HIGH, _CHOICE_HIGH, _WORDS_HIGH = 53, 34, 34
+_USUAL_ROWS, _USUAL_HEIGHT = 3 * _ROW_HIGH + 2 * _CHOICE_HIGH, 900
+"""The rows of the wall, for which the loop's own heights are; a window to begin with."""
 
 Row = ParameterRow | ChoiceRow
 
@@ -127,6 +130,8 @@ class ParameterPanel(QScrollArea):
         for signal in (studio.environment_changed, studio.engine_changed, studio.loop_changed):
             signal.connect(self._show_model)
         self._show_model()
+        self._room = False, _USUAL_HEIGHT
+        studio.environment_changed.connect(self._share_room)
         environment = (self.title, rule(), self.parameters, self.warnings)
         for part in (*environment, rule(), self.loop, self.model, rule(), self.stability):
             column.addWidget(part)
@@ -151,6 +156,15 @@ class ParameterPanel(QScrollArea):
 
     def set_room(self, narrow: bool, height: int) -> None:
         """Give way in a narrow or low window."""
+        self._room = narrow, height
         self.setFixedWidth(NARROW if narrow else WIDE)
         self.parameters.set_narrow(narrow)
-        self.loop.set_room(narrow, height)
+        self._share_room()
+
+    def _share_room(self) -> None:
+        """Let the loop give way to an environment of many rows, so that the map stays in sight."""
+        narrow, height = self._room
+        environment = self._studio.environment
+        rows = sum(_CHOICE_HIGH if isinstance(p, Choice) else _ROW_HIGH for p in environment.parameters)
+        words = _WORDS_HIGH if environment.drives else 0
+        self.loop.set_room(narrow, height - max(rows + words - _USUAL_ROWS, 0))

@@ -1,4 +1,6 @@
-"""What changes its size has its place in the same pass: no frame shows parts that overlap."""
+"""No frame shows parts that overlap; and the whole panel is in sight where there is room."""
+
+import pytest
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.gui.margin import Question, answer
@@ -26,3 +28,19 @@ def test_a_longer_verdict_squeezes_no_row(window, qapp):
         card.show_answer(answer(Question(Setting(delay=1e-3, controller=True), stiffness, 0.0, 8.0)))
         assert body.height() >= body.layout().totalHeightForWidth(body.width())
         assert card.height() >= card.heightForWidth(card.width())
+
+
+@pytest.mark.parametrize(
+    ("size", "keys"),
+    [
+        ((1440, 900), ("wall", "friction", "texture", "mass_spring_damper")),
+        ((1920, 1080), ("hard_surface", "puck", "cat")),
+    ],
+)
+def test_the_map_is_in_sight_for_every_environment(window, qapp, size, keys):
+    for key in keys:
+        window.studio.choose(key)
+        window.stability.show_answer(answer(Question(Setting(delay=1e-3), 100.0, 0.0, 8.0)))
+        settle(qapp, window, size)
+        assert window.stability.map.isVisible()
+        assert window.panel.verticalScrollBar().maximum() == 0, key
