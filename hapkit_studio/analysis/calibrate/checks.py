@@ -34,6 +34,9 @@ SPRING = 100.0
 _SWEEP_SECONDS = 8.0
 _ALIKE = 0.3
 _STICKY = 0.25
+_HOLDS = 0.2
+"""N of dry friction that may hold a handle against the strongest pulse."""
+_REMEDY_STICKY = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
 _COARSE = 0.2e-3
 """m per count from which a sweep of a few mm tells neither mass nor friction: an encoder's."""
 _TRIES = 3
@@ -98,6 +101,9 @@ def direction(bench: Bench) -> Verdict:
     if found.agrees is False:
         words = found.verdict.words + " A spring would run away."
         return failed("opposite", words, "Run Set up my Hapkit, step 3, or Device, Flip direction.")
+    if found.verdict.key == "no motion" and bench.now.coulomb > _HOLDS:
+        words = f"{found.verdict.words} Dry friction of {bench.now.coulomb:.2f} N is stored: it may hold it."
+        return look("no motion", words, f"{_REMEDY_STICKY} Else: {found.verdict.remedy}")
     return found.verdict
 
 
@@ -117,8 +123,7 @@ def paddle(bench: Bench) -> Verdict:
         remedy = "Run Set up my Hapkit, step 5: small forces are too small."
         return look("dead band", f"The motor begins to turn at duty {swept.board.dead_band} of 255.", remedy)
     if dry.low > max(2.0 * now.coulomb, _STICKY):
-        remedy = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
-        return look("friction", f"{words}; stored is {now.coulomb:.2f} N.", remedy)
+        return look("friction", f"{words}; stored is {now.coulomb:.2f} N.", _REMEDY_STICKY)
     if max(mass.value / now.mass, now.mass / mass.value) - 1.0 > _ALIKE + mass.half / now.mass:
         stored = f"{words}; stored is {1e3 * now.mass:.0f} g."
         return look("mass", stored, "The motor's strength or the handle has changed: run steps 4 and 5.")

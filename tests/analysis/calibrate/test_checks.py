@@ -65,6 +65,14 @@ def test_noise_is_no_wrong_direction(seed):
     assert not report.dangerous
 
 
+def test_a_stored_friction_that_holds_the_handle_is_named_before_the_supply():
+    verdict = checked(board=replace(default().board, coulomb=0.3), coulomb=0.3)[0].verdicts["direction"]
+    assert verdict.key == "no motion"
+    assert "Dry friction of 0.30 N is stored" in verdict.words
+    assert verdict.remedy.index("cable that is too tight") < verdict.remedy.index("supply")
+    assert "friction" not in checked(supply=0.0)[0].verdicts["direction"].words
+
+
 def test_an_encoder_is_too_coarse_for_mass_and_friction_and_no_fault():
     board = replace(
         default().board, counts_per_flip=24, quantum=quantum_of(replace(default().board, counts_per_flip=24))
