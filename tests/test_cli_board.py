@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.commands import rendered, run_on
+from hapkit_studio.devices import flash
 from hapkit_studio.devices.base import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.probing import probe
@@ -107,10 +108,40 @@ class Gone:
 
 def test_a_run_ends_when_the_device_goes_away_and_keeps_what_came():
     engine = Gone()
-    assert len(rendered.play(engine, engine, None, 3600.0)) == 2 * (3 + 1)
+    table, played = rendered.play(engine, engine, None, 3600.0)
+    assert len(table) == 2 * (3 + 1)
+    assert played < 3600.0
     assert rendered.fault_words(engine.fault) == (
         "The device is gone. Force is zero. Check the USB cable, then try again."
     )
+
+
+def test_a_run_that_a_person_ends_keeps_what_came(capsys, tmp_path, monkeypatch):
+    move, moves = Engine.move_hand, []
+
+    def then_end(engine, target):
+        moves.append(target)
+        if len(moves) == 30:
+            raise KeyboardInterrupt
+        move(engine, target)
+
+    monkeypatch.setattr(Engine, "move_hand", then_end)
+    words = ("--device", "simulated", "--hand", "press", "--seconds", "600", "--csv", str(tmp_path / "x.csv"))
+    code, out, err = run(capsys, "run", "wall", *words)
+    assert (code, err) == (0, "")
+    assert "s of 600 s by Ctrl-C." in out
+    assert len((tmp_path / "x.csv").read_text().splitlines()) > 100
+    assert moves[-1] is None
+
+
+def test_a_flash_that_a_person_ends_says_what_to_do(capsys, monkeypatch):
+    def ended(*_words):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(flash, "flash", ended)
+    code, _, err = run(capsys, "flash", "/dev/ttyUSB7")
+    assert code == 2
+    assert "ttyUSB7: ended in the middle. Half of a firmware may be on the board: flash it again" in err
 
 
 def test_a_board_that_sends_nothing_is_said_so_with_the_next_step(capsys, monkeypatch):

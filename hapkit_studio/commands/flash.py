@@ -16,6 +16,7 @@ _WORDS = {
     STARTING: "Starting the firmware",
 }
 _BAR = 40
+_HALF = "Half of a firmware may be on the board: flash it again before you use it."
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -51,6 +52,8 @@ def flash_and_greet(port: str, image: str | None, program: str | None) -> Result
     try:
         done = flash.flash(port, image, program, show)
         hello = flash.greet(port, show)
+    except KeyboardInterrupt:
+        raise DeviceError(f"{discovery.port_name(port)}: ended in the middle. {_HALF}") from None
     finally:
         _clear()
     name = discovery.port_name(port)

@@ -34,7 +34,7 @@ def loop_test(options: argparse.Namespace) -> Result:
     try:
         rendered.begin(engine, reader, options.render, options.board_rate)
         engine.health()
-        table = rendered.play(engine, reader, hand_named("press"), seconds)
+        table, _ = rendered.play(engine, reader, hand_named("press"), seconds)
         health, found = engine.health(), rendered.both(engine)
         fault = engine.fault
     finally:

@@ -1,6 +1,7 @@
 """What commands share that run the loop live on a device: who renders, the hand, what each way came to."""
 
 import argparse
+import contextlib
 import math
 import time
 from collections.abc import Callable
@@ -76,19 +77,23 @@ def fault_words(fault: Fault) -> str:
     return f"{fault.text} Force is zero. {_AGAIN if is_gone(fault) else 'Hold the handle, then try again.'}"
 
 
-def play(engine: Engine, reader: RingReader, hand: Hand | None, seconds: float) -> np.ndarray:
-    """Return the rows of so many s, fewer where the device goes away; the hand moves as its script says."""
+def play(engine: Engine, reader: RingReader, hand: Hand | None, seconds: float) -> tuple[np.ndarray, float]:
+    """Return the rows of so many s and how many s it were; the hand moves as its script says.
+
+    They are fewer where the device goes away, or a person ends it with Ctrl-C: what came is kept.
+    """
     begin, pieces = time.perf_counter(), []
     reader.read()
-    while (t := time.perf_counter() - begin) < seconds and not is_gone(engine.fault):
-        if hand is not None:
-            engine.move_hand(None if t >= hand.release else float(hand.target(t)))
-        pieces.append(reader.read())
-        time.sleep(FRAME_SECONDS)
+    with contextlib.suppress(KeyboardInterrupt):
+        while (t := time.perf_counter() - begin) < seconds and not is_gone(engine.fault):
+            if hand is not None:
+                engine.move_hand(None if t >= hand.release else float(hand.target(t)))
+            pieces.append(reader.read())
+            time.sleep(FRAME_SECONDS)
     if hand is not None:
         engine.move_hand(None)
     pieces.append(reader.read())
-    return np.concatenate(pieces)
+    return np.concatenate(pieces), min(time.perf_counter() - begin, seconds)
 
 
 def remarks(found: dict[str, Any], wish: float | None, seconds: float, got: float) -> tuple[str, ...]:

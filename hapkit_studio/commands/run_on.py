@@ -39,16 +39,18 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
     engine.start()
     try:
         rendered.begin(engine, reader, options.render, options.board_rate)
-        table = rendered.play(engine, reader, hand, seconds)
+        table, played = rendered.play(engine, reader, hand, seconds)
         found = rendered.both(engine)
         fault = engine.fault
     finally:
         engine.close()
     if not len(table):
-        raise ParameterError(f"Not one sample came in {seconds:g} s.")
+        raise ParameterError(f"Not one sample came in {played:.3g} s.")
     run = _as_run(table, engine, options, found)
     got = float(run.time[-1])
-    remarks = rendered.remarks(found, options.board_rate, got if rendered.is_gone(fault) else seconds, got)
+    remarks = rendered.remarks(found, options.board_rate, got if rendered.is_gone(fault) else played, got)
+    if played < seconds and fault is None:
+        remarks = (*remarks, f"Ended after {played:.2f} s of {seconds:g} s by Ctrl-C.")
     faults = (rendered.fault_words(fault),) if fault else ()
     return dataclasses.replace(run, faults=faults, warnings=remarks), found
 

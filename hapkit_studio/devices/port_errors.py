@@ -102,6 +102,15 @@ def wrong_version(firmware: int, studio: int) -> WrongProtocolError:
     )
 
 
+def impossible(port: str, what: str, value: float, limits: tuple[float, float], unit: str) -> NotAHapkitError:
+    """Return the error of a board that says a number of itself which no Hapkit has."""
+    possible = " ".join(f"{limits[0]:g} to {limits[1]:g} {unit}".split())
+    return NotAHapkitError(
+        f"{port_name(port)} says {value:g} for {what}; a Hapkit has {possible}. Flash the firmware.",
+        step=FLASH,
+    )
+
+
 def no_answer(port: str, question: str, seconds: float) -> NoDataError:
     """Return the error of a board that did not answer a question, or did not even take it."""
     return NoDataError(

@@ -5,9 +5,10 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
+import numpy as np
 import serial
 
-from hapkit_studio.devices.port_errors import no_answer, no_data, not_a_hapkit, wrong_version
+from hapkit_studio.devices.port_errors import impossible, no_answer, no_data, not_a_hapkit, wrong_version
 from hapkit_studio.protocol.declare import Message
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
 from hapkit_studio.protocol.messages import (
@@ -34,6 +35,20 @@ _ASKED: dict[type[Message], str] = {
     LawRequest: "when asked for its laws",
 }
 _VERSION = slice(1, 3)
+_POSSIBLE: dict[str, tuple[float, float]] = {
+    "quantum": (1e-7, 2e-3),
+    "max_force": (0.0, 5.0),
+    "motor_constant": (1e-4, 0.2),
+    "handle_radius": (0.02, 0.3),
+    "pulley_radius": (0.001, 0.02),
+    "sector_radius": (0.02, 0.3),
+    "tick_us": (1e-3, 1e3),
+    "counts_per_flip": (4, 65_535),
+    "sample_rate": (1, 20_000),
+    "watchdog_ms": (1, 1_000),
+    "pwm_top": (1, 65_535),
+}
+"""What a Hapkit can say of itself, as the firmware holds it: forces are computed from these numbers."""
 
 Reply = TypeVar("Reply", bound=Message)
 
@@ -55,14 +70,19 @@ def handshake(line: Any, port: str, seconds: float) -> Hello:
 
 
 def _checked(body: bytes, port: str) -> Hello:
-    """Return the Hello in a body whose version and size are ours."""
+    """Return the Hello in a body whose version and size are ours, and whose numbers a Hapkit can have."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
         raise wrong_version(version, PROTOCOL_VERSION)
     try:
-        return Hello.unpack(body)
+        hello = Hello.unpack(body)
     except ValueError as error:
         raise not_a_hapkit(port, body) from error
+    words = {w.name: w for w in Hello.layout()}
+    for name, (low, high) in _POSSIBLE.items():
+        if not np.float32(low) <= (value := getattr(hello, name)) <= np.float32(high):
+            raise impossible(port, words[name].help, value, (low, high), words[name].unit)
+    return hello
 
 
 def send(line: Any, *messages: Message) -> None:

@@ -1,9 +1,11 @@
 """The serial Hapkit against a scripted board on a pseudo-terminal."""
 
 import fcntl
+import math
 import os
 import struct
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -60,6 +62,35 @@ def test_every_constant_comes_from_the_board(fake):
     assert board.full_force == pytest.approx(0.0183 * 74 / 5 / 0.090, rel=1e-6)
     assert not board.simulated
     assert board.title == f"Hapkit on {short(board.port)}"
+    board.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        *(("max_force", value, "force limit of the board") for value in (math.inf, math.nan, -1.0, 5.05)),
+        *(("quantum", value, "handle travel per sensor count") for value in (0.0, 9.9e-8, 2.02e-3)),
+        ("pulley_radius", 0.0, "motor pulley"),
+        ("pwm_top", 0, "pwm value of full duty"),
+        ("sample_rate", 0, "samples per second"),
+    ],
+)
+def test_numbers_that_no_hapkit_has_are_refused(fake, name, value, said):
+    words = failure(
+        errors.NotAHapkitError, fake(lambda m: says_hello(m, replace(HELLO, **{name: value}))).path
+    )
+    assert said in words
+    assert f"{value:g}" in words
+    assert "Flash the firmware." in words
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("max_force", 5.0), ("quantum", 1e-7), ("quantum", 2e-3), ("handle_radius", 0.3)]
+)
+def test_numbers_at_the_limit_are_taken(fake, name, value):
+    board = HapkitBoard(fake(lambda m: says_hello(m, replace(HELLO, **{name: value}))).path)
+    board.open()
+    assert getattr(board.hello, name) == pytest.approx(value, rel=1e-6)
     board.close()
 
 
