@@ -67,8 +67,8 @@ class Connector(QObject):
         if engine is not None:
             self._worker.submit(engine.close)
         self._worker.shutdown(wait=True)
-        for left in self._started:
-            left.close()
+        while self._started:
+            self._started.pop().close()
 
     def _open(self, entry: Any, old: Any, ready: Callable[[Any], None], wish: int) -> "Engine | None":
         if old is not None:

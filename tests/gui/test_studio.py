@@ -11,6 +11,7 @@ from hapkit_studio import errors
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.gui import linked
+from hapkit_studio.gui.connector import Connector
 from hapkit_studio.haptics.engine import Engine
 from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 
@@ -205,3 +206,21 @@ def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(i
         studio.reset_values()
         assert studio.values == studio.environment.values()
     assert window.studio.engine.values == studio.values
+
+
+def test_a_device_that_opens_as_the_window_closes_is_closed_with_it(qapp):
+    begun, ready, opened = threading.Event(), [], []
+
+    def build(entry):
+        begun.set()
+        return build_engine(entry)
+
+    connector = Connector(build)
+    connector.opened.connect(opened.append)
+    connector.open(SIMULATED, None, ready.append)
+    assert begun.wait(PATIENCE_MS / 1000.0)
+    connector.close(None)
+    qapp.processEvents()  # what the worker has said meanwhile finds nobody
+    (engine,) = ready
+    assert not engine.health().running
+    assert not opened
