@@ -209,16 +209,18 @@ def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(i
 
 
 def test_a_device_that_opens_as_the_window_closes_is_closed_with_it(qapp):
-    begun, ready, opened = threading.Event(), [], []
+    begun, gate, ready, opened = threading.Event(), threading.Event(), [], []
 
     def build(entry):
         begun.set()
+        gate.wait(PATIENCE_MS / 1000.0)
         return build_engine(entry)
 
     connector = Connector(build)
     connector.opened.connect(opened.append)
     connector.open(SIMULATED, None, ready.append)
     assert begun.wait(PATIENCE_MS / 1000.0)
+    gate.set()
     connector.close(None)
     qapp.processEvents()  # what the worker has said meanwhile finds nobody
     (engine,) = ready
