@@ -10,6 +10,7 @@ from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Force
 from tests.firmware.test_firmware import make
 from tests.firmware.vb import needs_compiler, wait_until
+from tests.lateness import ATTEMPTS
 
 pytestmark = needs_compiler
 
@@ -17,12 +18,10 @@ HANGS_AT = 0.3
 WATCHDOG = 0.025
 
 
-@pytest.mark.parametrize("where", [1, 2])
-def test_a_hang_is_ended_with_the_motor_off_within_25_ms(tmp_path, where):
-    built = make(f"BUILD={tmp_path}", f"OPTIMIZE=-Os -DHAPKIT_HANG={where}", f"{tmp_path}/hapkit.elf")
-    assert built.returncode == 0, built.stderr
-    log = tmp_path / "truth.f64"
-    board = VirtualBoard("paced", log=log, options=("--log-period", "1e-4"), firmware=tmp_path / "hapkit.elf")
+def hung(folder) -> np.recarray:
+    """Return the truth of a board that is told a force until it hangs."""
+    log = folder / "truth.f64"
+    board = VirtualBoard("paced", log=log, options=("--log-period", "1e-4"), firmware=folder / "hapkit.elf")
     board.open()
     board.start_stream()
     try:
@@ -31,8 +30,19 @@ def test_a_hang_is_ended_with_the_motor_off_within_25_ms(tmp_path, where):
         wait_until(lambda: board.status()["time"] > HANGS_AT + 0.06)
     finally:
         board.end()
-    rows = truth(log)
-    assert np.any(rows.duty[(rows.time > HANGS_AT - 0.05) & (rows.time < HANGS_AT)] != 0)
+    return truth(log)
+
+
+def pushes(rows: np.recarray) -> bool:
+    """Tell whether the motor was on as the board hung: a busy machine may be too late to tell it a force."""
+    return bool(np.any(rows.duty[(rows.time > HANGS_AT - 0.05) & (rows.time < HANGS_AT)] != 0))
+
+
+@pytest.mark.parametrize("where", [1, 2])
+def test_a_hang_is_ended_with_the_motor_off_within_25_ms(tmp_path, where):
+    built = make(f"BUILD={tmp_path}", f"OPTIMIZE=-Os -DHAPKIT_HANG={where}", f"{tmp_path}/hapkit.elf")
+    assert built.returncode == 0, built.stderr
+    rows = next(filter(pushes, (hung(tmp_path) for _ in range(ATTEMPTS))))
     again = rows.time[(rows.time > HANGS_AT) & (rows.duty == 0)]
     assert again.size > 0
     assert again[0] <= HANGS_AT + WATCHDOG
