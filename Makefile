@@ -4,8 +4,6 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 JOBS ?= 2
-# one more than cores: tests wait for other programs a tenth of their time
-WORKERS ?= $(shell expr $(JOBS) + 1)
 # an edit in one file does not empty numba's cache of another: checks start with none
 CHECK_CACHE := build/numba-cache
 # what one program has read of the sources, tests included, the next need not read again: each takes 10 s for it
@@ -37,7 +35,7 @@ test: $(VENV)/.test
 	@.ci/system-packages.sh test
 	@rm -rf $(CHECK_CACHE)
 	@$(MAKE) --no-print-directory -j$(JOBS) lint board $(WARM)
-	$(CHECK) $(BIN)/python -m pytest -q -n $(WORKERS) $(BY_FILE) -m "not alone"
+	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m "not alone"
 	$(CHECK) $(BIN)/python -m pytest -q -m alone $$(grep -rl "mark\.alone" tests --include="test_*.py")
 
 $(WARM): warm-loop
