@@ -56,7 +56,7 @@ def session(tmp_path, qtbot, qapp):
             return False
         clear_lateness(window.studio.engine)
         seen.append(readers[0].read())
-        return sum(map(len, seen)) >= SAMPLES and sum(map(deep, seen)) > DEEP
+        return sum(map(len, seen)) >= SAMPLES and sum(map(deep, seen)) > 1.2 * DEEP
 
     qtbot.waitUntil(enough, timeout=PATIENCE_MS)
     window.live.stop()
@@ -111,7 +111,7 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     # where the loop was held up the board was told zero force instead of the last answer
     steady = (table[:-1, rows.FLAGS] == 0) & (table[1:, rows.FLAGS] == 0)
     steady &= table[:-1, rows.BOARD_TIME] > table[0, rows.BOARD_TIME] + 0.6  # zero force, then the fade
-    assert np.count_nonzero(steady & (depth > 0.001)) > 0.9 * DEEP
+    assert np.count_nonzero(steady & (depth > 0.001)) > DEEP
     assert np.all(np.abs(force + STIFFNESS * depth)[steady] <= (step + STIFFNESS * QUANTUM)[steady])
     applied = table[:-1, rows.APPLIED]
     assert np.all(np.abs(force - applied)[steady] <= step[steady])
