@@ -5,18 +5,18 @@ from enum import IntEnum, IntFlag
 
 from hapkit_studio.protocol.declare import Message, wire
 
-PROTOCOL_VERSION = 2
+PROTOCOL_VERSION = 3
 BAUD = 1_000_000
 
-VALUES = 16
-"""Numbers of a law that travel in one message: its parameters, and as many values of state."""
+PIECE = 32
+"""Bytes of a law that travel in one message."""
 
-NO_LAW = 255
-"""In place of a law's number: the computer renders."""
+TUNED = 6
+"""Constants of a law that travel in one message."""
 
 
 class Estimator(IntEnum):
-    """How the board estimates velocity; the coefficients of Loop are first and second."""
+    """How the board estimates velocity; the coefficients of Law are first and second."""
 
     DIFFERENCE = 0
     """v = (x - before) / T."""
@@ -81,7 +81,7 @@ class BoardFlag(IntFlag):
     OVERRUN = 8
     """A sample was skipped or its frame did not fit the send buffer since the last frame."""
     REFUSED = 16
-    """The last force was not a finite number: motor off until the next command, or the next Scene."""
+    """The last force was not a finite number: motor off until the next command, or the next law."""
     OVER_SPEED = 32
     """The handle was faster than the board's limit: motor off until Release."""
     SENSOR = 64
@@ -95,9 +95,10 @@ class HelloRequest(Message, id=0x01):
 
 @dataclass(frozen=True)
 class Force(Message, id=0x02):
-    """Command the force on the handle, in answer to a sample."""
+    """Command the force on the handle. One that left the computer too long ago is refused, unless it is 0."""
 
-    seq: int = wire("H", "number of the sample that this answers")
+    seq: int = wire("H", "number of the newest sample that the computer had heard")
+    behind: int = wire("B", "how many samples before that one is answered")
     force: float = wire("f", "force on the handle, positive to the right", "N")
 
 
@@ -120,34 +121,48 @@ class Stream(Message, id=0x05):
 
 
 @dataclass(frozen=True)
-class Scene(Message, id=0x06):
-    """Choose what is rendered: a law of the board with all its parameters, or the computer's forces.
+class Law(Message, id=0x06):
+    """Begin to send a law. The one in force fades out over 30 ms, then its memory takes the new one's pieces.
 
-    The same law again: its state stays, its numbers move over 30 ms. Another one, or another choice: the
-    force fades in from zero over 30 ms. NO_LAW: the force fades out over 30 ms, then samples come; said twice
-    it goes off at once.
+    Once the last byte is there and nothing is refused, it fades in over 30 ms. Its bytes are `given` float32,
+    the state's start values and the constants, then the code. The same generation again changes nothing.
     """
 
-    law: int = wire("B", "number of the law, NO_LAW: the computer renders")
-    generation: int = wire("B", "any number; Telemetry repeats it once the scene is in force")
-    values: tuple[float, ...] = wire(f"{VALUES}f", "the law's parameters in order, SI units, then zeros")
-
-
-@dataclass(frozen=True)
-class Loop(Message, id=0x07):
-    """Set how fast the board renders its own laws, and how it estimates velocity."""
-
+    generation: int = wire("B", "any number but the last law's; samples and telemetry repeat it")
     rate: int = wire("H", "ticks per second: 500, 1000, 2000 or 4000", "Hz")
     estimator: int = wire("B", "Estimator")
     first: float = wire("f", "its first coefficient")
     second: float = wire("f", "its second coefficient", "1/s")
+    states: int = wire("B", "values of state, the slots from 2 on")
+    given: int = wire("B", "slots from 2 on whose first values are sent: state, then constants")
+    slots: int = wire("B", "slots in all; those behind the given ones begin as 0")
+    code: int = wire("H", "bytes of code")
+    check: int = wire("H", "CRC-16 of all bytes that are sent in pieces")
 
 
 @dataclass(frozen=True)
-class LawRequest(Message, id=0x08):
-    """Ask for the name of a law; the board answers with LawName."""
+class Piece(Message, id=0x07):
+    """One piece of a law; taken only in order, so what got lost is sent again from where samples say."""
 
-    law: int = wire("B", "number of the law, from 0")
+    generation: int = wire("B", "the law's")
+    at: int = wire("H", "place of the first byte; the pieces lie side by side")
+    data: tuple[int, ...] = wire(f"{PIECE}B", "the bytes, then zeros behind the last")
+
+
+@dataclass(frozen=True)
+class Tune(Message, id=0x08):
+    """Give constants of the law in force other values; they move there over 30 ms."""
+
+    law: int = wire("B", "generation of the law")
+    generation: int = wire("B", "of this change; Telemetry repeats the last one taken")
+    count: int = wire("B", "how many constants")
+    slots: tuple[int, ...] = wire(f"{TUNED}B", "their slots, then zeros")
+    values: tuple[float, ...] = wire(f"{TUNED}f", "their values, then zeros")
+
+
+@dataclass(frozen=True)
+class Leave(Message, id=0x0D):
+    """Let the computer render: the law's force fades out over 30 ms, then samples come. Said twice: at once."""
 
 
 @dataclass(frozen=True)
@@ -211,7 +226,7 @@ class Hello(Message, id=0x81):
     watchdog_ms: int = wire("H", "silence after which the motor goes off", "ms")
     pwm_top: int = wire("H", "pwm value of full duty")
     profile: int = wire("B", "number of the kit's profile")
-    laws: int = wire("B", "how many laws the board can render")
+    arena: int = wire("H", "bytes for the slots, the code and the moving constants of one law")
     origin: int = wire("B", "Origin")
     reset: int = wire("B", "why it started: 1 power, 2 reset, 4 brown-out, 8 watchdog")
     build: str = wire("16s", "name of the firmware build")
@@ -232,6 +247,10 @@ class Sample(Message, id=0x82):
     flags: int = wire("B", "BoardFlag")
     pwm: int = wire("h", "signed duty in force, of pwm_top")
     rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
+    stale: int = wire("B", "forces refused because they were too old, wraps at 256")
+    generation: int = wire("B", "of the law that is being sent, or was last")
+    received: int = wire("H", "bytes of it that have arrived, up to the first one missing")
+    refusal: int = wire("B", "Refusal: why it is not rendered")
 
 
 @dataclass(frozen=True)
@@ -248,20 +267,9 @@ class Telemetry(Message, id=0x83):
     flags: int = wire("B", "BoardFlag")
     rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
     overruns: int = wire("B", "ticks that were skipped so far, wraps at 256")
-    generation: int = wire("B", "of the scene in force")
+    generation: int = wire("B", "of the law in force, or of its last Tune that was taken")
     state_at: int = wire("B", "which value of the law's state this frame shows; they take turns")
     state: float = wire("f", "that value")
-
-
-@dataclass(frozen=True)
-class LawName(Message, id=0x84):
-    """One law that the board can render."""
-
-    law: int = wire("B", "its number")
-    parameters: int = wire("B", "how many parameters it takes")
-    states: int = wire("B", "how many values of state it has")
-    fingerprint: int = wire("I", "of its generated source: the same law here and there")
-    key: str = wire("24s", "its name")
 
 
 @dataclass(frozen=True)
@@ -273,6 +281,6 @@ class Settings(Board, id=0x85):
 
 
 MESSAGES: tuple[type[Message], ...] = (
-    HelloRequest, Force, Stop, Release, Stream, Scene, Loop, LawRequest, Alive, SettingsRequest, Save, Board,
-    Hello, Sample, Telemetry, LawName, Settings,
+    HelloRequest, Force, Stop, Release, Stream, Law, Piece, Tune, Leave, Alive, SettingsRequest, Save, Board,
+    Hello, Sample, Telemetry, Settings,
 )  # fmt: skip

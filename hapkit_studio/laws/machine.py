@@ -1,0 +1,117 @@
+"""The board's machine: its operations, how they are coded, and what each costs.
+
+A law on the board is a table of float32 slots and code that works on one accumulator A. Slot 0 is the position,
+slot 1 the velocity; then come the law's state, its constants, its temporaries. Every instruction is one byte of
+operation, then its operands: slots of one byte; distances to jump over, counted from the end of the instruction,
+of one byte or two (little endian). Code is a row of sections, each begun by SUBROUTINE or, the last, MAIN, and
+ended by RETURN or a jump to an earlier RETURN's like. A section may call those before it.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One operation: code, name, operands, what it does, cycles as a rule and at most on the board.
+
+    operands: s a slot, n a number of one byte, d a distance of one byte, w a number or distance of two. The
+    cycles are those of the instruction whole, from its first byte to the next one's.
+    """
+
+    code: int
+    name: str
+    operands: str
+    does: str
+    usual: int
+    most: int
+
+    @property
+    def size(self) -> int:
+        """Return how many bytes the instruction takes."""
+        return 1 + sum(2 if o == "w" else 1 for o in self.operands)
+
+
+LESS, EQUAL, GREATER, UNORDERED = 1, 2, 4, 8
+"""How A may compare with a slot, or with zero: what the lower four bits of the two jumps select."""
+
+OPERATIONS = (
+    Operation(0x00, "RETURN", "", "end the subroutine, or the law with force A", 20, 20),
+    Operation(0x01, "SUBROUTINE", "", "begin a subroutine; never run", 0, 0),
+    Operation(0x02, "MAIN", "", "begin the law itself; never run", 0, 0),
+    Operation(0x03, "CALL", "w", "run the subroutine whose SUBROUTINE stands at that byte of the code", 40, 40),
+    Operation(0x04, "JUMP", "d", "jump", 20, 20),
+    Operation(0x05, "FAR_JUMP", "w", "jump", 25, 25),
+    Operation(0x06, "LOOP", "nw", "counter n = w; what follows up to its NEXT is run w times, 1 at least", 30, 30),
+    Operation(0x07, "NEXT", "nw", "count counter n down; unless it is 0, go back w bytes from the end", 30, 30),
+    Operation(0x08, "LOAD", "s", "A = s", 30, 30),
+    Operation(0x09, "STORE", "s", "s = A", 30, 30),
+    Operation(0x0A, "LOAD_AT", "ssn", "A = the slot n-th, first: A = [second + int(first)], 0 <= first < n", 90, 90),
+    Operation(0x0B, "STORE_AT", "ssn", "[second + int(first)] = A, 0 <= first < n; else the law ends as nan", 90, 90),
+    Operation(0x10, "ADD", "s", "A = A + s", 150, 220),
+    Operation(0x11, "SUBTRACT", "s", "A = A - s", 150, 220),
+    Operation(0x12, "SUBTRACT_FROM", "s", "A = s - A", 155, 225),
+    Operation(0x13, "MULTIPLY", "s", "A = A * s", 140, 160),
+    Operation(0x14, "DIVIDE", "s", "A = A / s; by 0 the law ends as nan", 540, 600),
+    Operation(0x15, "DIVIDE_INTO", "s", "A = s / A; by 0 the law ends as nan", 540, 600),
+    Operation(0x16, "MINIMUM", "s", "A = s if s < A else A", 60, 80),
+    Operation(0x17, "MAXIMUM", "s", "A = s if s > A else A", 60, 80),
+    Operation(0x18, "FLOOR_DIVIDE", "s", "A = A // s as in Python; by 0 the law ends as nan", 1500, 9000),
+    Operation(0x19, "MODULO", "s", "A = A % s as in Python; by 0 the law ends as nan", 1000, 9000),
+    Operation(0x1A, "REMAINDER", "s", "A = fmod(A, s); by 0 the law ends as nan", 1000, 9000),
+    Operation(0x1B, "POWER", "s", "A = A ** s", 6000, 9000),
+    Operation(0x1C, "ATAN2", "s", "A = atan2(A, s)", 3000, 4000),
+    Operation(0x1D, "HYPOT", "s", "A = hypot(A, s)", 1200, 2000),
+    Operation(0x1E, "COPYSIGN", "s", "A = |A| with the sign of s", 35, 35),
+    Operation(0x20, "NEGATE", "", "A = -A", 15, 15),
+    Operation(0x21, "ABSOLUTE", "", "A = |A|", 15, 15),
+    Operation(0x22, "SQRT", "", "A = sqrt(A)", 530, 600),
+    Operation(0x23, "FLOOR", "", "A = floor(A)", 80, 150),
+    Operation(0x24, "CEIL", "", "A = ceil(A)", 90, 160),
+    Operation(0x25, "TRUNCATE", "", "A = trunc(A)", 80, 150),
+    Operation(0x26, "SIN", "", "A = sin(A)", 700, 1000),
+    Operation(0x27, "COS", "", "A = cos(A)", 700, 1000),
+    Operation(0x28, "TAN", "", "A = tan(A)", 3000, 4000),
+    Operation(0x29, "ASIN", "", "A = asin(A)", 3000, 4000),
+    Operation(0x2A, "ACOS", "", "A = acos(A)", 3000, 4000),
+    Operation(0x2B, "ATAN", "", "A = atan(A)", 2500, 3500),
+    Operation(0x2C, "EXP", "", "A = exp(A)", 2400, 3500),
+    Operation(0x2D, "EXPM1", "", "A = exp(A) - 1, without losing digits near 0", 5000, 7000),
+    Operation(0x2E, "LOG", "", "A = log(A)", 2500, 3500),
+    Operation(0x2F, "LOG1P", "", "A = log(1 + A), without losing digits near 0", 3500, 5000),
+    Operation(0x30, "SINH", "", "A = sinh(A)", 3500, 5000),
+    Operation(0x31, "COSH", "", "A = cosh(A)", 3500, 5000),
+    Operation(0x32, "TANH", "", "A = tanh(A)", 3300, 5000),
+    Operation(0x40, "COMPARE", "sd", "jump if the outcome of A against s is one of the mask in bits 0 to 3", 70, 80),
+    Operation(0x50, "TEST", "d", "jump if the outcome of A against 0 is one of the mask in bits 0 to 3", 30, 40),
+)
+MOST_SLOTS = 255
+MOST_SUBROUTINES = 8
+MOST_CALLS = 4
+"""Depth of calls."""
+MOST_COUNTERS = 4
+"""Counters of loops. A loop's body, what it calls included, uses lower ones only."""
+
+
+class Refusal(IntEnum):
+    """Why a board does not run a law that it was sent."""
+
+    NONE = 0
+    TOO_LARGE = 1
+    """Slots and code take more than the board has for them."""
+    OPERATION = 2
+    """There is no such operation, or it is cut off, or stands where it may not."""
+    SLOT = 3
+    """An operand is no slot of this law, or a constant is written to."""
+    JUMP = 4
+    """A jump leaves its section, or enters a loop from outside."""
+    LOOP = 5
+    """Loops that are not one inside the other with falling counters, or run no time."""
+    CALL = 6
+    """A call of what is no subroutine before it, or too deep."""
+    END = 7
+    """A section that does not end with a RETURN."""
+    CONSTANT = 8
+    """A number of the table is not finite."""
+    TOO_SLOW = 9
+    """Its longest way takes longer than a period leaves."""
