@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from types import FunctionType
 
 from hapkit_studio.laws import subset
@@ -122,6 +123,31 @@ def _translate_one(
     """Return a function's bare source and the helpers it calls."""
     new, called = rewritten(function, names, helpers, is_law)
     return ast.unparse(ast.fix_missing_locations(without_conversions(new))), called
+
+
+@dataclass(frozen=True)
+class CheckedLaw:
+    """A law and the functions that it calls as checked trees: p, s and helpers by their numbers and names."""
+
+    tree: ast.FunctionDef
+    helpers: dict[str, ast.FunctionDef]
+
+
+def checked(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> CheckedLaw:
+    """Return a law's trees; raise LawError with the line of what is wrong."""
+    function_tree(function)
+    assert isinstance(function, FunctionType)
+    helpers = Helpers()
+    names = Names(parameters, state, function.__globals__)
+    tree, wanted = rewritten(function, names, helpers, is_law=True)
+    tree.body = tree.body[len(ast.parse(LAW_START).body) :]
+    trees: dict[str, ast.FunctionDef] = {}
+    while wanted:
+        one = wanted.pop()
+        if helpers.name(one) not in trees:
+            trees[helpers.name(one)], more = rewritten(one, Names((), {}, one.__globals__), helpers, False)
+            wanted += more
+    return CheckedLaw(tree, trees)
 
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:

@@ -1,0 +1,714 @@
+"""A law as code for the board's machine: specialised, laid out in slots, and measured before it is sent."""
+
+import math
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.laws import machine, specialise
+from hapkit_studio.laws.law import Law
+from hapkit_studio.laws.machine import EQUAL, GREATER, LESS, UNORDERED
+from hapkit_studio.laws.specialise import (
+    Assign, At, Block, Break, Call, Compare, Continue, Expr, Function, If, Leave, Logic, Loop, Not, Num, Op,
+    Return, Select, SetAt, Specialised, Statement, Test, Var,
+)  # fmt: skip
+from hapkit_studio.laws.translate import CheckedLaw, checked
+
+X, V, FIRST = 0, 1, 2
+"""The slots of position and velocity, and the first of the state."""
+RAMPS, RAMP_SIZE = 8, 6
+"""Constants that must be able to move at a time, and the bytes that each takes meanwhile."""
+
+
+@dataclass(frozen=True)
+class Program:
+    """A law for the board. Where only constants differ, the code is the same bytes.
+
+    states: values of state; given: what the slots from FIRST on begin with, state first, then constants;
+    slots: how many there are in all; usual, most: cycles of one call on its longest way; size: bytes of
+    arena; lines: the source line of each instruction, by its place in the code.
+    """
+
+    code: bytes
+    states: int
+    given: tuple[float, ...]
+    slots: int
+    usual: int
+    most: int
+
+    @property
+    def size(self) -> int:
+        return 4 * self.slots + len(self.code) + RAMPS * RAMP_SIZE
+
+    @property
+    def data(self) -> bytes:
+        """Return the bytes that travel in pieces."""
+        return struct.pack(f"<{len(self.given)}f", *self.given) + self.code
+
+
+@dataclass
+class Code:
+    """One instruction before it has its place: operands are variables, labels or numbers."""
+
+    name: str
+    operands: tuple = ()
+    mask: int = 0  # of the two jumps that compare
+
+
+class Label:
+    """A place in the code that jumps lead to."""
+
+
+_BINARY = {
+    "+": "ADD", "-": "SUBTRACT", "*": "MULTIPLY", "/": "DIVIDE", "min": "MINIMUM", "max": "MAXIMUM",
+    "//": "FLOOR_DIVIDE", "%": "MODULO", "fmod": "REMAINDER", "**": "POWER", "pow": "POWER",
+    "atan2": "ATAN2", "hypot": "HYPOT", "copysign": "COPYSIGN",
+}  # fmt: skip
+_TURNED = {"+": "ADD", "*": "MULTIPLY", "-": "SUBTRACT_FROM", "/": "DIVIDE_INTO"}
+_UNARY = {
+    "neg": "NEGATE", "abs": "ABSOLUTE", "trunc": "TRUNCATE", "floor": "FLOOR", "ceil": "CEIL",
+    **{n: n.upper() for n in ("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "expm1", "log")},
+    **{n: n.upper() for n in ("log1p", "sinh", "cosh", "tanh")},
+}  # fmt: skip
+_OUTCOMES = {
+    "<": LESS, "<=": LESS | EQUAL, ">": GREATER, ">=": GREATER | EQUAL, "==": EQUAL,
+    "!=": LESS | GREATER | UNORDERED,
+}  # fmt: skip
+_ALL = LESS | EQUAL | GREATER | UNORDERED
+_MIRROR = {LESS: GREATER, GREATER: LESS}
+_OPERATIONS = {o.name: o for o in machine.OPERATIONS}
+_READS = frozenset(
+    ("LOAD", "ADD", "SUBTRACT", "SUBTRACT_FROM", "DIVIDE_INTO", "COMPARE", *_BINARY.values())
+)
+# These leave A as it was.
+_KEEPING = frozenset(("STORE", "COMPARE", "TEST", "STORE_AT", "LABEL"))
+_ENDING = frozenset(("RETURN", "JUMP"))
+
+
+@lru_cache(maxsize=64)
+def _trees(law: Law) -> CheckedLaw:
+    return checked(law.function, law.parameters, law.state)
+
+
+def compile(law: Law, values: Mapping[str, float], period: float) -> Program:
+    """Return a law for the board, with its parameters by key and its period in s; raise LawError."""
+    known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
+    return assemble(specialise.specialise(_trees(law), known, period), law.initial_state.tolist())
+
+
+def assemble(law: Specialised, start: Sequence[float]) -> Program:
+    """Return the code of a specialised law whose state starts so; raise LawError where it is too large."""
+    sections = [_Section(f) for f in law.functions]
+    main = _Section(None, law.body)
+    _lay_out([*sections, main], len(start))
+    numbers: dict[str, int] = {}
+    for section in (*sections, main):
+        for code in section.code:
+            for o in code.operands:
+                if isinstance(o, Num):
+                    numbers.setdefault(o.key, FIRST + len(start) + len(numbers))
+    given = list(start) + [0.0] * len(numbers)
+    for section in (*sections, main):
+        for code in section.code:
+            for o in code.operands:
+                if isinstance(o, Num):
+                    given[numbers[o.key] - FIRST] = o.value
+    first = FIRST + len(given)
+    slots = first + max((s.top for s in (*sections, main)), default=0)
+    if slots > machine.MOST_SLOTS:
+        raise LawError(f"This law needs {slots} values at a time; the board's machine has {machine.MOST_SLOTS}.")
+    code = _encoded([*sections, main], numbers, first)
+    usual, most = cycles(code)
+    return Program(code, len(start), tuple(map(_single, given)), slots, usual, most)
+
+
+def _single(value: float) -> float:
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
+class _Section:
+    """The code of one function, or of the law itself, before its variables have slots."""
+
+    def __init__(self, function: Function | None, body: list[Statement] | None = None):
+        self.function = function
+        self.code: list[Code] = []
+        self.counter = 0  # counters of loops that are in use here or below
+        self.places: dict[str, int] = {}
+        self.base = self.top = 0
+        self.called: list[Function] = []
+        self._held: set[Expr] = set()  # what A is equal to
+        self._ends: dict[int, Label] = {}
+        self._loops: list[tuple[Label, Label]] = []
+        self._extra = 0
+        if function is None:
+            assert body is not None
+            self.statements(body)
+        else:
+            self.statements([function.body])
+            self.put("RETURN")
+        self.tidy()
+
+    def put(self, name: str, *operands: object, mask: int = 0) -> None:
+        self.code.append(Code(name, operands, mask))
+        if name not in _KEEPING:
+            self._held = set()
+
+    def label(self, label: Label) -> None:
+        self.code.append(Code("LABEL", (label,)))
+        self._held = set()
+
+    def extra(self) -> Var:
+        """Return a variable of our own."""
+        self._extra += 1
+        return Var(f"#{self._extra}")
+
+    # --- statements
+    def statements(self, statements: Sequence[Statement]) -> None:
+        for s in statements:
+            self.statement(s)
+
+    def statement(self, s: Statement) -> None:
+        match s:
+            case Assign(to, value):
+                self.load(value)
+                self.store(Var(to))
+            case SetAt(place, value):
+                self.load(value)
+                self.put("STORE_AT", place.index, FIRST + place.start, place.size)
+                self._held -= {h for h in self._held if isinstance(h, Var) and h.name.startswith("s[")}
+            case Return(value):
+                self.load(value)
+                self.put("RETURN")
+            case If(test, then, other):
+                self.branch(test, then, other)
+            case Loop():
+                self.loop(s)
+            case Break():
+                self.put("JUMP", self._loops[-1][1])
+            case Continue():
+                self.put("JUMP", self._loops[-1][0])
+            case Block(body):
+                end = self._ends[id(s)] = Label()
+                self.statements(body)
+                self.label(end)
+            case Leave(block, moves):
+                self.statements(moves)
+                self.put("JUMP", self._ends[id(block)])
+            case Call(function):
+                self.called.append(function)
+                self.put("CALL", function)
+
+    def branch(self, test: Test, then: list[Statement], other: list[Statement]) -> None:
+        """Put the shorter way to the rest of the code first: a side that is empty costs no jump."""
+        if not then:
+            test, then, other = Not(test), other, then
+        no, end = Label(), Label()
+        self.jump_unless(test, no)
+        self.statements(then)
+        if other:
+            self.put("JUMP", end)
+        self.label(no)
+        self.statements(other)
+        self.label(end)
+
+    def loop(self, loop: Loop) -> None:
+        turn, end, start = Label(), Label(), Label()
+        at = len(self.code)
+        self.put("LOOP", 0, loop.times)
+        self.label(start)
+        self._loops.append((turn, end))
+        outside, self.counter = self.counter, 0
+        self.statements(loop.body)
+        self._loops.pop()
+        self.label(turn)
+        self.statements(loop.after)
+        number = self.counter
+        self.code[at].operands = (number, loop.times)
+        self.put("NEXT", number, start)
+        self.label(end)
+        self.counter = max(outside, number + 1)
+
+    # --- tests
+    def jump_unless(self, test: Test, label: Label) -> None:
+        self.jump(test, label, False)
+
+    def jump(self, test: Test, label: Label, when: bool) -> None:
+        """Jump to a label where a test's outcome is `when`."""
+        match test:
+            case Not(inner):
+                self.jump(inner, label, not when)
+            case Logic(op, tests):
+                if (op == "or") == when:
+                    for one in tests:
+                        self.jump(one, label, when)
+                    return
+                over = Label()
+                for one in tests[:-1]:
+                    self.jump(one, over, not when)
+                self.jump(tests[-1], label, when)
+                self.label(over)
+            case Compare(op, left, right):
+                mask = _OUTCOMES[op] if when else _ALL ^ _OUTCOMES[op]
+                self.compare(mask, left, right, label)
+
+    def compare(self, mask: int, left: Expr, right: Expr, label: Label) -> None:
+        if isinstance(right, Num) and right.value == 0.0 and right.key in ("0.0", "-0.0"):
+            self.load(left)
+            self.put("TEST", label, mask=mask)
+            return
+        if not isinstance(right, Num | Var) or (right in self._held and isinstance(left, Num | Var)):
+            left, right = right, left
+            mask = (mask & (EQUAL | UNORDERED)) | sum(_MIRROR[m] for m in (LESS, GREATER) if mask & m)
+        if not isinstance(right, Num | Var):
+            self.load(right)
+            right = self.extra()
+            self.store(right)
+        self.load(left)
+        self.put("COMPARE", right, label, mask=mask)
+
+    # --- values
+    def store(self, to: Var) -> None:
+        if to in self._held:
+            return
+        self.put("STORE", to)
+        self._held = {h for h in self._held if not specialise.mentions(h, frozenset((to.name,)))} | {to}
+
+    def load(self, value: Expr) -> None:
+        """Bring a value into A."""
+        if value in self._held:
+            return
+        match value:
+            case Num() if not specialise.is_single(value.value):
+                self.load_beyond(value.value)
+            case Num() | Var():
+                self.put("LOAD", value)
+            case At(index, start, size):
+                self.put("LOAD_AT", index, FIRST + start, size)
+            case Select(test, yes, no):
+                other, end = Label(), Label()
+                self.jump_unless(test, other)
+                self.load(yes)
+                self.put("JUMP", end)
+                self.label(other)
+                self.load(no)
+                self.label(end)
+            case Op(name, (operand,)):
+                self.load(operand)
+                self.put(_UNARY[name])
+            case Op(name, (left, right)):
+                self.combine(name, left, right)
+        if isinstance(value, Num | Var):
+            self._held.add(value)
+
+    def load_beyond(self, value: float) -> None:
+        """Load what single precision does not have: it becomes infinite there, or 0."""
+        if abs(value) < 1.0:
+            return self.load(specialise.literal(0.0))
+        large = specialise.literal(math.copysign(3e38, value))
+        self.load(large)
+        self.put("MULTIPLY", specialise.literal(3e38))
+        return None
+
+    def combine(self, name: str, left: Expr, right: Expr) -> None:
+        """Put an operation on two values, of which one is in A and the other in a slot."""
+        turned = _TURNED.get(name)
+        left_is, right_is = (
+            isinstance(s, Num | Var) and (not isinstance(s, Num) or specialise.is_single(s.value))
+            for s in (left, right)
+        )
+        if left_is and turned and (not right_is or right in self._held) and left not in self._held:
+            self.load(right)
+            self.put(turned, left)
+        elif right_is:
+            self.load(left)
+            self.put(_BINARY[name], right)
+        else:
+            self.load(right)
+            kept = self.extra()
+            self.store(kept)
+            self.load(left)
+            self.put(_BINARY[name], kept)
+
+    # --- afterwards
+    def tidy(self) -> None:
+        """Shorten ways and drop what is not reached or not read, until nothing changes."""
+        size = -1
+        while size != len(self.code):
+            size = len(self.code)
+            self._shorten()
+            self._drop_dead()
+            self._join()
+
+    def _shorten(self) -> None:
+        """Lead jumps to jumps to their end; drop what follows a jump, and jumps to what follows."""
+        after: dict[Label, Code] = {}
+        last: Code | None = None
+        for code in reversed(self.code):
+            if code.name == "LABEL":
+                if last is not None:
+                    after[code.operands[0]] = last
+            else:
+                last = code
+        aims: set[Label] = set()
+        kept: list[Code] = []
+        dead = False
+        for code in self.code:
+            if code.name == "LABEL":
+                dead = dead and code.operands[0] not in self._aimed
+            if dead:
+                continue
+            if code.name in ("JUMP", "TEST", "COMPARE"):
+                aim = after.get(code.operands[-1])
+                if aim is not None and aim.name == "JUMP":
+                    code.operands = (*code.operands[:-1], aim.operands[0])
+                elif code.name == "JUMP" and aim is not None and aim.name == "RETURN":
+                    code = Code("RETURN")
+            kept.append(code)
+            dead = code.name in _ENDING
+        self.code = [c for i, c in enumerate(kept) if not (c.name == "JUMP" and _falls(kept, i))]
+        aims = {o for c in self.code if c.name != "LABEL" for o in c.operands if isinstance(o, Label)}
+        self.code = [c for c in self.code if c.name != "LABEL" or c.operands[0] in aims]
+
+    @property
+    def _aimed(self) -> set[Label]:
+        return {o for c in self.code if c.name != "LABEL" for o in c.operands if isinstance(o, Label)}
+
+    def _drop_dead(self) -> None:
+        """Drop loads and stores whose value nobody reads."""
+        live = self.live()
+        kept = []
+        for i, code in enumerate(self.code):
+            if code.name == "STORE" and code.operands[0].name not in live[i + 1]:
+                continue
+            if code.name in ("LOAD", *_UNARY.values()) and not self._wanted(i):
+                continue
+            kept.append(code)
+        self.code = kept
+
+    def _wanted(self, at: int) -> bool:
+        """Return whether A is read, or a way parts, before the next load."""
+        for code in self.code[at + 1 :]:
+            if code.name in ("LOAD", "LOAD_AT", "CALL"):
+                return False
+            return True
+        return True
+
+    def _join(self) -> None:
+        """Give two variables one slot where one is only a copy of the other."""
+        for at in range(len(self.code) - 1):
+            first, second = self.code[at], self.code[at + 1]
+            if (first.name, second.name) != ("LOAD", "STORE") or not isinstance(first.operands[0], Var):
+                continue
+            a, b = first.operands[0], second.operands[0]
+            local = [v for v in (a, b) if self._is_local(v.name)]
+            if a == b or not local or a.name in ("x", "v"):
+                continue
+            old, new = (a, b) if self._is_local(a.name) else (b, a)
+            if self._clash(old.name, new.name):
+                continue
+            for code in self.code:
+                code.operands = tuple(new if o == old else o for o in code.operands)
+            self.code = [
+                c for i, c in enumerate(self.code) if i not in (at, at + 1) or i == at and self._reads_next(at)
+            ]
+            return self._join()
+        return None
+
+    def _reads_next(self, at: int) -> bool:
+        """Return whether what follows a joined copy takes A as it is."""
+        following = self.code[at + 2] if at + 2 < len(self.code) else None
+        return following is None or following.name not in ("LOAD", "LOAD_AT")
+
+    def _is_local(self, name: str) -> bool:
+        lasting = self.function is not None and name in (*self.function.parameters, *self.function.results)
+        return not (name in ("x", "v") or name.startswith("s[") or lasting or name in self._foreign)
+
+    @property
+    def _foreign(self) -> set[str]:
+        """Return the variables of functions that are called here."""
+        return {n for f in self.called for n in (*f.parameters, *f.results)}
+
+    def _clash(self, a: str, b: str) -> bool:
+        """Return whether one of two variables is written while the other is still wanted, copies aside."""
+        live = self.live()
+        for i, code in enumerate(self.code):
+            written = _written(code)
+            copied = self.code[i - 1].operands[0] if i and self.code[i - 1].name == "LOAD" else None
+            for one, other in ((a, b), (b, a)):
+                if one in written and other in live[i + 1] and copied != Var(other):
+                    return True
+        return a in live[0] and b in live[0]
+
+    def live(self) -> list[frozenset[str]]:
+        """Return the variables that are wanted before each instruction, and behind the last one."""
+        lasting = frozenset(self.function.results) if self.function else frozenset()
+        states = frozenset(o.name for c in self.code for o in c.operands if _is_state(o))
+        whole = any(c.name in ("LOAD_AT", "STORE_AT") for c in self.code)
+        places = {c.operands[0]: i for i, c in enumerate(self.code) if c.name == "LABEL"}
+        live: list[frozenset[str]] = [frozenset()] * (len(self.code) + 1)
+        changed = True
+        while changed:
+            changed = False
+            for i in range(len(self.code) - 1, -1, -1):
+                code = self.code[i]
+                if code.name == "RETURN":
+                    out = lasting | states
+                elif code.name == "JUMP":
+                    out = live[places[code.operands[0]]]
+                else:
+                    out = live[i + 1]
+                    for o in code.operands:
+                        if isinstance(o, Label) and code.name != "LABEL":
+                            out |= live[places[o]]
+                if code.name in ("LOAD_AT", "STORE_AT") or (whole and code.name in _CHECKING):
+                    out |= states
+                elif code.name in _CHECKING:
+                    out |= states  # the law may end here
+                new = (out - _written(code)) | _read(code)
+                if new != live[i]:
+                    live[i], changed = new, True
+            if not any(c.name == "NEXT" for c in self.code):
+                break
+        return live
+
+
+_CHECKING = frozenset(("DIVIDE", "DIVIDE_INTO", "FLOOR_DIVIDE", "MODULO", "REMAINDER"))
+
+
+def _is_state(operand: object) -> bool:
+    return isinstance(operand, Var) and operand.name.startswith("s[")
+
+
+def _written(code: Code) -> frozenset[str]:
+    if code.name == "STORE":
+        return frozenset((code.operands[0].name,))
+    if code.name == "CALL":
+        return frozenset(code.operands[0].results)
+    return frozenset()
+
+
+def _read(code: Code) -> frozenset[str]:
+    if code.name in _READS or code.name in ("LOAD_AT", "STORE_AT"):
+        operand = code.operands[0]
+        return frozenset((operand.name,)) if isinstance(operand, Var) else frozenset()
+    if code.name == "CALL":
+        return frozenset(code.operands[0].parameters)
+    return frozenset()
+
+
+def _falls(codes: Sequence[Code], at: int) -> bool:
+    """Return whether a jump leads to what follows it."""
+    for code in codes[at + 1 :]:
+        if code.name != "LABEL":
+            return False
+        if code.operands[0] is codes[at].operands[0]:
+            return True
+    return False
+
+
+def _lay_out(sections: Sequence[_Section], states: int) -> None:
+    """Give every local variable a place behind the constants: one that no other needs at the same time.
+
+    A function's own lie behind those of what it calls.
+    """
+    by_name = {s.function.name: s for s in sections if s.function is not None}
+    for section in sections:
+        below = [by_name[f.name] for f in section.called]
+        section.base = max((s.top for s in below), default=0)
+        inner = max((s.counter for s in below), default=0)
+        if inner:
+            for code in section.code:
+                if code.name in ("LOOP", "NEXT"):
+                    code.operands = (code.operands[0] + inner, *code.operands[1:])
+            section.counter += inner
+        for other in below:
+            section.places |= {
+                n: other.places[n] for n in (*other.function.parameters, *other.function.results)  # type: ignore
+            }
+        _colour(section)
+
+
+def _colour(section: _Section) -> None:
+    """Give the section's own variables places from its base on."""
+    lasting = (*section.function.parameters, *section.function.results) if section.function else ()
+    place = section.base
+    for name in lasting:
+        section.places[name] = place
+        place += 1
+    section.top = place
+    live = section.live()
+    names: list[str] = []
+    clashes: dict[str, set[str]] = {}
+    for i, code in enumerate(section.code):
+        for name in _written(code) | _read(code):
+            if section._is_local(name) and name not in clashes:
+                clashes[name] = set()
+                names.append(name)
+        for name in _written(code):
+            for other in live[i + 1]:
+                if name in clashes and other in clashes and other != name:
+                    clashes[name].add(other)
+                    clashes[other].add(name)
+    for name in names:
+        taken = {section.places[o] for o in clashes[name] if o in section.places}
+        free = next(n for n in range(place, place + len(names) + 1) if n not in taken)
+        section.places[name] = free
+        section.top = max(section.top, free + 1)
+
+
+# --- bytes
+def _encoded(sections: Sequence[_Section], numbers: Mapping[str, int], first: int) -> bytes:
+    """Return the code of all sections, the law itself last."""
+    out = bytearray()
+    starts: dict[str, int] = {}
+    for section in sections:
+        if section.function is not None:
+            starts[section.function.name] = len(out)
+        out += bytes([_OPERATIONS["MAIN" if section.function is None else "SUBROUTINE"].code])
+        out += _encode_section(section, numbers, first, starts)
+    return bytes(out)
+
+
+def _encode_section(
+    section: _Section, numbers: Mapping[str, int], first: int, starts: Mapping[str, int]
+) -> bytes:
+    far: set[int] = set()
+    while True:
+        places, position = {}, 0
+        for i, code in enumerate(section.code):
+            if code.name == "LABEL":
+                places[code.operands[0]] = position
+            else:
+                position += _size(code, i in far)
+        out, longer = bytearray(), set()
+        for i, code in enumerate(section.code):
+            if code.name == "LABEL":
+                continue
+            end = len(out) + _size(code, i in far)
+            piece = _instruction(section, code, numbers, first, starts, places, end, i in far)
+            if piece is None:
+                longer.add(i)
+                piece = bytes(_size(code, i in far))
+            out += piece
+        if not longer:
+            return bytes(out)
+        far |= longer
+
+
+def _size(code: Code, far: bool) -> int:
+    size = _OPERATIONS[code.name].size
+    if not far:
+        return size
+    return 3 if code.name == "JUMP" else size + 3
+
+
+def _instruction(
+    section: _Section,
+    code: Code,
+    numbers: Mapping[str, int],
+    first: int,
+    starts: Mapping[str, int],
+    places: Mapping[Label, int],
+    end: int,
+    far: bool,
+) -> bytes | None:
+    """Return an instruction's bytes, None where a jump is too long for one byte."""
+    operation = _OPERATIONS[code.name]
+    if far:
+        distance = places[code.operands[-1]] - end
+        jump = bytes([_OPERATIONS["FAR_JUMP"].code]) + struct.pack("<H", distance)
+        if code.name == "JUMP":
+            return jump
+        # over the far jump where the outcome is another
+        near = [_slot(section, o, numbers, first) for o in code.operands[:-1]]
+        return bytes([operation.code | (_ALL ^ code.mask), *near, 3]) + jump
+    out = bytes([operation.code | code.mask])
+    for kind, operand in zip(operation.operands, code.operands, strict=True):
+        match operand:
+            case Label():
+                distance = end - places[operand] if code.name == "NEXT" else places[operand] - end
+                if kind == "d" and distance > 255:
+                    return None
+                out += bytes([distance]) if kind == "d" else struct.pack("<H", distance)
+            case Function():
+                out += struct.pack("<H", starts[operand.name])
+            case int():
+                if operand > 0xFFFF:
+                    raise LawError("A loop of this law turns more than 65,535 times: too often for the board.")
+                out += bytes([operand]) if kind in "ns" else struct.pack("<H", operand)
+            case _:
+                out += bytes([_slot(section, operand, numbers, first)])
+    return out
+
+
+def _slot(section: _Section, operand: Expr, numbers: Mapping[str, int], first: int) -> int:
+    if isinstance(operand, Num):
+        return numbers[operand.key]
+    assert isinstance(operand, Var)
+    if operand.name in ("x", "v"):
+        return X if operand.name == "x" else V
+    if operand.name.startswith("s["):
+        return FIRST + int(operand.name[2:-1])
+    return first + section.places[operand.name]
+
+
+# --- cycles
+def instructions(code: bytes) -> Iterator[tuple[int, machine.Operation, int]]:
+    """Yield (place, operation, mask) of every instruction of some code."""
+    by_code = {o.code: o for o in machine.OPERATIONS}
+    at = 0
+    while at < len(code):
+        byte = code[at]
+        operation = by_code[byte & 0xF0 if byte >= 0x40 else byte]
+        yield at, operation, byte & 15
+        at += operation.size
+
+
+def cycles(code: bytes) -> tuple[int, int]:
+    """Return the cycles of one call on its longest way, as a rule and at most."""
+    return _longest(code, "usual"), _longest(code, "most")
+
+
+def _longest(code: bytes, which: str) -> int:
+    """Return the cycles on the longest way through the code, each operation at its cost of that name."""
+    reached: dict[int, int] = {}
+    subroutines: dict[int, int] = {}
+    loops: list[tuple[int, int, int, int]] = []
+    here, section = 0, 0
+    for at, operation, _ in instructions(code):
+        here = max(here, reached.get(at, 0))
+        end = at + operation.size
+        word = int.from_bytes(code[end - 2 : end], "little")
+        cost = here + getattr(operation, which)
+        match operation.name:
+            case "SUBROUTINE" | "MAIN":
+                here, section = 0, at
+                subroutines[at] = 0
+                reached = {}
+                continue
+            case "RETURN":
+                subroutines[section] = max(subroutines[section], cost)
+                here = 0
+                continue
+            case "JUMP" | "FAR_JUMP":
+                aim = end + (code[end - 1] if operation.name == "JUMP" else word)
+                reached[aim] = max(reached.get(aim, 0), cost)
+                here = 0
+                continue
+            case "TEST" | "COMPARE":
+                aim = end + code[end - 1]
+                reached[aim] = max(reached.get(aim, 0), cost)
+            case "CALL":
+                cost += subroutines[word]
+            case "LOOP":
+                loops.append((end, cost, word, 0))
+            case "NEXT":
+                start, before, times, _ = loops.pop()
+                # every other turn takes as long as this one at most
+                more = (times - 1) * (cost - before)
+                cost += more
+                reached = {aim: c + more if start < aim else c for aim, c in reached.items()}
+        here = cost
+    return subroutines[section]

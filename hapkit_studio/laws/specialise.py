@@ -1,0 +1,1107 @@
+"""A law specialised: choices resolved, what is known computed, the functions it calls written in.
+
+The result is a small tree of statements and expressions, from which the board's code and the sketch's C are made.
+For the board every parameter and the period are known numbers; for a sketch parameters keep their names.
+"""
+
+import ast
+import math
+import operator
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from hapkit_studio.laws.translate import CheckedLaw
+
+MOST_FLOAT = 3.4028234e38
+LEAST_FLOAT = 1.1754944e-38
+
+
+# --- expressions
+@dataclass(frozen=True)
+class Num:
+    """A known number; key says what it is made of: two of the same value may part when a parameter moves."""
+
+    value: float
+    key: str
+
+
+@dataclass(frozen=True)
+class Var:
+    """A name: x, v, dt, p[0] … (parameters that are not known), s[0] … (state), or a local one."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Op:
+    """An operation of the law language: + - * / // % ** neg abs min max, or a function of math."""
+
+    name: str
+    args: tuple["Expr", ...]
+
+
+@dataclass(frozen=True)
+class At:
+    """The value of state number start + int(index), 0 <= index < size; else the law has no force."""
+
+    index: "Expr"
+    start: int
+    size: int
+
+
+@dataclass(frozen=True)
+class Select:
+    """One of two known numbers, by a test whose operands stay."""
+
+    test: "Test"
+    yes: Num
+    no: Num
+
+
+Expr = Num | Var | Op | At | Select
+
+
+# --- tests
+@dataclass(frozen=True)
+class Compare:
+    """left op right, op one of < <= > >= == !=."""
+
+    op: str
+    left: Expr
+    right: Expr
+
+
+@dataclass(frozen=True)
+class Logic:
+    """Whether all (op "and") or any (op "or") of the tests hold, the next one asked only where it decides."""
+
+    op: str
+    tests: tuple["Test", ...]
+
+
+@dataclass(frozen=True)
+class Not:
+    test: "Test"
+
+
+Test = Compare | Logic | Not
+
+
+# --- statements
+@dataclass
+class Assign:
+    to: str
+    value: Expr
+
+
+@dataclass
+class SetAt:
+    place: At
+    value: Expr
+
+
+@dataclass
+class If:
+    test: Test
+    then: list["Statement"]
+    other: list["Statement"]
+
+
+@dataclass
+class Loop:
+    """Run the body so many times; Continue ends one turn, Break all."""
+
+    times: int
+    body: list["Statement"]
+    after: list["Statement"]  # of every turn, also one that Continue ends
+
+
+@dataclass
+class Break:
+    pass
+
+
+@dataclass
+class Continue:
+    pass
+
+
+@dataclass
+class Block:
+    """What a written-in function became: Leave ends it."""
+
+    body: list["Statement"] = field(default_factory=list)
+
+
+@dataclass
+class Leave:
+    block: Block
+    moves: list[Assign]
+
+
+@dataclass
+class Call:
+    """Run a function: its parameters have their values; its results are variables then."""
+
+    function: "Function"
+
+
+@dataclass
+class Return:
+    value: Expr
+
+
+Statement = Assign | SetAt | If | Loop | Break | Continue | Block | Leave | Call | Return
+
+
+@dataclass
+class Function:
+    """A function that is called from several places: it takes and gives variables of these names."""
+
+    key: str
+    name: str
+    parameters: tuple[str, ...]
+    results: tuple[str, ...]
+    body: Block
+
+
+@dataclass
+class Specialised:
+    """A law's body and the functions that it calls, each after those that it calls itself."""
+
+    body: list[Statement]
+    functions: list[Function]
+
+
+_ARITHMETIC: dict[type[ast.operator], str] = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "**",
+}  # fmt: skip
+_COMPARISONS: dict[type[ast.cmpop], str] = {
+    ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
+}  # fmt: skip
+_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
+_COMPUTED: dict[str, Callable] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+    "//": operator.floordiv, "%": operator.mod, "**": operator.pow, "neg": operator.neg,
+    "abs": abs, "min": min, "max": max, "<": operator.lt, "<=": operator.le, ">": operator.gt,
+    ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
+}  # fmt: skip
+# Marks of the watched source that change no number.
+_TRANSPARENT = frozenset(("_float", "_noted", "_force", "_divisor"))
+_ROUNDING = frozenset(("floor", "ceil", "trunc"))
+# A function with more statements and operations than this is not written in at every place that calls it.
+_SMALL = 14
+
+
+def literal(value: float) -> Num:
+    """Return the number that stands in the source."""
+    return Num(value, repr(value))
+
+
+def is_single(value: float) -> bool:
+    """Return whether single precision has a number near a value: neither too large nor too small."""
+    return value == 0.0 or LEAST_FLOAT <= abs(value) <= MOST_FLOAT
+
+
+def mentions(value: object, names: frozenset[str]) -> bool:
+    """Return whether an expression or a test reads one of these variables."""
+    match value:
+        case Var(name):
+            return name in names
+        case Op(_, args):
+            return any(mentions(a, names) for a in args)
+        case Select(test):
+            return mentions(test, names)
+        case At(index, start, size):
+            return mentions(index, names) or any(f"s[{start + i}]" in names for i in range(size))
+        case Compare(_, left, right):
+            return mentions(left, names) or mentions(right, names)
+        case Logic(_, tests):
+            return any(mentions(t, names) for t in tests)
+        case Not(test):
+            return mentions(test, names)
+    return False
+
+
+def weight(statements: Sequence[Statement]) -> int:
+    """Return about how many operations some statements are."""
+    total = 0
+    for s in statements:
+        match s:
+            case Assign(_, value) | Return(value) | SetAt(_, value):
+                total += 1 + _operations(value)
+            case If(test, then, other):
+                total += 1 + _operations(test) + weight(then) + weight(other)
+            case Loop(_, body, after):
+                total += 2 + weight(body) + weight(after)
+            case Block(body):
+                total += weight(body)
+            case Leave(_, moves):
+                total += len(moves)
+            case Call(function):
+                total += 1 + len(function.parameters)
+    return total
+
+
+def _operations(value: object) -> int:
+    match value:
+        case Op(_, args):
+            return 1 + sum(map(_operations, args))
+        case Select(test) | Not(test):
+            return 1 + _operations(test)
+        case Compare(_, left, right):
+            return 1 + _operations(left) + _operations(right)
+        case Logic(_, tests):
+            return sum(map(_operations, tests))
+    return 0
+
+
+def specialise(law: CheckedLaw, known: Mapping[int, float], period: float | None = None) -> Specialised:
+    """Return a law for the parameters known by their numbers, and a period in s if that is known too.
+
+    Where the period is known, so is all else, and the result is folded for speed; otherwise it reads as the
+    source does. First every function stays one, and it is counted from how many places each is called.
+    """
+    counted = _Specialiser(law, known, period, None)
+    counted.law()
+    inlined: dict[str, int] = {}
+    for key, function in counted.functions.items():
+        size = weight(function.body.body) + sum(inlined.get(k, 0) for k in called(function.body.body))
+        if counted.calls[key] == 1 or size <= _SMALL:
+            inlined[key] = size
+    final = _Specialiser(law, known, period, set(inlined))
+    made = Specialised(final.law(), list(final.functions.values()))
+    _drop_unused(made)
+    return made
+
+
+def called(statements: Sequence[Statement]) -> list[str]:
+    """Return the keys of the functions that statements call, one for each place."""
+    found: list[str] = []
+    for s in statements:
+        match s:
+            case Call(function):
+                found.append(function.key)
+            case If(_, first, second) | Loop(_, first, second):
+                found += called(first) + called(second)
+            case Block(body):
+                found += called(body)
+    return found
+
+
+def _drop_unused(law: Specialised) -> None:
+    """Leave out what is given to names that nothing reads."""
+    bodies = [law.body, *(f.body.body for f in law.functions)]
+    lasting = {r for f in law.functions for r in (*f.results, *f.parameters)}
+    dropped = True
+    while dropped:
+        read: set[str] = set(lasting)
+        for body in bodies:
+            _read(body, read)
+        dropped = any([_without(body, read) for body in bodies])
+
+
+def _read(value: object, found: set[str]) -> None:
+    """Collect the variables that are read somewhere in statements, expressions or tests."""
+    match value:
+        case list() | tuple():
+            for one in value:
+                _read(one, found)
+        case Var(name):
+            found.add(name)
+        case Function() | Num() | str() | int():
+            pass
+        case Leave(_, moves):
+            _read(moves, found)
+        case _:
+            for one in vars(value).values():
+                _read(one, found)
+
+
+def _without(statements: list[Statement], read: set[str]) -> bool:
+    """Take assignments to what is not read out of statements; return whether there were any."""
+    dropped = False
+    kept: list[Statement] = []
+    for s in statements:
+        match s:
+            case Assign(to) if to not in read and not to.startswith("s["):
+                dropped = True
+                continue
+            case If(_, first, second) | Loop(_, first, second):
+                dropped |= _without(first, read) | _without(second, read)
+                if isinstance(s, If) and not first and not second:
+                    dropped = True
+                    continue
+            case Block(body) | Leave(_, body):
+                dropped |= _without(body, read)  # type: ignore[arg-type]
+        kept.append(s)
+    statements[:] = kept
+    return dropped
+
+
+class _Specialiser:
+    """Walks a law as it would run, with what is known of every name."""
+
+    def __init__(
+        self, law: CheckedLaw, known: Mapping[int, float], period: float | None, inlined: set[str] | None
+    ):
+        self.source, self.known, self.period, self.inlined = law, known, period, inlined
+        self.folds = period is not None
+        self.out: list[Statement] = []
+        # of every function that is being walked: what its names stand for
+        self.frames: list[dict[str, Expr]] = []
+        self.states: dict[str, Expr] = {}  # what is known of the state
+        self.pinned: list[dict[str, str]] = []  # names that a loop changes, by function, and their variable
+        self.fixed: set[str] = set()  # those variables
+        self.returns: list[list[tuple[Leave, list[Expr]]] | None] = []
+        self.blocks: list[Block | None] = []
+        self.used: Counter[str] = Counter()
+        self.functions: dict[str, Function] = {}
+        self.calls: Counter[str] = Counter()
+        self.trees: list[ast.FunctionDef] = []
+        self.loads: dict[int, Counter[str]] = {}
+
+    def law(self) -> list[Statement]:
+        """Return the law's statements."""
+        tree = self.source.tree
+        self.frames.append({"x": Var("x"), "v": Var("v")})
+        self.frames[0]["dt"] = Var("dt") if self.period is None else Num(self.period, "dt")
+        self.pinned.append({})
+        self.returns.append(None)
+        self.blocks.append(None)
+        self.used.update(("x", "v", "dt"))
+        self.trees.append(tree)
+        self.walk(tree.body)
+        return self.out
+
+    # --- names
+    @property
+    def env(self) -> dict[str, Expr]:
+        return self.frames[-1]
+
+    def fresh(self, name: str) -> str:
+        """Return a variable's name that nothing has yet."""
+        name = name.lstrip("_")
+        self.used[name] += 1
+        return name if self.used[name] == 1 else self.fresh(f"{name}_{self.used[name]}")
+
+    def keep(self, value: Expr, name: str = "t") -> Expr:
+        """Return a value that costs nothing to read: known, or a variable's."""
+        if isinstance(value, Num | Var):
+            return value
+        made = self.fresh(name)
+        self.out.append(Assign(made, value))
+        return Var(made)
+
+    def detach(self, names: frozenset[str]) -> None:
+        """Give what still reads these variables a copy of its own: they are about to change."""
+        copies: dict[Expr, Expr] = {}
+        for frame in self.frames:
+            for name, value in frame.items():
+                if not mentions(value, names):
+                    continue
+                if value not in copies:
+                    made = self.fresh(name)
+                    self.out.append(Assign(made, value))
+                    copies[value] = Var(made)
+                frame[name] = copies[value]
+        self.states = {k: v for k, v in self.states.items() if k not in names and not mentions(v, names)}
+
+    def bind(self, name: str, value: Expr) -> None:
+        """Let a name stand for a value from now on."""
+        if name in self.pinned[-1]:
+            variable = self.pinned[-1][name]
+            if value == Var(variable):
+                return
+            self.detach_others(variable)
+            self.out.append(Assign(variable, value))
+            return
+        lazy = isinstance(value, Num | Var) or (isinstance(value, Select) and self.folds)
+        self.env[name] = value if lazy else self.keep(value, name)
+
+    def detach_others(self, variable: str) -> None:
+        """Detach from a loop's variable whatever reads it but the name that it belongs to."""
+        own = {n: Var(v) for n, v in self.pinned[-1].items() if v == variable and n in self.env}
+        for name in own:
+            del self.env[name]
+        self.detach(frozenset((variable,)))
+        self.env.update(own)
+
+    def set_state(self, place: int, value: Expr) -> None:
+        """Write a value of the state."""
+        name = f"s[{place}]"
+        if self.states.get(name) == value or value == Var(name):
+            return
+        self.detach(frozenset((name,)))
+        self.out.append(Assign(name, value))
+        if isinstance(value, Num) or (isinstance(value, Var) and not self.changes(value.name)):
+            self.states[name] = value
+
+    def changes(self, name: str) -> bool:
+        """Return whether a variable may change later on."""
+        return name in self.fixed or name.startswith("s[")
+
+    # --- statements
+    def walk(self, statements: Sequence[ast.stmt]) -> bool:
+        """Take statements one after the other; return whether none behind them is reached."""
+        return any(self.statement(s) for s in statements)
+
+    def statement(self, node: ast.stmt) -> bool:
+        match node:
+            case ast.Assign(targets=[ast.Tuple(elts=targets)], value=value):
+                self.assign_several(targets, value)
+            case ast.Assign(targets=[ast.Name(id=name)], value=value) if _is_test(value):
+                self.bind(name, self.truth(value, self.reads(name) == 1))
+            case ast.Assign(targets=[target], value=value):
+                self.assign(target, self.value(value))
+            case ast.If(test=test):
+                return self.branch(node)
+            case ast.For():
+                self.loop(node)
+            case ast.Return(value=value):
+                self.leave(value)
+                return True
+            case ast.Break():
+                self.out.append(Break())
+                return True
+            case ast.Continue():
+                self.out.append(Continue())
+                return True
+        return False
+
+    def assign(self, target: ast.expr, value: Expr) -> None:
+        if isinstance(target, ast.Name):
+            self.bind(target.id, value)
+            return
+        place = self.place(target)
+        if isinstance(place, At):
+            changed = frozenset(f"s[{place.start + i}]" for i in range(place.size))
+            value = self.keep(value)
+            self.detach(changed)
+            self.out.append(SetAt(place, value))
+        else:
+            self.set_state(int(place.name[2:-1]), value)
+
+    def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
+        if isinstance(value, ast.Tuple):
+            values = [self.keep_unless_select(self.value(v)) for v in value.elts]
+        else:
+            values = self.call(value)
+        written = frozenset(self.written(targets))
+        values = [self.copied(v, written) for v in values]
+        for target, one in zip(targets, values, strict=True):
+            self.assign(target, one)
+
+    def keep_unless_select(self, value: Expr) -> Expr:
+        return value if isinstance(value, Select) and self.folds else self.keep(value)
+
+    def copied(self, value: Expr, written: frozenset[str]) -> Expr:
+        """Return a value that stays when these variables are written."""
+        if not mentions(value, written):
+            return value
+        made = self.fresh("t")
+        self.out.append(Assign(made, value))
+        return Var(made)
+
+    def written(self, targets: Sequence[ast.expr]) -> list[str]:
+        """Return the lasting variables that targets write."""
+        found = []
+        for target in targets:
+            if isinstance(target, ast.Name):
+                if target.id in self.pinned[-1]:
+                    found.append(self.pinned[-1][target.id])
+            else:
+                place = self.place(target)
+                size = place.size if isinstance(place, At) else 1
+                start = place.start if isinstance(place, At) else int(place.name[2:-1])
+                found += [f"s[{start + i}]" for i in range(size)]
+        return found
+
+    def branch(self, node: ast.If) -> bool:
+        if _is_fuel(node.test):
+            return False
+        test = self.test(node.test)
+        if isinstance(test, bool):
+            return self.walk(node.body if test else node.orelse)
+        frames, states = [dict(f) for f in self.frames], dict(self.states)
+        outside, self.out = self.out, []
+        left = self.walk(node.body)
+        then, then_frames, then_states = self.out, self.frames, self.states
+        self.frames, self.states, self.out = frames, states, []
+        gone = self.walk(node.orelse)
+        other = self.out
+        self.out = outside
+        if left and gone:
+            self.out.append(If(test, then, other))
+            return True
+        if left:
+            pass
+        elif gone:
+            self.frames, self.states = then_frames, then_states
+        else:
+            self.merge(test, then, then_frames, other)
+            self.states = {k: v for k, v in self.states.items() if then_states.get(k) == v}
+        if then or other:
+            self.out.append(If(test, then, other))
+        return False
+
+    def merge(
+        self, test: Test, then: list[Statement], then_frames: list[dict[str, Expr]], other: list[Statement]
+    ) -> None:
+        """Let every name stand for one value after a branch; self.frames are those of the other side."""
+        chosen: dict[tuple[Expr, Expr], Expr] = {}
+        empty = self.folds and not then and not other and self.stays(test)
+        for mine, theirs in zip(self.frames, then_frames, strict=True):
+            for name in list(mine):
+                yes, no = theirs.get(name), mine[name]
+                if yes is None:
+                    del mine[name]
+                    continue
+                if yes == no:
+                    continue
+                if (yes, no) not in chosen:
+                    if empty and isinstance(yes, Num) and isinstance(no, Num):
+                        chosen[yes, no] = Select(test, yes, no)
+                    else:
+                        made = self.fresh(name)
+                        then.append(Assign(made, yes))
+                        other.append(Assign(made, no))
+                        chosen[yes, no] = Var(made)
+                mine[name] = chosen[yes, no]
+
+    def stays(self, test: Test, several: bool = False) -> bool:
+        """Return whether a test may be asked later on instead: it is one cheap comparison, or several."""
+        match test:
+            case Compare(_, left, right):
+                return _is_cheap(left) and _is_cheap(right)
+            case Not(inner):
+                return self.stays(inner, several)
+            case Logic(_, tests):
+                return several and all(self.stays(t, True) for t in tests)
+        return False
+
+    def loop(self, node: ast.For) -> None:
+        call = node.iter
+        assert isinstance(call, ast.Call)
+        turns = range(*(ast.literal_eval(a) for a in call.args))
+        if not turns:
+            return
+        counter, body = _counter(node)
+        assigned = _assigned(body)
+        outer = self.pinned[-1]
+        self.detach(frozenset(self.state_written(body)))
+        for name in sorted((assigned | {counter}) & set(outer)):
+            self.detach_others(outer[name])
+        known = counter in self.env
+        counted = known or counter in _loaded(body)
+        self.pinned[-1] = dict(outer)
+        for name in sorted(assigned | ({counter} if counted else set())):
+            if name not in outer:
+                self.pin(name)
+        after: list[Statement] = []
+        outside, self.out, self.states = self.out, [], {}
+        if counted:
+            place = self.pinned[-1][counter]
+            # a count of its own where the name is written in the body, or read behind the loop
+            own = self.fresh(counter) if counter in assigned or known else place
+            self.fixed.add(own)
+            outside.append(Assign(own, literal(float(turns.start))))
+            if own != place:
+                self.out.append(Assign(place, Var(own)))
+            after.append(Assign(own, Op("+", (Var(own), literal(float(turns.step))))))
+        before = [dict(f) for f in self.frames]
+        self.walk(body)
+        self.frames, self.states = before, {}
+        inner, self.out = self.out, outside
+        self.out.append(Loop(len(turns), inner, after))
+        self.pinned[-1] = outer
+
+    def pin(self, name: str) -> None:
+        """Give a name that a loop changes one variable for as long as the loop runs."""
+        variable = self.fresh(name)
+        if name in self.env:
+            self.out.append(Assign(variable, self.env[name]))
+        self.pinned[-1][name] = variable
+        self.fixed.add(variable)
+        self.env[name] = Var(variable)
+
+    def state_written(self, statements: Sequence[ast.stmt]) -> list[str]:
+        targets = [t for s in statements for n in ast.walk(s) for t in _targets(n)]
+        return self.written([t for t in targets if not isinstance(t, ast.Name)])
+
+    def leave(self, value: ast.expr | None) -> None:
+        assert value is not None
+        block = self.blocks[-1]
+        if block is None:
+            self.out.append(Return(self.value(value)))
+            return
+        several = value.elts if isinstance(value, ast.Tuple) else [value]
+        values = [self.keep_unless_select(self.value(v)) for v in several]
+        made = Leave(block, [])
+        self.out.append(made)
+        found = self.returns[-1]
+        assert found is not None
+        found.append((made, values))
+
+    # --- functions
+    def call(self, node: ast.expr) -> list[Expr]:
+        """Return the results of a call of a function of the law's own."""
+        assert isinstance(node, ast.Call)
+        assert isinstance(node.func, ast.Name)
+        tree = self.source.helpers[node.func.id]
+        names = [a.arg for a in tree.args.args if a.arg != "_fault"]
+        values = [self.keep_unless_select(self.value(a)) for a in node.args if not _is_fault(a)]
+        given = dict(zip(names, values, strict=True))
+        key = f"{node.func.id}({','.join(v.key if isinstance(v, Num) else '' for v in values)})"
+        if self.inlined is None or key not in self.inlined:
+            return self.call_function(key, tree, given)
+        return self.write_in(tree, given)
+
+    def enter(self, tree: ast.FunctionDef, given: dict[str, Expr], block: Block) -> list[list[Expr]]:
+        """Walk a function's body into the block; return what its returns give, one list each."""
+        self.frames.append(given)
+        self.trees.append(tree)
+        self.pinned.append({})
+        found: list[tuple[Leave, list[Expr]]] = []
+        self.returns.append(found)
+        self.blocks.append(block)
+        outside, self.out = self.out, block.body
+        self.walk(tree.body)
+        self.out = outside
+        self.frames.pop()
+        self.trees.pop()
+        self.pinned.pop()
+        self.returns.pop()
+        self.blocks.pop()
+        self._leaves = [leave for leave, _ in found]
+        return [values for _, values in found]
+
+    def write_in(self, tree: ast.FunctionDef, given: dict[str, Expr]) -> list[Expr]:
+        """Return the results of a function whose body is written in here."""
+        block = Block()
+        found = self.enter(tree, given, block)
+        leaves = self._leaves
+        last = block.body[-1] if block.body else None
+        if len(found) == 1 and last is leaves[0]:
+            self.out += block.body[:-1]
+            return found[0]
+        results: list[Expr] = []
+        for values in zip(*found, strict=True):
+            if all(v == values[0] for v in values):
+                results.append(values[0])
+                continue
+            made = self.fresh("r")
+            for leave, value in zip(leaves, values, strict=True):
+                leave.moves.append(Assign(made, value))
+            results.append(Var(made))
+        selected = self.selected(block, found, results)
+        if selected is not None:
+            return selected
+        self.out.append(block)
+        return results
+
+    def selected(
+        self, block: Block, found: list[list[Expr]], results: list[Expr]
+    ) -> list[Expr] | None:
+        """Return the results where the body is nothing but a choice between known numbers."""
+        if not self.folds or len(found) != 2 or len(block.body) != 2:
+            return None
+        first = block.body[0]
+        if not (isinstance(first, If) and len(first.then) == 1 and not first.other and self.stays(first.test)):
+            return None
+        pairs = list(zip(*found, strict=True))
+        if not all(a == b or (isinstance(a, Num) and isinstance(b, Num)) for a, b in pairs):
+            return None
+        return [a if a == b else Select(first.test, a, b) for a, b in pairs]  # type: ignore[arg-type]
+
+    def call_function(self, key: str, tree: ast.FunctionDef, given: dict[str, Expr]) -> list[Expr]:
+        """Return the results of a function that stays one, made when it is first called."""
+        self.calls[key] += 1
+        moving = [n for n, v in given.items() if not isinstance(v, Num)]
+        if key not in self.functions:
+            self.functions[key] = self.made(key, tree, given, moving)
+        function = self.functions[key]
+        for parameter, name in zip(function.parameters, moving, strict=True):
+            self.out.append(Assign(parameter, given[name]))
+        self.out.append(Call(function))
+        results: list[Expr] = []
+        for name in function.results:
+            made = self.fresh("r")
+            self.out.append(Assign(made, Var(name)))
+            results.append(Var(made))
+        return results
+
+    def made(self, key: str, tree: ast.FunctionDef, given: dict[str, Expr], moving: list[str]) -> Function:
+        name = self.fresh(tree.name.removeprefix("_of_"))
+        parameters = tuple(self.fresh(f"{name}_{n}") for n in moving)
+        inside = {**given, **{n: Var(p) for n, p in zip(moving, parameters, strict=True)}}
+        frames, states = self.frames, self.states
+        self.frames, self.states = [], {}
+        block = Block()
+        found = self.enter(tree, inside, block)
+        self.frames, self.states = frames, states
+        results = tuple(self.fresh(f"{name}_out") for _ in found[0])
+        for leave, values in zip(self._leaves, found, strict=True):
+            leave.moves += [Assign(r, v) for r, v in zip(results, values, strict=True)]
+        return Function(key, name, parameters, results, block)
+
+    # --- values
+    def value(self, node: ast.expr) -> Expr:
+        """Return an expression; what has to be decided on the way becomes statements before it."""
+        match node:
+            case ast.Constant(value=value):
+                return literal(float(value))
+            case ast.Name(id=name):
+                return self.env[name]
+            case ast.Subscript(value=ast.Name(id="p"), slice=ast.Constant(value=place)):
+                if place in self.known:
+                    return Num(self.known[place], f"p{place}")
+                return Var(f"p[{place}]")
+            case ast.Subscript(value=ast.Name(id="s")):
+                place = self.place(node)
+                return place if isinstance(place, At) else self.states.get(place.name, place)
+            case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+                return self.value(operand)
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                return self.op("neg", self.value(operand))
+            case ast.BinOp(left=left, op=op, right=right):
+                return self.op(_ARITHMETIC[type(op)], self.value(left), self.value(right))
+            case ast.IfExp():
+                return self.either(node)
+            case ast.Call(func=ast.Name(id=name), args=args) if name in self.source.helpers:
+                return self.call(node)[0]
+            case ast.Call(func=ast.Name(id=name), args=args) if name in _TRANSPARENT:
+                return self.value(args[0])
+            case ast.Call(func=ast.Name(id=name), args=args):
+                return self.pairwise(name, [self.value(a) for a in args])
+            case ast.Call(func=ast.Attribute(attr=name), args=[ast.BinOp(op=ast.Div()) as quotient]) if (
+                name in _ROUNDING
+            ):
+                # a product with the inverse may miss the whole number that a quotient meets
+                sides = (self.keep(self.value(quotient.left)), self.keep(self.value(quotient.right)))
+                both = all(isinstance(side, Num) for side in sides)
+                return self.op(name, self.op("/", *sides) if both else Op("/", sides))
+            case ast.Call(func=ast.Attribute(attr=name), args=args):
+                return self.op("abs" if name == "fabs" else name, *(self.value(a) for a in args))
+        return self.truth(node)
+
+    def truth(self, node: ast.expr, once: bool = False) -> Expr:
+        """Return a test's value as a number, 1 or 0; one that is read once is asked there."""
+        one, zero = literal(1.0), literal(0.0)
+        test = self.test(node)
+        if isinstance(test, bool):
+            return one if test else zero
+        if isinstance(test, Compare) and self.folds:
+            test = Compare(test.op, self.keep(test.left), self.keep(test.right))
+        if once and self.folds and self.stays(test, True):
+            return Select(test, one, zero)
+        return self.choice(test, one, zero)
+
+    def reads(self, name: str) -> int:
+        """Return how often the function that is being walked reads a name."""
+        tree = self.trees[-1]
+        if id(tree) not in self.loads:
+            names = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)]
+            self.loads[id(tree)] = Counter(n.id for n in names)
+        return self.loads[id(tree)][name]
+
+    def choice(self, test: Test, yes: Num, no: Num) -> Expr:
+        if self.folds and self.stays(test):
+            return Select(test, yes, no)
+        made = self.fresh("t")
+        self.out.append(If(test, [Assign(made, yes)], [Assign(made, no)]))
+        return Var(made)
+
+    def either(self, node: ast.IfExp) -> Expr:
+        test = self.test(node.test)
+        if isinstance(test, bool):
+            return self.value(node.body if test else node.orelse)
+        outside, self.out = self.out, []
+        yes = self.value(node.body)
+        then, self.out = self.out, []
+        no = self.value(node.orelse)
+        other, self.out = self.out, outside
+        if not then and not other and isinstance(yes, Num) and isinstance(no, Num):
+            return self.choice(test, yes, no)
+        made = self.fresh("t")
+        self.out.append(If(test, [*then, Assign(made, yes)], [*other, Assign(made, no)]))
+        return Var(made)
+
+    def pairwise(self, name: str, values: list[Expr]) -> Expr:
+        """Return abs, min, max or a function imported by its name, of as many values as there are."""
+        if name not in ("min", "max"):
+            return self.op(name, *values)
+        found = values[0]
+        for value in values[1:]:
+            found = self.op(name, found, value)
+        return found
+
+    def place(self, node: ast.expr) -> At | Var:
+        """Return the value of state that a subscript names."""
+        assert isinstance(node, ast.Subscript)
+        match node.slice:
+            case ast.Constant(value=place):
+                return Var(f"s[{place}]")
+            case ast.BinOp(left=ast.Constant(value=start), right=ast.Call(args=[index, size, *_])):
+                at, count = self.value(index), ast.literal_eval(size)
+                if isinstance(at, Num) and 0.0 <= at.value < count:
+                    return Var(f"s[{start + int(at.value)}]")
+                return At(self.keep(at), start, count)
+        raise AssertionError(ast.dump(node))
+
+    def op(self, name: str, *args: Expr) -> Expr:
+        """Return an operation, computed where all is known, simpler where it can be."""
+        numbers = [a for a in args if isinstance(a, Num)]
+        if len(numbers) == len(args):
+            found = _computed(name, numbers)
+            if found is not None:
+                return found
+        if self.folds:
+            selects = [a for a in args if isinstance(a, Select)]
+            if len(selects) == 1 and len(numbers) == len(args) - 1:
+                chosen = selects[0]
+                arms = [
+                    _computed(name, [arm if a is chosen else a for a in args])  # type: ignore[misc]
+                    for arm in (chosen.yes, chosen.no)
+                ]
+                if arms[0] is not None and arms[1] is not None:
+                    return Select(chosen.test, arms[0], arms[1])
+            args = tuple(self.keep(a) if isinstance(a, Select) else a for a in args)
+            return _simpler(name, args)
+        return Op(name, args)
+
+    # --- tests
+    def test(self, node: ast.expr) -> Test | bool:
+        """Return a test, or its outcome where that is known."""
+        match node:
+            case ast.Constant(value=value):
+                return bool(value)
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
+                return _negated(self.test(operand))
+            case ast.BoolOp(op=op, values=values):
+                return self.logic("and" if isinstance(op, ast.And) else "or", values)
+            case ast.Compare(left=left, ops=ops, comparators=others):
+                sides = [self.value(n) for n in (left, *others)]
+                sides = [self.keep(s) for s in sides] if len(sides) > 2 else sides
+                tests = [
+                    self.compare(_COMPARISONS[type(op)], a, b)
+                    for op, a, b in zip(ops, sides, sides[1:], strict=False)
+                ]
+                return _joined("and", tests)
+        return self.compare("!=", self.value(node), literal(0.0))
+
+    def logic(self, op: str, values: Sequence[ast.expr]) -> Test | bool:
+        """Return `and` or `or`; the second is asked only where the first leaves it open."""
+        first = self.test(values[0])
+        if len(values) == 1:
+            return first
+        if isinstance(first, bool):
+            return self.logic(op, values[1:]) if first == (op == "and") else first
+        outside, self.out = self.out, []
+        rest = self.logic(op, values[1:])
+        inner, self.out = self.out, outside
+        if not inner:
+            return _joined(op, [first, rest])
+        made = self.fresh("t")
+        one, zero = literal(1.0), literal(0.0)
+        if isinstance(rest, bool):
+            inner.append(Assign(made, one if rest else zero))
+        else:
+            inner.append(If(rest, [Assign(made, one)], [Assign(made, zero)]))
+        known: list[Statement] = [Assign(made, zero if op == "and" else one)]
+        self.out.append(If(first, inner, known) if op == "and" else If(first, known, inner))
+        return Compare("!=", Var(made), zero)
+
+    def compare(self, op: str, left: Expr, right: Expr) -> Test | bool:
+        if isinstance(left, Num) and isinstance(right, Num):
+            return bool(_COMPUTED[op](left.value, right.value))
+        if isinstance(left, Num) or isinstance(right, Select):
+            op, left, right = _MIRRORED[op], right, left
+        if not self.folds:
+            return Compare(op, left, right)
+        if isinstance(left, Select) and isinstance(right, Num):
+            yes, no = (self.compare(op, arm, right) for arm in (left.yes, left.no))
+            if isinstance(yes, bool) and isinstance(no, bool):
+                return yes if yes == no else left.test if yes else _negated(left.test)
+        left, right = (self.keep(s) if isinstance(s, Select) else s for s in (left, right))
+        if isinstance(right, Num) and not is_single(right.value):
+            return _beyond_single(op, left, right.value)
+        return Compare(op, left, right)
+
+
+def _beyond_single(op: str, left: Expr, value: float) -> Test | bool:
+    """Return a comparison with what single precision does not have: beyond all numbers, or next to 0."""
+    if abs(value) > MOST_FLOAT:
+        return op == "!=" or (op in ("<", "<=")) == (value > 0.0)
+    if op in ("==", "!="):
+        return op == "!="
+    if isinstance(left, Op) and left.name == "abs" and value > 0.0:
+        return Compare("==" if op in ("<", "<=") else "!=", left.args[0], literal(0.0))
+    # a little above 0: less than it is 0 or less; a little below 0 the other way round
+    if value > 0.0:
+        return Compare("<=" if op in ("<", "<=") else ">", left, literal(0.0))
+    return Compare(">=" if op in (">", ">=") else "<", left, literal(0.0))
+
+
+def _computed(name: str, numbers: Sequence[Num]) -> Num | None:
+    """Return the number that an operation gives in double precision, None where it is none."""
+    if any(not math.isfinite(n.value) for n in numbers):
+        return None
+    function = _COMPUTED.get(name) or {"int": math.trunc}.get(name) or getattr(math, name)
+    try:
+        value = function(*(n.value for n in numbers))
+    except (ArithmeticError, ValueError):
+        return None
+    if isinstance(value, complex) or not math.isfinite(value):
+        return None
+    if all(n.key == repr(n.value) for n in numbers) or (name in "*/" and numbers[0].key == "0.0"):
+        return literal(float(value))
+    return Num(float(value), f"{name}({','.join(n.key for n in numbers)})")
+
+
+def _simpler(name: str, args: tuple[Expr, ...]) -> Expr:
+    """Return an operation in the form that costs the board least."""
+    match name, args:
+        case "neg", (Op("neg", (inner,)),):
+            return inner
+        case "neg", (Op("-", (a, b)),):
+            return Op("-", (b, a))
+        case "neg", (Op("*", (Num() as factor, inner)),):
+            return _product(_computed("neg", [factor]) or factor, inner)
+        case "neg", (Op("+", (Op("*", (Num() as factor, inner)), other)),):
+            return Op("-", (_product(_computed("neg", [factor]) or factor, inner), other))
+        case "+", (Num(value=0.0), other) | (other, Num(value=0.0)) if _zero(args):
+            return other
+        case "-", (other, Num(value=0.0)) if _zero(args):
+            return other
+        case "+", (Num() as number, other) if not isinstance(other, Num):
+            return _simpler("+", (other, number))
+        case "+" | "-", (Op("+" | "-" as first, (inner, Num() as a)), Num() as b):
+            total = _computed("+" if first == name else "-", [a, b])
+            if total is not None:
+                return Op(first, (inner, total))
+        case "+", (a, Op("neg", (b,))):
+            return Op("-", (a, b))
+        case "+", (Op("neg", (a,)), b):
+            return Op("-", (b, a))
+        case "-", (a, Op("neg", (b,))):
+            return Op("+", (a, b))
+        case "*", (a, b):
+            return _times(a, b)
+        case "/", (a, Num(value=value, key=key) as number) if value != 0.0 and is_single(1.0 / value):
+            return _times(a, literal(1.0 / value) if key == repr(value) else Num(1.0 / value, f"1/{number.key}"))
+    return Op(name, args)
+
+
+def _zero(args: tuple[Expr, ...]) -> bool:
+    """Return whether a term is 0 in the source, not by a parameter that may move."""
+    return any(isinstance(a, Num) and a.key in ("0.0", "-0.0") for a in args)
+
+
+def _times(a: Expr, b: Expr) -> Expr:
+    """Return a product, its known factors in one number, its signs outside."""
+    factor: Num | None = None
+    parts: list[Expr] = []
+    negative = False
+    for part in (a, b):
+        while isinstance(part, Op) and part.name == "neg":
+            part, negative = part.args[0], not negative
+        if isinstance(part, Op) and part.name == "*" and isinstance(part.args[0], Num):
+            number, rest = part.args
+            joined = number if factor is None else _computed("*", [factor, number])  # type: ignore[list-item]
+            if joined is None or not is_single(joined.value):
+                return Op("*", (a, b))
+            factor = joined
+            parts.append(rest)
+        elif isinstance(part, Num):
+            joined = part if factor is None else _computed("*", [factor, part])
+            if joined is None or not is_single(joined.value):
+                return Op("*", (a, b))
+            factor = joined
+        else:
+            parts.append(part)
+    if factor is not None and factor.key in ("0.0", "-0.0") and all(map(_is_finite, parts)):
+        return literal(0.0)
+    product = parts[0] if len(parts) == 1 else Op("*", tuple(parts))
+    if factor is None:
+        return Op("neg", (product,)) if negative else product
+    if negative:
+        factor = _computed("neg", [factor]) or factor
+    return _product(factor, product)
+
+
+def _is_finite(value: Expr) -> bool:
+    """Return whether a value of finite ones is finite itself, as far as single precision reaches."""
+    if isinstance(value, Op):
+        return value.name in ("+", "-", "*", "neg", "abs", "min", "max") and all(map(_is_finite, value.args))
+    return isinstance(value, Num | Var)
+
+
+def _product(factor: Num, product: Expr) -> Expr:
+    if factor.key == "1.0":
+        return product
+    if factor.key == "-1.0":
+        return _simpler("neg", (product,))
+    return Op("*", (factor, product))
+
+
+def _negated(test: Test | bool) -> Test | bool:
+    if isinstance(test, bool):
+        return not test
+    return test.test if isinstance(test, Not) else Not(test)
+
+
+def _joined(op: str, tests: Sequence[Test | bool]) -> Test | bool:
+    decides = op == "or"
+    if any(isinstance(t, bool) and t == decides for t in tests):
+        return decides
+    open_ = tuple(t for t in tests if not isinstance(t, bool))
+    if not open_:
+        return not decides
+    return open_[0] if len(open_) == 1 else Logic(op, open_)
+
+
+def _is_cheap(value: Expr) -> bool:
+    """Return whether a value costs next to nothing to read."""
+    inner = value.args[0] if isinstance(value, Op) and value.name in ("abs", "neg") else value
+    return isinstance(inner, Num | Var)
+
+
+def _is_test(node: ast.expr) -> bool:
+    return isinstance(node, ast.Compare | ast.BoolOp) or (
+        isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
+    )
+
+
+def _is_fuel(test: ast.expr) -> bool:
+    return isinstance(test, ast.Call) and isinstance(test.func, ast.Name) and test.func.id == "_spent"
+
+
+def _is_fault(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) and node.id == "_fault"
+
+
+def _targets(node: ast.AST) -> list[ast.expr]:
+    if not isinstance(node, ast.Assign):
+        return []
+    return [e for t in node.targets for e in (t.elts if isinstance(t, ast.Tuple) else [t])]
+
+
+def _assigned(statements: Sequence[ast.stmt]) -> set[str]:
+    """Return the names that statements assign, loops' counters among them."""
+    return {t.id for s in statements for n in ast.walk(s) for t in _targets(n) if isinstance(t, ast.Name)}
+
+
+def _loaded(statements: Sequence[ast.stmt]) -> set[str]:
+    """Return the names that statements read."""
+    names = [n for s in statements for n in ast.walk(s) if isinstance(n, ast.Name)]
+    return {n.id for n in names if not isinstance(n.ctx, ast.Store)}
+
+
+def _counter(node: ast.For) -> tuple[str, list[ast.stmt]]:
+    """Return the name that a watched loop counts with, and its body."""
+    first = node.body[0]
+    assert isinstance(first, ast.Assign)
+    assert isinstance(first.targets[0], ast.Name)
+    return first.targets[0].id, node.body[1:]
