@@ -59,10 +59,11 @@ def flash_and_greet(port: str, image: str | None, program: str | None) -> Result
     name = discovery.port_name(port)
     text = (
         f"{name}: {done.size:,} bytes written and verified in {done.seconds:.1f} s at {done.speed:,} baud.\n"
-        f"The board says: firmware build {hello.build}, protocol version {hello.version}, {hello.laws} laws."
+        f"The board says: firmware build {hello.build}, protocol version {hello.version}, "
+        f"{hello.arena} bytes for a law."
     )
     found = {"port": port, "bytes": done.size, "baud": done.speed, "seconds": done.seconds}
-    return Result(text, {**found, "build": hello.build, "version": hello.version, "laws": hello.laws})
+    return Result(text, {**found, "build": hello.build, "version": hello.version, "arena": hello.arena})
 
 
 def show(stage: str, part: float) -> None:

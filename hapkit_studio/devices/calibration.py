@@ -205,7 +205,7 @@ class Bench:
     ) -> None:
         """Send the force that answers a sample; stop at once at any doubt."""
         if move is None:
-            self.board.tell(Force(sample.seq, 0.0))
+            self.board.tell(Force(sample.seq, 0, 0.0))
             return
         if self.stopped:
             self.board.tell(Stop())
@@ -217,7 +217,7 @@ class Bench:
         motion.driven = force != 0.0
         if not math.isfinite(force):
             raise DoubtError("The force is no number. Force is zero.")
-        self.board.tell(Force(sample.seq, min(max(force, -limits.force), limits.force)))
+        self.board.tell(Force(sample.seq, 0, min(max(force, -limits.force), limits.force)))
 
 
 def _doubt(sample: Sample, motion: _Motion, limits: Limits, start: float) -> None:

@@ -22,8 +22,6 @@ from hapkit_studio.protocol.messages import (
     Force,
     Hello,
     HelloRequest,
-    LawName,
-    LawRequest,
     Release,
     Sample,
     Save,
@@ -119,7 +117,7 @@ class HapkitBoard(BoardConstants):
 
     def stop_stream(self) -> None:
         """Set the force to zero and switch samples and motor off; raise PortGoneError."""
-        self.tell(Force(0, 0.0), Stream(0, 0))
+        self.tell(Force(0, 0, 0.0), Stream(0, 0))
 
     def samples(self, silence: float = 1.0) -> Iterator[Sample]:
         """Yield what comes after start_stream; raise NoDataError after that many s of silence."""
@@ -158,11 +156,6 @@ class HapkitBoard(BoardConstants):
     def save(self) -> Settings:
         """Keep the settings in force on the board; raise DeviceError."""
         return self.request(Save(), Settings, SAVE_TIME)
-
-    def laws(self) -> dict[str, LawName]:
-        """Return the laws that the board can render by itself, by their keys; raise DeviceError."""
-        names = [self.request(LawRequest(number), LawName) for number in range(self.hello.laws)]
-        return {name.key: name for name in names}
 
     def close(self) -> None:
         """Set the force to zero and close the port; never fails, may be called twice."""

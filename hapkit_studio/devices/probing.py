@@ -36,9 +36,9 @@ def probe(entry: DeviceEntry) -> dict[str, Any]:
 
 def _answers(board: HapkitBoard) -> dict[str, Any]:
     hello, latency = board.hello, board.latency
-    words = [f"Firmware {hello.build}, version {hello.version}, {hello.laws} laws"]
+    words = [f"Firmware {hello.build}, version {hello.version}, {hello.arena} bytes for a law"]
     found: dict[str, Any] = {"ok": True, "port": board.port, "build": hello.build, "version": hello.version}
-    found |= {"laws": hello.laws, "rate_Hz": board.rate, "latency_timer_s": latency.timer}
+    found |= {"arena": hello.arena, "rate_Hz": board.rate, "latency_timer_s": latency.timer}
     try:
         settings = board.settings()
         kit = f"Kit {settings.label!r}, {_ORIGIN[Origin(settings.origin)]}"

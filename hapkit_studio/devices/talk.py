@@ -2,7 +2,7 @@
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, TypeVar
 
 import numpy as np
@@ -16,8 +16,6 @@ from hapkit_studio.protocol.messages import (
     Board,
     Hello,
     HelloRequest,
-    LawName,
-    LawRequest,
     Sample,
     Save,
     SettingsRequest,
@@ -32,7 +30,6 @@ _ASKED: dict[type[Message], str] = {
     SettingsRequest: "when asked for its settings",
     Board: "when it was sent new settings",
     Save: "when told to keep its settings",
-    LawRequest: "when asked for its laws",
 }
 _VERSION = slice(1, 3)
 _POSSIBLE: dict[str, tuple[float, float]] = {
@@ -100,7 +97,7 @@ def request(line: Any, port: str, message: Message, reply: type[Reply], seconds:
     decoder = Decoder()
     for times in (1, 2):
         send(line, message)
-        found = _wait(line, decoder, _fits(message, reply), seconds / 2)
+        found = _wait(line, decoder, reply, seconds / 2)
         if found is not None:
             if times == 2:
                 _drain(line)
@@ -108,27 +105,12 @@ def request(line: Any, port: str, message: Message, reply: type[Reply], seconds:
     raise no_answer(port, _ASKED.get(type(message), "a question"), seconds)
 
 
-def _fits(message: Message, reply: type[Reply]) -> Callable[[Message], Reply | None]:
-    """Return what tells the answer to a message from everything else."""
-
-    def found(heard: Message) -> Reply | None:
-        if not isinstance(heard, reply):
-            return None
-        if isinstance(message, LawRequest) and isinstance(heard, LawName) and heard.law != message.law:
-            return None
-        return heard
-
-    return found
-
-
-def _wait(
-    line: Any, decoder: Decoder, found: Callable[[Message], Reply | None], seconds: float
-) -> Reply | None:
+def _wait(line: Any, decoder: Decoder, reply: type[Reply], seconds: float) -> Reply | None:
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         for message in decoder.feed(line.read(max(1, line.in_waiting))):
-            if (answer := found(message)) is not None:
-                return answer
+            if isinstance(message, reply):
+                return message
     return None
 
 

@@ -144,7 +144,7 @@ class FlashSheet(FormSheet):
             self._say(f"{wrote} {failure}", "warn", "triangle")
             return
         hello = self._studio.engine.device.hello
-        words = f"The board says: build {hello.build}, protocol version {hello.version}, {hello.laws} laws."
+        words = f"The board says: build {hello.build}, protocol version {hello.version}."
         self._say(f"{wrote} {words}", "ok", "check")
 
     def _say(self, text: str, token: str, sign: str) -> None:

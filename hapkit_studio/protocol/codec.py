@@ -19,10 +19,13 @@ from hapkit_studio.protocol.fields import (
     LOST,
     OVERRUNS,
     PWM,
+    RECEIVED,
+    REFUSAL,
     RX_ERRORS,
     SAMPLE,
     SAMPLE_WIDTH,
     SEQ,
+    STALE,
     STATE,
     STATE_AT,
     TELEMETRY,
@@ -33,8 +36,9 @@ from hapkit_studio.protocol.framing import CRC_SIZE, CRC_START
 from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Settings, Stop
 
 __all__ = ["ANSWERED", "ASKED", "BOARD_TIME", "COUNT", "DELAY", "FLAGS", "GENERATION", "KIND", "LOST"]
-__all__ += ["OVERRUNS", "PWM", "RX_ERRORS", "SAMPLE", "SAMPLE_WIDTH", "SEQ", "STATE", "STATE_AT"]
-__all__ += ["TELEMETRY", "VELOCITY", "crc_update", "encode_force", "encode_simple", "feed", "new_reader"]
+__all__ += ["OVERRUNS", "PWM", "RECEIVED", "REFUSAL", "RX_ERRORS", "SAMPLE", "SAMPLE_WIDTH", "SEQ", "STALE"]
+__all__ += ["STATE", "STATE_AT", "TELEMETRY", "VELOCITY"]
+__all__ += ["crc_update", "encode_force", "encode_simple", "feed", "new_reader"]
 
 # Places in the state: counters for everybody, then the reader's own.
 FRAMES, BAD_FRAMES, OTHER_FRAMES, LOST_FRAMES, SKIPPED = range(5)
@@ -62,7 +66,8 @@ RELEASE = Release.ID
 
 _SETTINGS_ID = Settings.ID
 _SETTINGS_BODY = 1 + Settings.size()
-_FORCE_ID = Force.ID
+_FORCE_ID, _FORCE_BODY = Force.ID, 1 + Force.size()
+_FORCE_BEHIND, _FORCE_FORCE = Force.offset("behind"), Force.offset("force")
 _COBS_FULL = 0xFF
 
 
@@ -230,13 +235,14 @@ def put_float(out, at, value):
 
 
 @compiled
-def encode_force(out, seq, force):
+def encode_force(out, seq, behind, force):
     """Write the frame of Force to out (uint8, FRAME_SIZE); return its length."""
     out[1] = _FORCE_ID
     out[2] = seq & 0xFF
     out[3] = (seq >> 8) & 0xFF
-    put_float(out, 4, force)
-    return enclose(out, 1 + 2 + 4)
+    out[1 + _FORCE_BEHIND] = behind
+    put_float(out, 1 + _FORCE_FORCE, force)
+    return enclose(out, _FORCE_BODY)
 
 
 @compiled

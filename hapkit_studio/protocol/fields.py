@@ -5,10 +5,11 @@ import numpy as np
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.protocol.messages import Sample, Telemetry
 
-# Columns of a decoded row: those of a sample, then what telemetry has besides.
+# Columns of a decoded row: those of a sample, then what only telemetry has.
 SEQ, BOARD_TIME, COUNT, ANSWERED, DELAY, FLAGS, PWM, LOST, RX_ERRORS = range(9)
-KIND, VELOCITY, ASKED, OVERRUNS, GENERATION, STATE_AT, STATE = range(9, 16)
-SAMPLE_WIDTH = 16
+KIND, GENERATION, STALE, RECEIVED, REFUSAL = range(9, 14)
+VELOCITY, ASKED, OVERRUNS, STATE_AT, STATE = range(14, 19)
+SAMPLE_WIDTH = 19
 
 # What a row came from. LOST counts samples in the one, ticks not shown in the other.
 SAMPLE, TELEMETRY = 0, 1
@@ -28,6 +29,10 @@ _AT_DELAY = Sample.offset("delay_us")
 _AT_FLAGS = Sample.offset("flags")
 _AT_PWM = Sample.offset("pwm")
 _AT_RX_ERRORS = Sample.offset("rx_errors")
+_AT_STALE = Sample.offset("stale")
+_AT_GENERATION = Sample.offset("generation")
+_AT_RECEIVED = Sample.offset("received")
+_AT_REFUSAL = Sample.offset("refusal")
 _T_TIME = Telemetry.offset("time_us")
 _T_COUNT = Telemetry.offset("count")
 _T_VELOCITY = Telemetry.offset("velocity")
@@ -88,6 +93,10 @@ def read_sample(buffer, row):
     row[FLAGS] = buffer[_AT_FLAGS]
     row[PWM] = signed(buffer, _AT_PWM, 2)
     row[RX_ERRORS] = buffer[_AT_RX_ERRORS]
+    row[GENERATION] = buffer[_AT_GENERATION]
+    row[STALE] = buffer[_AT_STALE]
+    row[RECEIVED] = unsigned(buffer, _AT_RECEIVED, 2)
+    row[REFUSAL] = buffer[_AT_REFUSAL]
     row[VELOCITY:] = 0.0
 
 
@@ -105,5 +114,6 @@ def read_telemetry(buffer, row):
     row[ASKED] = float_at(buffer, _T_ASKED)
     row[OVERRUNS] = buffer[_T_OVERRUNS]
     row[GENERATION] = buffer[_T_GENERATION]
+    row[STALE] = row[RECEIVED] = row[REFUSAL] = 0.0
     row[STATE_AT] = buffer[_T_STATE_AT]
     row[STATE] = float_at(buffer, _T_STATE)

@@ -71,7 +71,7 @@ class Bench:
         while len(found) < count:
             new = [m for m in self.frames() if isinstance(m, Sample)]
             if new:
-                self.say(Force(new[-1].seq, 0.0))
+                self.say(Force(new[-1].seq, 0, 0.0))
             found += new
         return found
 
@@ -99,7 +99,7 @@ def on_computer(stiffness: float, damping: float, spec: str, seconds: float) -> 
             for sample in (m for m in bench.frames() if isinstance(m, Sample)):
                 x = sample.count * quantum
                 v = estimators.step(code, coefs, memory, x, 1e-3)
-                bench.say(Force(sample.seq, -stiffness * (x - centre) - damping * v))
+                bench.say(Force(sample.seq, 0, -stiffness * (x - centre) - damping * v))
                 seen.append(sample)
     finally:
         bench.close()

@@ -8,7 +8,7 @@ import tty
 from hapkit_studio.protocol.framing import Decoder
 
 HELLO_FIELDS = {
-    "version": 2,
+    "version": 3,
     "quantum": 2e-5,
     "max_force": 2.5,
     "motor_constant": 0.0183,
@@ -21,7 +21,7 @@ HELLO_FIELDS = {
     "watchdog_ms": 25,
     "pwm_top": 255,
     "profile": 1,
-    "laws": 0,
+    "arena": 0,
     "origin": 0,
     "reset": 1,
     "build": "test",

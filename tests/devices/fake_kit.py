@@ -1,4 +1,4 @@
-"""A scripted board with laws, settings and samples: the answers of the firmware without the firmware."""
+"""A scripted board with settings, samples and room for a law: the answers of the firmware without it."""
 
 from dataclasses import replace
 
@@ -7,8 +7,6 @@ from hapkit_studio.protocol.messages import (
     Board,
     Hello,
     HelloRequest,
-    LawName,
-    LawRequest,
     Origin,
     Sample,
     Save,
@@ -24,14 +22,14 @@ KIT = Board(
     sector_radius=0.074, mass=0.044, viscous=0.5, coulomb=0.1, dead_band=0,
     table=(32, 64, 96, 128, 159, 191, 223, 255), label="fake kit",
 )  # fmt: skip
-LAWS = ("free", "spring", "wall")
+ARENA = 760
 MOST_FORCE = 20.0
 """N: a fake board refuses more."""
 
 
 def sample(seq, count=0, **fields):
     """Return the sample of tick seq of a board that has just started at 1 kHz."""
-    values = dict.fromkeys(("raw", "answered", "delay_us", "flags", "pwm", "rx_errors"), 0) | fields
+    values = dict.fromkeys([w.name for w in Sample.layout()[3:]], 0) | fields
     return Sample(seq=seq & 0xFFFF, time_us=(1000 * seq) & 0xFFFFFFFF, count=count, **values)
 
 
@@ -42,8 +40,8 @@ class FakeKit:
     message that it does not hear, and how often.
     """
 
-    def __init__(self, settings=KIT, laws=LAWS, burst=0, deaf=None):
-        self.settings, self.stored, self.laws = settings, None, laws
+    def __init__(self, settings=KIT, arena=ARENA, burst=0, deaf=None):
+        self.settings, self.stored, self.arena = settings, None, arena
         self.origin, self.burst, self.deaf = Origin.DEFAULT, burst, dict(deaf or {})
 
     def __call__(self, message):
@@ -57,7 +55,7 @@ class FakeKit:
     def hello(self):
         same = {f.name for f in Hello.layout()} & {f.name for f in Board.layout()}
         fields = HELLO_FIELDS | {name: getattr(self.settings, name) for name in same}
-        return Hello(**fields | {"laws": len(self.laws), "origin": int(self.origin)})
+        return Hello(**fields | {"arena": self.arena, "origin": int(self.origin)})
 
     def _hellorequest(self, _message: HelloRequest):
         return encode(self.hello())
@@ -78,11 +76,6 @@ class FakeKit:
     def _save(self, _message: Save):
         self.stored, self.origin = self.settings, Origin.STORED
         return self._answer()
-
-    def _lawrequest(self, message: LawRequest):
-        if message.law >= len(self.laws):
-            return None
-        return encode(LawName(message.law, 2, 0, 1000 + message.law, self.laws[message.law]))
 
     def _stream(self, message: Stream):
         return b"".join(encode(sample(k, count=k)) for k in range(self.burst)) if message.on else None

@@ -124,7 +124,8 @@ class PaddleKit:
         return Sample(
             seq=self.seq, time_us=round(1e6 * self.time) & 0xFFFFFFFF,
             count=board.sense * (self.turns + raw - board.zero), raw=raw, answered=self.answered,
-            delay_us=self.delay, flags=int(flags), pwm=self.pwm, rx_errors=0,
+            delay_us=self.delay, flags=int(flags), pwm=self.pwm,
+            rx_errors=0, stale=0, generation=0, received=0, refusal=0,
         )  # fmt: skip
 
     def _raw(self):

@@ -93,7 +93,7 @@ def test_a_wrong_direction_never_lets_a_sweep_run_away():
 def test_a_track_counts_time_on_over_the_clocks_wrap():
     around = [
         Sample(seq=i, time_us=(2**32 - 1500 + 1000 * i) % 2**32, count=i, raw=i, answered=0, delay_us=65535,
-               flags=0, pwm=0, rx_errors=0)
+               flags=0, pwm=0, rx_errors=0, stale=0, generation=0, received=0, refusal=0)
         for i in range(4)
     ]  # fmt: skip
     track = track_of(around, default().board)

@@ -102,7 +102,7 @@ def test_open_leaves_the_motor_free_and_the_samples_off(fake):
     board.start_stream()
     assert peer.wait_for(4)[3:] == [Stream(1, 0)]
     board.close()
-    assert peer.wait_for(6)[4:] == [Force(0, 0.0), Stream(0, 0)]
+    assert peer.wait_for(6)[4:] == [Force(0, 0, 0.0), Stream(0, 0)]
     board.close()
     with pytest.raises(errors.DeviceError):
         _ = board.hello
@@ -136,7 +136,7 @@ def test_nothing_answers(fake):
 
 
 @pytest.mark.parametrize(
-    "noise", [b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x02\x00abc")]
+    "noise", [b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x03\x00abc")]
 )
 def test_something_else_answers(fake, noise):
     path = fake(lambda m: noise).path
@@ -145,13 +145,13 @@ def test_something_else_answers(fake, noise):
 
 
 @pytest.mark.parametrize(
-    ("version", "remedy"), [(1, "Update firmware."), (3, "Update the studio.")], ids=["older", "newer"]
+    ("version", "remedy"), [(2, "Update firmware."), (4, "Update the studio.")], ids=["older", "newer"]
 )
 @pytest.mark.parametrize("rest", [b"", b"another layout altogether"])
 def test_another_version_of_the_protocol(fake, version, remedy, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
     path = fake(lambda m: other).path
-    expected = f"Firmware speaks version {version}; this studio needs 2. {remedy}"
+    expected = f"Firmware speaks version {version}; this studio needs 3. {remedy}"
     assert failure(errors.WrongProtocolError, path) == expected
 
 

@@ -70,7 +70,7 @@ def test_what_is_surely_something_else_is_not_offered_to_be_flashed(fake, monkey
     assert (str(error), error.step) == (expected, "")
 
 
-@pytest.mark.parametrize(("version", "step"), [(1, "update"), (3, "")])
+@pytest.mark.parametrize(("version", "step"), [(2, "update"), (4, "")])
 def test_only_old_firmware_is_updated(fake, version, step):
     error = refusal(fake(frame(bytes([Hello.ID]) + version.to_bytes(2, "little"))))
     assert isinstance(error, errors.WrongProtocolError)

@@ -33,11 +33,11 @@ def test_a_kit_says_firmware_and_settings(plugged):
     entry, _ = plugged(FakeKit())
     found = probe(entry)
     assert found["ok"]
-    assert (found["build"], found["version"], found["laws"]) == ("test", 2, 3)
+    assert (found["build"], found["version"], found["arena"]) == ("test", 3, 760)
     assert found["settings"]["label"] == "fake kit"
     assert found["settings"]["origin"] == "default"
     assert found["text"].startswith(
-        "Firmware test, version 2, 3 laws. "
+        "Firmware test, version 3, 760 bytes for a law. "
         "Kit 'fake kit', default settings, 20.0 µm a count, limit 2.5 N. USB latency timer 16 ms"
     )
 

@@ -7,11 +7,8 @@ import pytest
 
 from hapkit_studio import errors
 from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
-from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import (
     Board,
-    LawName,
-    LawRequest,
     Origin,
     Save,
     Settings,
@@ -19,7 +16,7 @@ from hapkit_studio.protocol.messages import (
     Stream,
 )
 from tests.devices.fake_board import UNPLUG
-from tests.devices.fake_kit import KIT, LAWS, FakeKit, sample
+from tests.devices.fake_kit import KIT, FakeKit, sample
 
 
 def near(got, want):
@@ -77,13 +74,6 @@ def test_what_the_board_refuses_changes_nothing(opened):
     assert near(board.settings(), KIT)
 
 
-def test_laws_by_their_names(opened):
-    board, _ = opened(FakeKit())
-    laws = board.laws()
-    assert tuple(laws) == LAWS
-    assert laws["wall"] == LawName(2, 2, 0, 1002, "wall")
-
-
 def test_a_lost_question_is_asked_again_and_the_late_answer_is_nobody_elses(opened):
     asked, kit = [], FakeKit()
 
@@ -99,18 +89,6 @@ def test_a_lost_question_is_asked_again_and_the_late_answer_is_nobody_elses(open
     assert len(asked) == 2
     changed = replace(KIT, mass=0.05)
     assert near(board.configure(changed), changed)
-
-
-def test_an_answer_about_another_law_is_not_the_answer(opened):
-    kit = FakeKit()
-
-    def confused(message):
-        if isinstance(message, LawRequest):
-            return encode(LawName(7, 0, 0, 0, "other")) + kit(message)
-        return kit(message)
-
-    board, _ = opened(confused)
-    assert board.request(LawRequest(1), LawName).key == "spring"
 
 
 def test_no_answer_has_a_text_of_its_own(opened):
@@ -158,9 +136,7 @@ def test_frames_are_padded_when_asked_for(opened):
     assert peer.wait_for(count + 3)[count:] == [Stream(1, 62), Stream(1, 62), Stream(1, 0)]
 
 
-@pytest.mark.parametrize(
-    "use", [HapkitBoard.settings, HapkitBoard.save, HapkitBoard.laws, lambda b: next(b.samples())]
-)
+@pytest.mark.parametrize("use", [HapkitBoard.settings, HapkitBoard.save, lambda b: next(b.samples())])
 def test_a_closed_board_says_that_it_is_closed(use):
     with pytest.raises(errors.DeviceError, match="is not open"):
         use(HapkitBoard("/dev/ttyNONE7"))

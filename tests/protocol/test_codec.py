@@ -42,7 +42,7 @@ class Reader:
 
 
 def sample(seq, time_us=0, count=0):
-    return Sample(seq & 0xFFFF, time_us & 0xFFFFFFFF, count, 0, 0, 0, 0, 0, 0)
+    return Sample(seq & 0xFFFF, time_us & 0xFFFFFFFF, count, *10 * (0,))
 
 
 def is_one(body, kind):
@@ -55,7 +55,8 @@ def stream(*messages):
 
 def test_sample_becomes_a_row_in_si_units():
     flags = BoardFlag.CLAMPED | BoardFlag.OVERRUN
-    [row] = Reader()(encode(Sample(513, 2_500_000, -70000, 0, 511, 1234, int(flags), -255, 3)))
+    link = {"rx_errors": 3, "stale": 7, "generation": 200, "received": 513, "refusal": 9}
+    [row] = Reader()(encode(Sample(513, 2_500_000, -70000, 0, 511, 1234, int(flags), -255, **link)))
     assert row[codec.SEQ] == 513
     assert row[codec.BOARD_TIME] == pytest.approx(2.5, abs=1e-12)
     assert row[codec.COUNT] == -70000
@@ -65,6 +66,8 @@ def test_sample_becomes_a_row_in_si_units():
     assert row[codec.PWM] == -255
     assert row[codec.LOST] == 0
     assert row[codec.RX_ERRORS] == 3
+    columns = codec.STALE, codec.GENERATION, codec.RECEIVED, codec.REFUSAL
+    assert [row[c] for c in columns] == [7, 200, 513, 9]
 
 
 @given(st.lists(samples, max_size=10), st.integers(1, 60))
@@ -77,6 +80,10 @@ def test_agrees_with_the_plain_codec_on_samples(messages, cut):
         assert row[codec.ANSWERED] == message.answered
         assert row[codec.DELAY] == pytest.approx(message.delay_us * 1e-6)
         assert row[codec.FLAGS] == message.flags
+        assert row[codec.STALE] == message.stale
+        assert row[codec.GENERATION] == message.generation
+        assert row[codec.RECEIVED] == message.received
+        assert row[codec.REFUSAL] == message.refusal
         assert row[codec.PWM] == message.pwm
         assert row[codec.RX_ERRORS] == message.rx_errors
         assert round(row[codec.BOARD_TIME] * 1e6) % 2**32 == message.time_us
@@ -156,21 +163,21 @@ def test_rows_beyond_the_room_are_skipped_and_counted():
 
 def test_other_messages_pass_by():
     reader = Reader()
-    rows = reader(stream(Hello(**HELLO_FIELDS), sample(7), Stop(), Force(1, 1.0)))
+    rows = reader(stream(Hello(**HELLO_FIELDS), sample(7), Stop(), Force(1, 0, 1.0)))
     assert rows[:, codec.SEQ].tolist() == [7]
     assert reader.state[codec.OTHER_FRAMES] == 3
     assert reader.state[codec.BAD_FRAMES] == 0
 
 
-@given(st.integers(0, 65535), st.floats(width=32))
-def test_force_is_coded_as_the_plain_codec_does(seq, force):
+@given(st.integers(0, 65535), st.integers(0, 255), st.floats(width=32))
+def test_force_is_coded_as_the_plain_codec_does(seq, behind, force):
     out = np.full(codec.FRAME_SIZE, 0x99, np.uint8)
-    size = codec.encode_force(out, seq, force)
+    size = codec.encode_force(out, seq, behind, force)
     if force == force:
-        assert bytes(out[:size]) == encode(Force(seq, force))
+        assert bytes(out[:size]) == encode(Force(seq, behind, force))
     else:
         [decoded] = Decoder().feed(bytes(out[:size]))
-        assert decoded.seq == seq
+        assert (decoded.seq, decoded.behind) == (seq, behind)
         assert decoded.force != decoded.force
 
 
@@ -193,10 +200,10 @@ def test_same_results_without_compilation():
 import numpy as np
 from hapkit_studio.protocol import codec, framing, messages
 state, buffer = codec.new_reader()
-data = np.frombuffer(framing.encode(messages.Sample(5, 7, -9, 0, 4, 300, 1, -2, 0)), np.uint8)
+data = np.frombuffer(framing.encode(messages.Sample(5, 7, -9, 0, 4, 300, 1, -2, 0, 0, 0, 0, 0)), np.uint8)
 out = np.zeros((1, codec.SAMPLE_WIDTH))
 command = np.zeros(codec.FRAME_SIZE, np.uint8)
-size = codec.encode_force(command, 260, -1.5)
+size = codec.encode_force(command, 260, 3, -1.5)
 print(codec.feed(state, buffer, data, len(data), out), out[0].tolist(), bytes(command[:size]).hex())
 """
     said = {

@@ -1,25 +1,26 @@
 """What a board says that renders by itself, and what it is told: the compiled codec against the plain one."""
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hapkit_studio.protocol import codec, fields, scene_frames
+from hapkit_studio.protocol import codec, fields, law_frames
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import (
-    NO_LAW,
-    VALUES,
+    PIECE,
+    TUNED,
     Alive,
     Board,
+    Force,
     HelloRequest,
-    Loop,
+    Law,
+    Leave,
+    Piece,
     Sample,
-    Scene,
     Settings,
     Telemetry,
+    Tune,
 )
 from tests.protocol.strategies import messages_of
 
@@ -78,7 +79,7 @@ def test_ticks_not_shown_are_no_lost_frames():
 
 
 def test_a_change_of_who_renders_is_no_loss():
-    sample = Sample(500, 0, 0, 0, 0, 0, 0, 0, 0)
+    sample = Sample(500, *12 * (0,))
     rows, state = rows_of(sample, telemetry(seq=9000), telemetry(seq=9004), sample)
     assert rows[:, codec.LOST].tolist() == [0, 0, 3, 0]
     assert state[codec.LOST_FRAMES] == 0
@@ -94,47 +95,71 @@ def test_settings_are_counted(message):
 
 
 def told(encoder, *arguments):
-    out = np.full(scene_frames.ROOM, 0x99, np.uint8)
+    out = np.full(law_frames.ROOM, 0x99, np.uint8)
     return bytes(out[: encoder(out, *arguments)])
 
 
-@given(st.integers(0, 255), st.integers(0, 1000), st.lists(st.floats(width=32), min_size=16, max_size=16))
-def test_scene(law, generation, values):
-    frame = told(scene_frames.encode_scene, law, generation, np.array(values))
-    if any(map(math.isnan, values)):  # which of the many a NaN is, nobody says
-        return
-    assert frame == encode(Scene(law, generation & 0xFF, tuple(values)))
+@given(messages_of(Law))
+def test_law(law):
+    assert told(law_frames.encode_law, *vars(law).values()) == encode(law)
 
 
-@given(messages_of(Loop))
-def test_loop(loop):
-    frame = told(scene_frames.encode_loop, loop.rate, loop.estimator, loop.first, loop.second)
-    assert frame == encode(loop)
+@given(st.binary(min_size=1, max_size=300), st.integers(0, 255), st.data())
+def test_pieces(program, generation, data):
+    words = law_frames.packed(program, 40)
+    at = data.draw(st.integers(0, len(program) - 1))
+    taken = program[at : at + PIECE].ljust(PIECE, b"\0")
+    assert told(law_frames.encode_piece, generation, at, words) == encode(Piece(generation, at, tuple(taken)))
+
+
+def test_a_piece_at_the_end_of_the_room_holds_zeros():
+    frame = told(law_frames.encode_piece, 1, 8, law_frames.packed(bytes(range(1, 17)), 2))
+    assert frame == encode(Piece(1, 8, (*range(9, 17), *(PIECE - 8) * (0,))))
+
+
+finite = st.floats(width=32, allow_nan=False, allow_infinity=False)
+
+
+@given(st.integers(0, 255), st.integers(0, 255), st.lists(finite, min_size=1, max_size=TUNED))
+def test_tune(law, generation, values):
+    given = np.array(values, np.float32)
+    words = law_frames.packed(given.tobytes(), 8)
+    out = np.full(law_frames.ROOM, 0x99, np.uint8)
+    law_frames.begin_tune(out, law, generation)
+    for i in range(len(values)):
+        assert law_frames.add_constant(out, 10 + i, law_frames.constant_of(words, i)) == i + 1
+    rest = (0,) * (TUNED - len(values))
+    wanted = Tune(law, generation, len(values), (*range(10, 10 + len(values)), *rest), (*given, *rest))
+    assert bytes(out[: law_frames.end_tune(out)]) == encode(wanted)
 
 
 @given(messages_of(Board), st.integers(-(2**31), 2**31 - 1), st.sampled_from([-1, 1]))
 def test_settings_with_another_zero(board, zero, sense):
     body = np.frombuffer(board.pack(), np.uint8).copy()
-    assert len(body) == scene_frames.BOARD_BODY
-    assert fields.signed(body, scene_frames.AT_ZERO, 4) == board.zero
-    scene_frames.put_signed(body, scene_frames.AT_ZERO, 4, zero)
-    scene_frames.put_signed(body, scene_frames.AT_SENSE, 1, sense)
+    assert len(body) == law_frames.BOARD_BODY
+    assert fields.signed(body, law_frames.AT_ZERO, 4) == board.zero
+    law_frames.put_whole(body, law_frames.AT_ZERO, 4, zero)
+    law_frames.put_whole(body, law_frames.AT_SENSE, 1, sense)
     wanted = Board(**{**vars(board), "zero": zero, "sense": sense})
-    assert told(scene_frames.encode_body, body) == encode(wanted)
+    assert told(law_frames.encode_body, body) == encode(wanted)
 
 
 @pytest.mark.parametrize(
-    ("number", "message"), [(scene_frames.ALIVE, Alive()), (scene_frames.HELLO_REQUEST, HelloRequest())]
+    ("number", "message"),
+    [
+        (law_frames.ALIVE, Alive()),
+        (law_frames.LEAVE, Leave()),
+        (law_frames.HELLO_REQUEST, HelloRequest()),
+    ],
 )
 def test_words(number, message):
     assert told(codec.encode_simple, number) == encode(message)
 
 
-def test_the_longest_answer_has_room():
-    board = Board(**{w.name: _largest(w) for w in Board.layout()})
-    scene = Scene(NO_LAW, 255, (1.1,) * VALUES)
-    whole = (board, Loop(4000, 2, 0.3, 0.3), scene, Alive())
-    assert len(b"".join(map(encode, whole))) + codec.FRAME_SIZE <= scene_frames.ROOM
+@pytest.mark.parametrize("kinds", [(Board, Alive), (Piece, Piece, Alive), (Law, Force, Alive), (Tune, Alive)])
+def test_the_longest_answer_has_room(kinds):
+    whole = (kind(**{w.name: _largest(w) for w in kind.layout()}) for kind in kinds)
+    assert len(b"".join(map(encode, whole))) + codec.FRAME_SIZE <= law_frames.ROOM
 
 
 def _largest(wire):

@@ -35,10 +35,10 @@ def _after(bench: Bench, quiet: bool) -> tuple[int, int]:
         for sample in board.samples(_PATIENCE):
             said.take(sample)
             if said.time < _PUSHED:
-                board.tell(Force(sample.seq, 0.05))
+                board.tell(Force(sample.seq, 0, 0.05))
             elif not quiet:
                 said.stopped_at = sample.seq if said.stopped_at is None else said.stopped_at
-                board.tell(Stop(), Force(sample.seq, 0.05))
+                board.tell(Stop(), Force(sample.seq, 0, 0.05))
             if said.time > _SILENCE_SECONDS and said.enough(quiet):
                 break
     finally:
