@@ -1,14 +1,21 @@
 """The board's machine: its operations, how they are coded, and what each costs.
 
-A law on the board is a table of float32 slots and code that works on one accumulator A. Slot 0 is the position,
-slot 1 the velocity; then come the law's state, its constants, its temporaries. Every instruction is one byte of
-operation, then its operands: slots of one byte; distances to jump over, counted from the end of the instruction,
-of one byte or two (little endian). Code is a row of sections, each begun by SUBROUTINE or, the last, MAIN, and
-ended by RETURN or a jump to an earlier RETURN's like. A section may call those before it.
+A law on the board is a table of float32 slots and code that works on one accumulator A. Slot 0 is the
+position, slot 1 the velocity; then come the law's state, its constants, its temporaries. Every instruction is
+one byte of operation, then its operands: slots of one byte; distances to jump over, counted from the end of
+the instruction, of one byte or two (little endian). Code is a row of sections, each begun by SUBROUTINE or,
+the last, MAIN. A section ends with RETURN, or with a jump so that nothing runs on into the next one, and may
+call those before it.
+
+What is smaller than 2^-126 counts as 0, in operands and results of arithmetic. Where a division, //, % or
+fmod is by 0, or an index is none of the table's, the law ends at once with nan.
 """
 
+import argparse
+import sys
 from dataclasses import dataclass
 from enum import IntEnum
+from pathlib import Path
 
 
 @dataclass(frozen=True)
@@ -39,26 +46,26 @@ OPERATIONS = (
     Operation(0x00, "RETURN", "", "end the subroutine, or the law with force A", 20, 20),
     Operation(0x01, "SUBROUTINE", "", "begin a subroutine; never run", 0, 0),
     Operation(0x02, "MAIN", "", "begin the law itself; never run", 0, 0),
-    Operation(0x03, "CALL", "w", "run the subroutine whose SUBROUTINE stands at that byte of the code", 40, 40),
+    Operation(0x03, "CALL", "w", "run the subroutine that begins at that byte of the code", 40, 40),
     Operation(0x04, "JUMP", "d", "jump", 20, 20),
     Operation(0x05, "FAR_JUMP", "w", "jump", 25, 25),
-    Operation(0x06, "LOOP", "nw", "counter n = w; what follows up to its NEXT is run w times, 1 at least", 30, 30),
-    Operation(0x07, "NEXT", "nw", "count counter n down; unless it is 0, go back w bytes from the end", 30, 30),
+    Operation(0x06, "LOOP", "nw", "counter n = w: run what follows up to its NEXT w times", 30, 30),
+    Operation(0x07, "NEXT", "nw", "count counter n down; until it is 0, back by w bytes", 30, 30),
     Operation(0x08, "LOAD", "s", "A = s", 30, 30),
     Operation(0x09, "STORE", "s", "s = A", 30, 30),
-    Operation(0x0A, "LOAD_AT", "ssn", "A = the slot n-th, first: A = [second + int(first)], 0 <= first < n", 90, 90),
-    Operation(0x0B, "STORE_AT", "ssn", "[second + int(first)] = A, 0 <= first < n; else the law ends as nan", 90, 90),
+    Operation(0x0A, "LOAD_AT", "ssn", "A = slot second + int(value of first), 0 <= that < n", 90, 90),
+    Operation(0x0B, "STORE_AT", "ssn", "slot second + int(value of first) = A, 0 <= that < n", 90, 90),
     Operation(0x10, "ADD", "s", "A = A + s", 150, 220),
     Operation(0x11, "SUBTRACT", "s", "A = A - s", 150, 220),
     Operation(0x12, "SUBTRACT_FROM", "s", "A = s - A", 155, 225),
     Operation(0x13, "MULTIPLY", "s", "A = A * s", 140, 160),
-    Operation(0x14, "DIVIDE", "s", "A = A / s; by 0 the law ends as nan", 540, 600),
-    Operation(0x15, "DIVIDE_INTO", "s", "A = s / A; by 0 the law ends as nan", 540, 600),
+    Operation(0x14, "DIVIDE", "s", "A = A / s", 540, 600),
+    Operation(0x15, "DIVIDE_INTO", "s", "A = s / A", 540, 600),
     Operation(0x16, "MINIMUM", "s", "A = s if s < A else A", 60, 80),
     Operation(0x17, "MAXIMUM", "s", "A = s if s > A else A", 60, 80),
-    Operation(0x18, "FLOOR_DIVIDE", "s", "A = A // s as in Python; by 0 the law ends as nan", 1500, 9000),
-    Operation(0x19, "MODULO", "s", "A = A % s as in Python; by 0 the law ends as nan", 1000, 9000),
-    Operation(0x1A, "REMAINDER", "s", "A = fmod(A, s); by 0 the law ends as nan", 1000, 9000),
+    Operation(0x18, "FLOOR_DIVIDE", "s", "A = A // s as in Python", 1500, 9000),
+    Operation(0x19, "MODULO", "s", "A = A % s as in Python", 1000, 9000),
+    Operation(0x1A, "REMAINDER", "s", "A = fmod(A, s)", 1000, 9000),
     Operation(0x1B, "POWER", "s", "A = A ** s", 6000, 9000),
     Operation(0x1C, "ATAN2", "s", "A = atan2(A, s)", 3000, 4000),
     Operation(0x1D, "HYPOT", "s", "A = hypot(A, s)", 1200, 2000),
@@ -82,8 +89,8 @@ OPERATIONS = (
     Operation(0x30, "SINH", "", "A = sinh(A)", 3500, 5000),
     Operation(0x31, "COSH", "", "A = cosh(A)", 3500, 5000),
     Operation(0x32, "TANH", "", "A = tanh(A)", 3300, 5000),
-    Operation(0x40, "COMPARE", "sd", "jump if the outcome of A against s is one of the mask in bits 0 to 3", 70, 80),
-    Operation(0x50, "TEST", "d", "jump if the outcome of A against 0 is one of the mask in bits 0 to 3", 30, 40),
+    Operation(0x40, "COMPARE", "sd", "jump if A against s has an outcome in bits 0 to 3", 70, 80),
+    Operation(0x50, "TEST", "d", "jump if A against 0 has an outcome in bits 0 to 3", 30, 40),
 )
 MOST_SLOTS = 255
 MOST_SUBROUTINES = 8
@@ -91,6 +98,16 @@ MOST_CALLS = 4
 """Depth of calls."""
 MOST_COUNTERS = 4
 """Counters of loops. A loop's body, what it calls included, uses lower ones only."""
+MOST_JUMPS = 16
+"""Places in one section that jumps may be under way to at a time."""
+MOST_CYCLES = 65534
+"""What the board can count; the longest period has 32,000."""
+RAMPS = 8
+"""Constants that may move at a time; each takes six bytes of the arena: slot, distance left, target."""
+REST = 1100
+"""Cycles of a tick besides the law."""
+FRAME = 3000
+"""Cycles of telemetry and messages, every millisecond."""
 
 
 class Refusal(IntEnum):
@@ -115,3 +132,104 @@ class Refusal(IntEnum):
     """A number of the table is not finite."""
     TOO_SLOW = 9
     """Its longest way takes longer than a period leaves."""
+    RATE = 10
+    """No board has this rate, or this estimator with these coefficients."""
+
+
+_HEAD = """\
+// Generated by `python -m hapkit_studio.laws.machine`; do not edit.
+// The machine's operations, and why a law is refused.
+#pragma once
+
+"""
+_MASKED, _MASKS = 0x40, 16
+_SHAPES = {
+    "": "None",
+    "s": "Slot",
+    "ssn": "Indexed",
+    "d": "Near",
+    "sd": "SlotNear",
+    "w": "Far",
+    "nw": "Counter",
+}
+
+
+def _camel(name: str) -> str:
+    return "k" + "".join(word.title() for word in name.split("_"))
+
+
+def text() -> str:
+    """Return the whole header: numbers for the assembler, the rest for C++."""
+    known = {o.code: o for o in OPERATIONS}
+    single = 1 + max(code for code in known if code < _MASKED)
+    rows = [known.get(code) for code in [*range(single), *(code for code in known if code >= _MASKED)]]
+    limits = {
+        "MostCalls": MOST_CALLS,
+        "MostCounters": MOST_COUNTERS,
+        "MostJumps": MOST_JUMPS,
+        "MostSubroutines": MOST_SUBROUTINES,
+        "MostCycles": MOST_CYCLES,
+        "Ramps": RAMPS,
+        "Rest": REST,
+        "Frame": FRAME,
+    }
+    lines = [
+        "#ifdef __ASSEMBLER__",
+        *(f".equ OP_{o.name}, 0x{o.code:02x}" for o in OPERATIONS),
+        "#else",
+        "",
+        '#include "flash.h"',
+        "",
+        "namespace machine {",
+        "",
+        *(f"constexpr uint16_t k{name} = {value};" for name, value in limits.items()),
+        "",
+        "enum class Refusal : uint8_t {",
+        *(f"  {_camel(one.name)} = {one.value}," for one in Refusal),
+        "};",
+        "",
+        "enum Opcode : uint8_t {",
+        *(f"  {_camel(o.name)} = 0x{o.code:02x},  // {o.does}" for o in OPERATIONS),
+        "};",
+        "",
+        "// What follows an operation: slots, numbers and near distances of one byte, far ones of two.",
+        f"enum Operands : uint8_t {{ {', '.join(f'k{name}' for name in ('Unknown', *_SHAPES.values()))} }};",
+        "",
+        "struct Operation {",
+        "  Operands operands;",
+        "  uint16_t most;  // cycles",
+        "};",
+        "",
+        f"constexpr uint8_t kSingle = 0x{single:02x};",
+        f"constexpr uint8_t kMasked = 0x{_MASKED:02x};",
+        f"// The operations of one code, below kSingle; then those from kMasked on, of {_MASKS} codes each.",
+        f"static const Operation kTable[{len(rows)}] PROGMEM = {{",
+        *(f"  {{k{_SHAPES[o.operands]}, {o.most}}},  // {o.name}" if o else "  {kUnknown, 0}," for o in rows),
+        "};",
+        "",
+        "}  // namespace machine",
+        "",
+        "#endif",
+    ]
+    return _HEAD + "\n".join(lines) + "\n"
+
+
+def default_path() -> Path:
+    """Return where the header lies in a checkout."""
+    return Path(__file__).resolve().parents[2] / "firmware" / "hapkit" / "opcodes.h"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the header; with --check only tell whether it is up to date."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("path", nargs="?", type=Path, default=default_path())
+    parser.add_argument("--check", action="store_true", help="write nothing, exit 1 if the file differs")
+    options = parser.parse_args(arguments)
+    if options.check:
+        return int(not options.path.is_file() or options.path.read_text() != text())
+    options.path.write_text(text())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,48 +1,81 @@
-// Runs the board's laws on a PC: jobs on standard input, forces and states on standard output.
-// A job: law, whether each row brings its state, period, 16 parameters, rows; each row position, velocity
-// and, where it does, the state before it. An answer: for each row the force and the state after it.
-#include <stdint.h>
-#include <stdio.h>
+// The machine on a PC, told what to do on standard input; tests/laws/machine_pc.py speaks with it.
+//   'L' Shape, given numbers, code: load and verify a law     -> refusal, cycles
+//   'S' slot, number: write a slot
+//   'R' count, rows of position and velocity: call the law    -> rows of force and state; cycles by the table in all
+#include <cstdio>
+#include <cstring>
+#include <vector>
 
-#include "laws/table.h"
+#include "machine.h"
 
 namespace {
 
-constexpr uint8_t kMost = 16;
+using namespace machine;
 
-bool take(void* where, size_t size) { return fread(where, 1, size, stdin) == size; }
+uint32_t counted = 0;
+Shape shape = {};
 
-void give(const float* values, size_t count) { fwrite(values, sizeof(float), count, stdout); }
+template <class T>
+bool take(T* where, size_t count = 1) {
+  return std::fread(where, sizeof(T), count, stdin) == count;
+}
 
-bool job() {
-  uint32_t head[3];
-  float dt, p[kMost], s[kMost] = {};
-  if (!take(head, sizeof head) || !take(&dt, sizeof dt) || !take(p, sizeof p)) return false;
-  if (head[0] >= laws::kCount) return false;
-  const laws::Law& law = laws::kTable[head[0]];
-  // No law may read or write beyond what it declares: the sanitizers watch the ends of these.
-  float* const own_p = new float[law.parameters];
-  float* const own_s = new float[law.states];
-  for (uint8_t i = 0; i < law.parameters; i++) own_p[i] = p[i];
-  law.start(own_s);
-  laws::current = false;
-  for (uint32_t n = 0; n < head[2]; n++) {
-    float row[2];
-    if (!take(row, sizeof row) || (head[1] && !take(s, law.states * sizeof(float)))) return false;
-    for (uint8_t i = 0; head[1] && i < law.states; i++) own_s[i] = s[i];
-    const float force = law.force(own_p, own_s, row[0], row[1], dt);
-    give(&force, 1);
-    give(own_s, law.states);
+template <class T>
+void give(const T* from, size_t count = 1) {
+  std::fwrite(from, sizeof(T), count, stdout);
+}
+
+bool load() {
+  if (!take(&shape.states) || !take(&shape.given) || !take(&shape.slots) || !take(&shape.code)) return false;
+  static float numbers[256];
+  static uint8_t bytes[65536];
+  if (!take(numbers, shape.given) || !take(bytes, shape.code)) return false;
+  uint32_t cycles = 0;
+  Refusal refusal = Refusal::kTooLarge;
+  if (fits(shape)) {
+    std::memset(arena, 0, kArena);
+    std::memcpy(slots() + kFirstGiven, numbers, shape.given * sizeof(float));
+    std::memcpy(code(shape), bytes, shape.code);
+    refusal = verify(shape, &cycles);
   }
-  delete[] own_p;
-  delete[] own_s;
+  give(&refusal);
+  give(&cycles);
+  return true;
+}
+
+bool set() {
+  uint8_t slot;
+  float value;
+  if (!take(&slot) || !take(&value) || slot >= shape.slots) return false;
+  slots()[slot] = value;
+  return true;
+}
+
+bool call() {
+  uint32_t count;
+  if (!take(&count)) return false;
+  std::vector<float> rows(2 * count), answers;
+  if (!take(rows.data(), rows.size())) return false;
+  counted = 0;
+  for (uint32_t k = 0; k < count; k++) {
+    answers.push_back(run(rows[2 * k], rows[2 * k + 1]));
+    answers.insert(answers.end(), slots() + kFirstGiven, slots() + kFirstGiven + shape.states);
+  }
+  give(answers.data(), answers.size());
+  give(&counted);
   return true;
 }
 
 }  // namespace
 
+void machine_count(uint8_t opcode) {
+  counted += kTable[opcode < kMasked ? opcode : kSingle + ((opcode - kMasked) >> 4)].most;
+}
+
 int main() {
-  while (job()) {
+  for (int what; (what = std::getchar()) != EOF; std::fflush(stdout)) {
+    const bool good = what == 'L' ? load() : what == 'S' ? set() : what == 'R' && call();
+    if (!good) return 1;
   }
-  return ferror(stdin) || !feof(stdin);
+  return 0;
 }

@@ -1,0 +1,70 @@
+// The machine's arithmetic: float32, to the nearest, where what is below 2^-126 is zero. The same bits on the chip and
+// on a PC.
+#pragma once
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+namespace functions {
+
+constexpr uint32_t kSign = 0x80000000UL;
+constexpr uint32_t kInfinite = 0x7f800000UL;
+
+inline uint32_t bits(float x) {
+  uint32_t b;
+  memcpy(&b, &x, sizeof b);
+  return b;
+}
+
+inline float number(uint32_t b) {
+  float x;
+  memcpy(&x, &b, sizeof x);
+  return x;
+}
+
+inline uint8_t exponent(float x) { return static_cast<uint8_t>(bits(x) >> 23); }
+inline bool is_zero(float x) { return exponent(x) == 0; }
+inline bool is_finite(float x) { return exponent(x) != 255; }
+inline float magnitude(float x) { return number(bits(x) & ~kSign); }
+inline float signed_as(float x, float other) { return number((bits(x) & ~kSign) | (bits(other) & kSign)); }
+
+#ifdef __AVR__
+// As float_avr.S has them.
+inline float sum(float a, float b) { return a + b; }
+inline float product(float a, float b) { return a * b; }
+inline float quotient(float a, float b) { return a / b; }
+#else
+float sum(float a, float b);
+float product(float a, float b);
+float quotient(float a, float b);
+#endif
+
+float sqrt(float x);
+float floor(float x);
+float ceil(float x);
+float trunc(float x);
+
+// Python's a // b, a % b and math.fmod(a, b), for a b other than 0.
+float floor_divide(float a, float b);
+float modulo(float a, float b);
+float remainder(float a, float b);
+
+float sin(float x);
+float cos(float x);
+float tan(float x);
+float asin(float x);
+float acos(float x);
+float atan(float x);
+float atan2(float y, float x);
+float exp(float x);
+float expm1(float x);
+float log(float x);
+float log1p(float x);
+float sinh(float x);
+float cosh(float x);
+float tanh(float x);
+float power(float x, float y);
+float hypot(float x, float y);
+
+}  // namespace functions

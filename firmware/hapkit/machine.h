@@ -1,0 +1,49 @@
+// Runs a law that was sent: float32 slots and code that works on one accumulator. What verify() has passed cannot
+// hang, write elsewhere, or take longer than it says. hapkit_studio/laws/machine.py has the operations.
+#pragma once
+
+#include "opcodes.h"
+
+// What the build leaves.
+#ifndef HAPKIT_ARENA
+#define HAPKIT_ARENA 700
+#endif
+
+namespace machine {
+
+// Of one law. Its slots are position, velocity, states, constants (states and constants are given), temporaries.
+struct Shape {
+  uint8_t states;
+  uint8_t given;
+  uint8_t slots;
+  uint16_t code;  // bytes
+};
+
+constexpr uint16_t kArena = HAPKIT_ARENA;
+constexpr uint8_t kFirstGiven = 2;
+constexpr uint8_t kRamp = 6;  // bytes
+
+// Slots, code, then moving constants.
+extern uint8_t arena[kArena];
+
+// Where the code of the law lies that verify() has passed, and where in it MAIN.
+struct Program {
+  const uint8_t* code;
+  const uint8_t* main;
+};
+extern Program program;
+
+inline float* slots() { return reinterpret_cast<float*>(arena); }
+inline uint8_t* code(const Shape& shape) { return arena + sizeof(float) * shape.slots; }
+
+// Whether a law has room, before anything of it has come.
+bool fits(const Shape& shape);
+
+// Check the code and the given numbers that lie in the arena; if kNone, one call takes so many cycles at most and
+// run() may be called.
+Refusal verify(const Shape& shape, uint32_t* cycles);
+
+// One call of the law: its force, not finite where it failed.
+float run(float x, float v);
+
+}  // namespace machine

@@ -1,0 +1,8 @@
+// Included before machine.cpp: counts what runs.
+#pragma once
+
+#include <stdint.h>
+
+void machine_count(uint8_t opcode);
+
+#define MACHINE_COUNT(opcode) machine_count(opcode)

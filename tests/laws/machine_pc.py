@@ -1,0 +1,88 @@
+"""The board's machine, built for this computer: loads code, says what the verifier found, runs it."""
+
+import shutil
+import struct
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hapkit_studio.laws.machine import Refusal
+
+FOLDER = Path(__file__).resolve().parents[2] / "firmware" / "tests" / "laws"
+ARENA = 4096
+
+needs_compiler = pytest.mark.skipif(
+    shutil.which("g++") is None or shutil.which("make") is None, reason="no g++ or no make"
+)
+
+
+def build(folder: Path, watched: bool = False, arena: int = ARENA) -> Path:
+    """Return the program, built into a folder; watched: by the sanitizers."""
+    made = folder / ("machine_watched" if watched else "machine")
+    words = ["make", "-s", "-C", FOLDER, f"BUILD={folder}", f"ARENA={arena}", made]
+    subprocess.run(words, check=True)
+    return made
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """What the verifier found: why not, or how many cycles one call takes at most."""
+
+    refusal: Refusal
+    cycles: int
+
+
+class Machine:
+    """One machine; a context that ends its program.
+
+    >>> with Machine(build(folder)) as machine:
+    ...     assert machine.load(states=0, numbers=[100.0], slots=3, code=code).refusal == Refusal.NONE
+    ...     force, state = machine.run([[0.01, 0.0]])
+    """
+
+    def __init__(self, program: Path):
+        self._process = subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self._states = 0
+        self.counted = 0
+        """Cycles that the last run took by the table, all rows together."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.stdin.close()
+        self._process.stdout.close()
+        assert self._process.wait() == 0
+
+    def load(self, states: int, numbers, slots: int, code: bytes) -> Loaded:
+        """Load and verify a law: numbers are the states' first values, then the constants."""
+        self._states = states
+        given = np.asarray(numbers, np.float32)
+        self._ask(struct.pack("<cBBBH", b"L", states, len(given), slots, len(code)) + given.tobytes() + code)
+        refusal, cycles = struct.unpack("<BI", self._answer(5))
+        return Loaded(Refusal(refusal), cycles)
+
+    def set(self, slot: int, value: float) -> None:
+        """Write one slot."""
+        self._ask(struct.pack("<cBf", b"S", slot, value))
+
+    def run(self, rows) -> tuple[np.ndarray, np.ndarray]:
+        """Call the law with rows (n, 2) of position and velocity: force (n,), state after it (n, states)."""
+        rows = np.asarray(rows, np.float32).reshape(-1, 2)
+        self._ask(struct.pack("<cI", b"R", len(rows)) + rows.tobytes())
+        width = 1 + self._states
+        out = np.frombuffer(self._answer(4 * width * len(rows)), np.float32).reshape(-1, width)
+        (self.counted,) = struct.unpack("<I", self._answer(4))
+        return out[:, 0], out[:, 1:]
+
+    def _ask(self, words: bytes) -> None:
+        self._process.stdin.write(words)
+        self._process.stdin.flush()
+
+    def _answer(self, size: int) -> bytes:
+        found = self._process.stdout.read(size)
+        assert len(found) == size, "the machine's program ended"
+        return found
