@@ -5,14 +5,13 @@
 
 #include "board.h"
 #include "build.h"
+#include "machine.h"
 #include "profile.h"
-#include "render.h"
 #include "settings.h"
 
 void Answers::send(Sender& sender) {
   if ((wanted_ & kHello) && send_hello(sender)) wanted_ &= ~kHello;
   if ((wanted_ & kSettings) && !settings::saving() && send_settings(sender)) wanted_ &= ~kSettings;
-  if ((wanted_ & kLaw) && send_law(sender)) wanted_ &= ~kLaw;
 }
 
 bool Answers::send_hello(Sender& sender) {
@@ -30,7 +29,7 @@ bool Answers::send_hello(Sender& sender) {
   hello.watchdog_ms = profile::kWatchdogMs;
   hello.pwm_top = profile::kPwmTop;
   hello.profile = kit.profile;
-  hello.laws = render::count();
+  hello.arena = machine::kArena;
   hello.origin = settings::origin();
   hello.reset = board::reset_cause();
   memset(hello.build, 0, sizeof(hello.build));
@@ -46,13 +45,4 @@ bool Answers::send_settings(Sender& sender) {
   answer.origin = settings::origin();
   answer.refused = refused_;
   return sender.send(answer);
-}
-
-// A law that is not there has no name.
-bool Answers::send_law(Sender& sender) {
-  protocol::LawName name;
-  memset(&name, 0, sizeof(name));
-  name.law = law_;
-  render::describe(law_, &name);
-  return sender.send(name);
 }

@@ -8,14 +8,9 @@
 
 class Answers {
  public:
-  enum Which : uint8_t { kHello = 1, kSettings = 2, kLaw = 4 };
+  enum Which : uint8_t { kHello = 1, kSettings = 2 };
 
   void want(Which which) { wanted_ |= which; }
-
-  void want_law(uint8_t law) {
-    law_ = law;
-    want(kLaw);
-  }
 
   // refused: settings that no kit has were sent.
   void want_settings(bool refused) {
@@ -31,9 +26,7 @@ class Answers {
  private:
   bool send_hello(Sender& sender);
   bool send_settings(Sender& sender);
-  bool send_law(Sender& sender);
 
   uint8_t wanted_ = 0;
-  uint8_t law_ = 0;
   bool refused_ = false;
 };

@@ -7,6 +7,7 @@
 
 namespace board {
 
+constexpr uint32_t kCpu = 16000000;  // cycles in a second
 constexpr float kTickUs = 0.5f;  // resolution of the clock [us]
 constexpr uint8_t kQueue = 152;  // bytes that can wait to be sent
 
@@ -38,7 +39,7 @@ void on_sample(const Sampling& sampling);
 uint32_t stamp();
 
 // Board clock at a stamp [us]. Main program only, and at least every 8 s.
-uint32_t us_of(uint32_t stamp) __asm__("board_us_of");
+uint32_t us_of(uint32_t stamp);
 
 // How long ago that was [us].
 uint16_t age_us();

@@ -6,6 +6,7 @@
 #include <avr/io.h>
 
 #include "board.h"
+#include "clock.h"
 #include "hardware.h"
 #include "lock.h"
 #include "profile.h"
@@ -24,6 +25,7 @@ volatile uint16_t top_wanted = top_of(4);
 volatile uint8_t sampling_busy = 0;  // from the start of a reading to the end of its handling; then what started it
 static_assert(hardware::kConvert & _BV(OCIE1B), "either way of starting a reading sets this bit");
 volatile bool held = false;
+Clock board_clock;
 board::Sampling sampling;                // the latest one: untouched while it is handled
 volatile uint16_t sampled_ticks = 0;     // when in its period it was taken
 volatile uint16_t sampled_quarters = 0;  // and what was before that period; wraps after 16 s
@@ -179,6 +181,8 @@ void board::set_period(uint8_t wanted) {
 static uint32_t stamp_of(uint16_t quarters_passed, uint16_t ticks) {
   return static_cast<uint32_t>(quarters_passed) << 16 | ticks;
 }
+
+uint32_t board::us_of(uint32_t stamp) { return board_clock.us_of(stamp); }
 
 uint32_t board::stamp() { return stamp_of(sampled_quarters, sampled_ticks); }
 

@@ -18,14 +18,13 @@ const Message& as(const uint8_t* body) {
   return *reinterpret_cast<const Message*>(body + 1);
 }
 
+// How the computer's own rendering is watched over.
+constexpr estimator::Loop kUsual = {profile::kSampleRate, protocol::kEstimatorDifference, 0.0f, 0.0f};
+
 }  // namespace
 
 // Ticks have begun already; until their design is there they skip.
-void Controller::begin() {
-  static_assert(protocol::kEstimatorDifference == 0, "a loop begins with differences");
-  loop_.rate = profile::kSampleRate;
-  redesign();
-}
+void Controller::begin() { redesign(kUsual); }
 
 void Controller::receive(uint8_t byte) {
   const uint8_t size = parser_.push(byte);
@@ -43,10 +42,14 @@ void Controller::dispatch(const uint8_t* body, uint8_t size) {
   } else if (is<protocol::Release>(body, size)) {
     safety_.release();
     off();
-  } else if (is<protocol::Scene>(body, size)) {
-    choose(as<protocol::Scene>(body));
-  } else if (is<protocol::Loop>(body, size)) {
-    set_loop(as<protocol::Loop>(body));
+  } else if (is<protocol::Law>(body, size)) {
+    announce(as<protocol::Law>(body));
+  } else if (is<protocol::Piece>(body, size)) {
+    take(as<protocol::Piece>(body));
+  } else if (is<protocol::Tune>(body, size)) {
+    tune(as<protocol::Tune>(body));
+  } else if (is<protocol::Leave>(body, size)) {
+    leave();
   } else if (is<protocol::Stream>(body, size)) {
     set_stream(as<protocol::Stream>(body));
   } else {
@@ -57,8 +60,6 @@ void Controller::dispatch(const uint8_t* body, uint8_t size) {
 void Controller::ask(const uint8_t* body, uint8_t size) {
   if (is<protocol::HelloRequest>(body, size)) {
     answers_.want(Answers::kHello);
-  } else if (is<protocol::LawRequest>(body, size)) {
-    answers_.want_law(as<protocol::LawRequest>(body).law);
   } else if (is<protocol::SettingsRequest>(body, size)) {
     answers_.want(Answers::kSettings);
   } else if (is<protocol::Save>(body, size)) {
@@ -69,28 +70,80 @@ void Controller::ask(const uint8_t* body, uint8_t size) {
   }
 }
 
-// What was on its way to a board that has begun anew meanwhile is not meant for this one.
+// What was on its way to a board that has begun anew meanwhile is not meant for this one; what was held up on its way
+// is not meant for this time, unless it is nothing.
 void Controller::command(const protocol::Force& force) {
   if (renderer_.active()) return safety_.alive();
   if (!streaming_) return;
+  uint16_t seq;
+  uint32_t stamp;
+  {
+    const Lock lock;
+    seq = last_seq_;
+    stamp = last_stamp_;
+  }
+  // samples are strictly periodic, so an older one's time follows from its number
+  const uint16_t age = seq - force.seq;
+  if (age > profile::kWatchdogMs && force.force != 0.0f) {
+    ++stale_;
+    return;
+  }
   const motor::Limited limited = motor::limit(force.force);
   const int16_t pwm = motor::pwm_of(limited.force);
-  uint32_t now, stamp;
-  uint16_t seq;
+  uint32_t now;
   {
     const Lock lock;
     if (!safety_.command(limited.flags)) return drive(0);
     drive(pwm);
     now = board::now_us();
-    stamp = last_stamp_;
-    seq = last_seq_;
   }
-  answered_ = force.seq;
-  // samples are strictly periodic, so an older one's time follows from its number
+  answered_ = force.seq - force.behind;
   constexpr uint16_t kForever = 65535;
-  const uint16_t age = seq - force.seq;
-  const uint32_t delay = now - board::us_of(stamp) + age * profile::kPeriodUs;
-  delay_us_ = age < kForever / profile::kPeriodUs && delay < kForever ? static_cast<uint16_t>(delay) : kForever;
+  const uint16_t before = seq - answered_;
+  const uint32_t delay = now - board::us_of(stamp) + before * profile::kPeriodUs;
+  delay_us_ = before < kForever / profile::kPeriodUs && delay < kForever ? static_cast<uint16_t>(delay) : kForever;
+}
+
+// A law in force goes out first; poll() sees to the rest.
+void Controller::announce(const protocol::Law& law) {
+  if (!loading_.announce(law)) return;
+  if (renderer_.active()) {
+    fade_.leave();
+  } else {
+    take_pieces();
+  }
+}
+
+void Controller::take_pieces() {
+  if (loading_.begin()) start_law();
+}
+
+void Controller::take(const protocol::Piece& piece) {
+  if (loading_.take(piece)) start_law();
+}
+
+// The tick lets it wait until the period has its length.
+void Controller::start_law() {
+  fade_.restart();
+  fade_.stay();
+  safety_.accept();
+  safety_.alive();
+  redesign(loading_.loop());
+  renderer_.start(loading_.shape(), loading_.generation());
+}
+
+// A change that is none leaves nothing that could be rendered: the motor is off until the next law.
+void Controller::tune(const protocol::Tune& tune) {
+  if (renderer_.tune(tune)) return;
+  safety_.refuse();
+  off();
+}
+
+// The computer renders once the board's force has gone out, poll() sees to it; told again, it does so at once.
+void Controller::leave() {
+  loading_.cancel();
+  const bool felt = renderer_.active() && !safety_.off();
+  return felt && !fade_.leaving() ? fade_.leave() : leave_law();
 }
 
 void Controller::leave_law() {
@@ -98,45 +151,18 @@ void Controller::leave_law() {
   fade_.stay();
   safety_.accept();
   off();
-  redesign();
-}
-
-// The computer renders once the board's force has gone out, poll() sees to it; told again, it does so at once.
-// A scene that cannot be rendered leaves nothing that could be: the motor is off until the next one.
-void Controller::choose(const protocol::Scene& scene) {
-  if (scene.law == protocol::kNoLaw) {
-    const bool felt = renderer_.active() && !safety_.off();
-    return felt && !fade_.leaving() ? fade_.leave() : leave_law();
-  }
-  if (renderer_.accept(scene, safety_.refused())) {
-    fade_.stay();
-    safety_.accept();
-    safety_.alive();
-  } else {
-    return refuse();
-  }
-  redesign();
-}
-
-void Controller::refuse() {
-  safety_.refuse();
-  off();
-}
-
-void Controller::set_loop(const protocol::Loop& loop) {
-  estimator::Design made;
-  if (!estimator::design(loop, settings::now().quantum, kFastest, &made)) return refuse();
-  loop_ = loop;
-  redesign();
+  redesign(kUsual);
 }
 
 // The zero may be elsewhere now, so whatever was rendered ends; the sensor tells the next tick that no handle
 // moved.
 void Controller::set_kit(const protocol::Board& kit) {
+  loading_.cancel();
   renderer_.leave();
+  fade_.stay();
   off();
   answers_.want_settings(!settings::accept(kit));
-  redesign();
+  redesign(kUsual);
 }
 
 void Controller::set_stream(const protocol::Stream& stream) {
@@ -145,10 +171,7 @@ void Controller::set_stream(const protocol::Stream& stream) {
   if (!streaming_) off();
 }
 
-// The computer renders at the usual rate; the board's own laws have their own.
-void Controller::redesign() {
-  protocol::Loop loop = loop_;
-  if (!renderer_.active()) loop.rate = profile::kSampleRate;
+void Controller::redesign(const estimator::Loop& loop) {
   next_ready_ = false;
   fence();
   estimator::design(loop, settings::now().quantum, kFastest, &next_);

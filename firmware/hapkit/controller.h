@@ -8,6 +8,7 @@
 #include "board.h"
 #include "estimator.h"
 #include "frame.h"
+#include "loading.h"
 #include "protocol.h"
 #include "render.h"
 #include "safety.h"
@@ -21,7 +22,7 @@ class Controller {
   // Take one received byte and act on the message that it completes.
   void receive(uint8_t byte);
 
-  // Send what the last tick has shown and what the computer has asked for; move the scene's numbers.
+  // Send what the last tick has shown and what the computer has asked for; move the law's constants.
   void poll();
 
   // Whether a millisecond has passed since poll() has seen to one.
@@ -37,14 +38,17 @@ class Controller {
   void dispatch(const uint8_t* body, uint8_t size);
   void ask(const uint8_t* body, uint8_t size);
   void command(const protocol::Force& force);
-  void choose(const protocol::Scene& scene);
-  void set_loop(const protocol::Loop& loop);
+  void announce(const protocol::Law& law);
+  void take_pieces();
+  void take(const protocol::Piece& piece);
+  void tune(const protocol::Tune& tune);
+  void leave();
   void set_kit(const protocol::Board& kit);
   void set_stream(const protocol::Stream& stream);
-  void refuse();
   void leave_law();
   void off();
-  void redesign();
+  void redesign(const estimator::Loop& loop);
+  void start_law();
   void report(uint32_t time_us);
   uint8_t overrun_flag();
 
@@ -61,15 +65,15 @@ class Controller {
   void render(int32_t count);
   void follow();
   void clamp(float force);
-  void show(const board::Sampling& sampling, int32_t count);
-  void show_now(const board::Sampling& sampling, int32_t count);
+  void show(const board::Sampling& sampling, int32_t count, bool rendered);
+  void show_now(const board::Sampling& sampling, int32_t count, bool rendered);
   void show_sample(const board::Sampling& sampling, int32_t count);
   void show_law(const board::Sampling& sampling, int32_t count);
 
   // The tick's, and first: the chip reaches what lies within 64 bytes at once.
   estimator::Estimator estimator_;
   estimator::Design design_ = {};  // of no period until there is one
-  float seen_[3] = {};  // period, place, velocity: what a law goes by
+  float velocity_ = 0.0f;
   float asked_ = 0.0f;
   uint16_t delays_us_ = 0;  // summed up since a tick was shown
   int16_t pwm_ = 0;
@@ -87,12 +91,13 @@ class Controller {
   frame::Parser parser_;
   Sender sender_;
   Answers answers_;
-  protocol::Loop loop_ = {};  // for the board's own laws
+  Loading loading_;
   bool streaming_ = false;
   bool lost_frame_ = false;  // the last one did not fit the queue
   uint8_t told_overruns_ = 0;
   uint16_t answered_ = 0;
   uint16_t delay_us_ = 0;
+  uint8_t stale_ = 0;
 
   // Handed to the tick, which takes it over after a period of its length.
   estimator::Design next_ = {};

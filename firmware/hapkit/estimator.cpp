@@ -1,5 +1,7 @@
 #include "estimator.h"
 
+#include "protocol.h"
+
 namespace estimator {
 namespace {
 
@@ -22,7 +24,7 @@ uint8_t quarters_of(uint16_t rate) {
 
 }  // namespace
 
-bool design(const protocol::Loop& loop, float quantum, float fastest, Design* made) {
+bool design(const Loop& loop, float quantum, float fastest, Design* made) {
   const uint8_t quarters = quarters_of(loop.rate);
   const float period = quarters * 0.25e-3f;
   if (quarters == 0 || loop.estimator > protocol::kEstimatorKalman) return false;

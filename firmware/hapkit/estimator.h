@@ -3,10 +3,17 @@
 
 #include <stdint.h>
 
-#include "protocol.h"
 #include "times.h"
 
 namespace estimator {
+
+// How often and how velocity is estimated, as the computer says it.
+struct Loop {
+  uint16_t rate;      // [Hz]
+  uint8_t estimator;  // protocol::kEstimator...
+  float first;        // its coefficients
+  float second;       // [1/s]
+};
 
 // Everything that depends on rate, method and sensor. The main program makes it, the tick uses it.
 struct Design {
@@ -22,7 +29,7 @@ constexpr int16_t kMostCounts = 4095;  // in one period; what jumps farther is n
 constexpr float kOne = 65536.0f;       // a count
 
 // Fill a design; return false, with nothing changed, for what no loop can have. quantum in m, fastest in m/s.
-bool design(const protocol::Loop& loop, float quantum, float fastest, Design* made);
+bool design(const Loop& loop, float quantum, float fastest, Design* made);
 
 class Estimator {
  public:

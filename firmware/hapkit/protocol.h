@@ -7,12 +7,12 @@
 
 namespace protocol {
 
-constexpr uint16_t kVersion = 2;
+constexpr uint16_t kVersion = 3;
 constexpr uint32_t kBaud = 1000000;
 constexpr uint8_t kLargestToBoard = 69;  // payload bytes
 constexpr uint8_t kLargestFromBoard = 71;
-constexpr uint8_t kValues = 16;  // numbers of a scene
-constexpr uint8_t kNoLaw = 255;  // in place of a law: the computer renders
+constexpr uint8_t kPiece = 32;  // bytes of a law in a message
+constexpr uint8_t kTuned = 6;  // constants of a law in a message
 constexpr uint8_t kFlagWatchdog = 1;
 constexpr uint8_t kFlagStopped = 2;
 constexpr uint8_t kFlagClamped = 4;
@@ -42,11 +42,12 @@ struct __attribute__((packed)) HelloRequest {
   static constexpr uint8_t kSize = 0;
 };
 
-// Command the force on the handle, in answer to a sample.
+// Command the force on the handle. One that left the computer too long ago is refused, unless it is 0.
 struct __attribute__((packed)) Force {
   static constexpr uint8_t kId = 0x02;
-  static constexpr uint8_t kSize = 6;
-  uint16_t seq;  // number of the sample that this answers
+  static constexpr uint8_t kSize = 7;
+  uint16_t seq;  // number of the newest sample that the computer had heard
+  uint8_t behind;  // how many samples before that one is answered
   float force;  // force on the handle, positive to the right [N]
 };
 static_assert(sizeof(Force) == Force::kSize, "Force has gaps");
@@ -72,38 +73,53 @@ struct __attribute__((packed)) Stream {
 };
 static_assert(sizeof(Stream) == Stream::kSize, "Stream has gaps");
 
-// Choose what is rendered: a law of the board with all its parameters, or the computer's forces.
+// Begin to send a law. The one in force fades out over 30 ms, then its memory takes the new one's pieces.
 //
-// The same law again: its state stays, its numbers move over 30 ms. Another one, or another choice: the
-// force fades in from zero over 30 ms. NO_LAW: the force fades out over 30 ms, then samples come; said twice
-// it goes off at once.
-struct __attribute__((packed)) Scene {
+// Once the last byte is there and nothing is refused, it fades in over 30 ms. Its bytes are `given` float32,
+// the state's start values and the constants, then the code. The same generation again changes nothing.
+struct __attribute__((packed)) Law {
   static constexpr uint8_t kId = 0x06;
-  static constexpr uint8_t kSize = 66;
-  uint8_t law;  // number of the law, NO_LAW: the computer renders
-  uint8_t generation;  // any number; Telemetry repeats it once the scene is in force
-  float values[16];  // the law's parameters in order, SI units, then zeros
-};
-static_assert(sizeof(Scene) == Scene::kSize, "Scene has gaps");
-
-// Set how fast the board renders its own laws, and how it estimates velocity.
-struct __attribute__((packed)) Loop {
-  static constexpr uint8_t kId = 0x07;
-  static constexpr uint8_t kSize = 11;
+  static constexpr uint8_t kSize = 19;
+  uint8_t generation;  // any number but the last law's; samples and telemetry repeat it
   uint16_t rate;  // ticks per second: 500, 1000, 2000 or 4000 [Hz]
   uint8_t estimator;  // Estimator
   float first;  // its first coefficient
   float second;  // its second coefficient [1/s]
+  uint8_t states;  // values of state, the slots from 2 on
+  uint8_t given;  // slots from 2 on whose first values are sent: state, then constants
+  uint8_t slots;  // slots in all; those behind the given ones begin as 0
+  uint16_t code;  // bytes of code
+  uint16_t check;  // CRC-16 of all bytes that are sent in pieces
 };
-static_assert(sizeof(Loop) == Loop::kSize, "Loop has gaps");
+static_assert(sizeof(Law) == Law::kSize, "Law has gaps");
 
-// Ask for the name of a law; the board answers with LawName.
-struct __attribute__((packed)) LawRequest {
-  static constexpr uint8_t kId = 0x08;
-  static constexpr uint8_t kSize = 1;
-  uint8_t law;  // number of the law, from 0
+// One piece of a law; taken only in order, so what got lost is sent again from where samples say.
+struct __attribute__((packed)) Piece {
+  static constexpr uint8_t kId = 0x07;
+  static constexpr uint8_t kSize = 35;
+  uint8_t generation;  // the law's
+  uint16_t at;  // place of the first byte; the pieces lie side by side
+  uint8_t data[32];  // the bytes, then zeros behind the last
 };
-static_assert(sizeof(LawRequest) == LawRequest::kSize, "LawRequest has gaps");
+static_assert(sizeof(Piece) == Piece::kSize, "Piece has gaps");
+
+// Give constants of the law in force other values; they move there over 30 ms.
+struct __attribute__((packed)) Tune {
+  static constexpr uint8_t kId = 0x08;
+  static constexpr uint8_t kSize = 33;
+  uint8_t law;  // generation of the law
+  uint8_t generation;  // of this change; Telemetry repeats the last one taken
+  uint8_t count;  // how many constants
+  uint8_t slots[6];  // their slots, then zeros
+  float values[6];  // their values, then zeros
+};
+static_assert(sizeof(Tune) == Tune::kSize, "Tune has gaps");
+
+// Let the computer render: the law's force fades out over 30 ms, then samples come. Said twice: at once.
+struct __attribute__((packed)) Leave {
+  static constexpr uint8_t kId = 0x0d;
+  static constexpr uint8_t kSize = 0;
+};
 
 // Say that the computer is there while the board renders; without it for watchdog_ms: motor off.
 struct __attribute__((packed)) Alive {
@@ -155,7 +171,7 @@ static_assert(sizeof(Board) == Board::kSize, "Board has gaps");
 // Who the board is: version, build and every constant the computer needs.
 struct __attribute__((packed)) Hello {
   static constexpr uint8_t kId = 0x81;
-  static constexpr uint8_t kSize = 58;
+  static constexpr uint8_t kSize = 59;
   uint16_t version;  // version of the protocol; stays the first field in every version
   float quantum;  // handle travel per sensor count [m]
   float max_force;  // force limit of the board [N]
@@ -169,7 +185,7 @@ struct __attribute__((packed)) Hello {
   uint16_t watchdog_ms;  // silence after which the motor goes off [ms]
   uint16_t pwm_top;  // pwm value of full duty
   uint8_t profile;  // number of the kit's profile
-  uint8_t laws;  // how many laws the board can render
+  uint16_t arena;  // bytes for the slots, the code and the moving constants of one law
   uint8_t origin;  // Origin
   uint8_t reset;  // why it started: 1 power, 2 reset, 4 brown-out, 8 watchdog
   char build[16];  // name of the firmware build
@@ -179,7 +195,7 @@ static_assert(sizeof(Hello) == Hello::kSize, "Hello has gaps");
 // One sensor sample and the state of the motor, sent every period while the stream is on.
 struct __attribute__((packed)) Sample {
   static constexpr uint8_t kId = 0x82;
-  static constexpr uint8_t kSize = 20;
+  static constexpr uint8_t kSize = 25;
   uint16_t seq;  // sample number, counts every period, wraps at 65536
   uint32_t time_us;  // board clock at sampling, wraps at 2^32 [us]
   int32_t count;  // sensor counts from the zero, repeats included, positive to the right
@@ -189,6 +205,10 @@ struct __attribute__((packed)) Sample {
   uint8_t flags;  // BoardFlag
   int16_t pwm;  // signed duty in force, of pwm_top
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
+  uint8_t stale;  // forces refused because they were too old, wraps at 256
+  uint8_t generation;  // of the law that is being sent, or was last
+  uint16_t received;  // bytes of it that have arrived, up to the first one missing
+  uint8_t refusal;  // Refusal: why it is not rendered
 };
 static_assert(sizeof(Sample) == Sample::kSize, "Sample has gaps");
 
@@ -206,23 +226,11 @@ struct __attribute__((packed)) Telemetry {
   uint8_t flags;  // BoardFlag
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
   uint8_t overruns;  // ticks that were skipped so far, wraps at 256
-  uint8_t generation;  // of the scene in force
+  uint8_t generation;  // of the law in force, or of its last Tune that was taken
   uint8_t state_at;  // which value of the law's state this frame shows; they take turns
   float state;  // that value
 };
 static_assert(sizeof(Telemetry) == Telemetry::kSize, "Telemetry has gaps");
-
-// One law that the board can render.
-struct __attribute__((packed)) LawName {
-  static constexpr uint8_t kId = 0x84;
-  static constexpr uint8_t kSize = 31;
-  uint8_t law;  // its number
-  uint8_t parameters;  // how many parameters it takes
-  uint8_t states;  // how many values of state it has
-  uint32_t fingerprint;  // of its generated source: the same law here and there
-  char key[24];  // its name
-};
-static_assert(sizeof(LawName) == LawName::kSize, "LawName has gaps");
 
 // The settings in force, laid out as Board, and whether they are saved.
 struct __attribute__((packed)) Settings {

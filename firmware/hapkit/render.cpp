@@ -1,50 +1,24 @@
 #include "render.h"
 
 #include <math.h>
-#include <string.h>
 
-#include "build.h"
-#include "laws/table.h"
+#include "flash.h"
 #include "lock.h"
 #include "times.h"
-
-#ifdef __AVR__
-#include <avr/pgmspace.h>
-#else
-#define memcpy_P memcpy
-#define strncpy_P strncpy
-#endif
 
 namespace render {
 namespace {
 
-// The Makefile has room for all, and somebody may have said which are to be on the board.
-#if defined(HAPKIT_ALL_LAWS) || defined(LAWS_CHOSEN)
-using laws::kCount;
-using laws::kTable;
-#else
-#define LAW(name, discrete)                                                                           \
-  {laws::name::kKey, laws::name::kParameters, laws::name::kStates, discrete, laws::name::kFingerprint, \
-   laws::name::start, laws::name::force},
-const laws::Law kTable[] PROGMEM = {HAPKIT_LAWS(LAW)};
-constexpr uint8_t kCount = sizeof(kTable) / sizeof(*kTable);
-#endif
+using machine::kFirstGiven;
+
+constexpr uint8_t kRampMs = 30;
+
+// Of the way that is left, by the steps that are left after this one.
+const float kShares[] PROGMEM = {1.0f,      1.0f / 2,  1.0f / 3,  1.0f / 4,  1.0f / 5,  1.0f / 6,  1.0f / 7, 1.0f / 8,
+                                 1.0f / 9,  1.0f / 10, 1.0f / 11, 1.0f / 12, 1.0f / 13, 1.0f / 14, 1.0f / 15};
+static_assert(2 * sizeof(kShares) / sizeof(*kShares) == kRampMs, "a step every other ms");
 
 }  // namespace
-
-uint8_t count() { return kCount; }
-
-bool describe(uint8_t number, protocol::LawName* name) {
-  if (number >= kCount) return false;
-  laws::Law law;
-  memcpy_P(&law, &kTable[number], sizeof(law));
-  name->law = number;
-  name->parameters = law.parameters;
-  name->states = law.states;
-  name->fingerprint = law.fingerprint;
-  strncpy_P(name->key, law.key, sizeof(name->key));
-  return true;
-}
 
 float Fade::weighted(float force, uint8_t quarters) {
   uint8_t gone = gone_;
@@ -57,82 +31,75 @@ float Fade::weighted(float force, uint8_t quarters) {
   return gone < kQuarters ? force * times(gone, 1.0f / kQuarters) : force;
 }
 
-bool Renderer::accept(const protocol::Scene& scene, bool anew) {
-  if (scene.law >= kCount) return false;
-  laws::Law law;
-  memcpy_P(&law, &kTable[scene.law], sizeof(law));
-  for (uint8_t i = 0; i < law.parameters; ++i) {
-    if (!isfinite(scene.values[i])) return false;
-  }
-  if (!anew && goes_on(scene)) {
-    move_to(scene);
-    return true;
-  }
-  const uint8_t other = bank_ ^ 1;
-  memcpy(banks_[other], scene.values, sizeof(goal_));
-  memcpy(goal_, scene.values, sizeof(goal_));
-  const Lock lock;
-  start_ = law.start;
-  force_ = law.force;
-  discrete_ = law.discrete;
-  parameters_ = law.parameters;
-  states_ = law.states;
-  turn_ = 0;
-  calls_left_ = 0;
-  bank_ = other;
-  law_ = scene.law;
-  active_ = true;
-  generation_ = scene.generation;
-  fresh_ = true;
-  laws::current = false;
-  return true;
-}
-
-void Renderer::leave() { active_ = false; }
-
-bool Renderer::goes_on(const protocol::Scene& scene) const {
-  if (!active_ || scene.law != law_) return false;
-  uint16_t choices = discrete_;
-  for (uint8_t i = 0; choices; ++i, choices >>= 1) {
-    if ((choices & 1) && scene.values[i] != goal_[i]) return false;
-  }
-  return true;
-}
-
-void Renderer::move_to(const protocol::Scene& scene) {
-  const float* now = banks_[bank_];
-  for (uint8_t i = 0; i < parameters_; ++i) {
-    goal_[i] = scene.values[i];
-    step_[i] = (goal_[i] - now[i]) * (1.0f / kSteps);
-  }
-  calls_left_ = kCalls;
-  generation_ = scene.generation;
-}
-
-// The tick takes whichever bank is named when it begins; naming the other one is a single write.
-void Renderer::move() {
-  if (calls_left_ == 0 || --calls_left_ % 2) return;
-  const bool last = calls_left_ == 0;
-  const float* now = banks_[bank_];
-  float* next = banks_[bank_ ^ 1];
-  for (uint8_t i = 0; i < parameters_; ++i) {
-    next[i] = last ? goal_[i] : step_[i] == 0.0f ? now[i] : now[i] + step_[i];
-  }
+void Renderer::start(const machine::Shape& shape, uint8_t generation) {
+  shape_ = shape;
+  law_ = generation_ = generation;
+  turn_ = count_ = 0;
   fence();
-  bank_ = bank_ ^ 1;
-  laws::current = false;
+  active_ = true;
 }
 
-void Renderer::begin(Fade* fade) {
-  fresh_ = false;
-  start_(state_);
-  fade->restart();
+// How many constants there is memory for.
+uint8_t Renderer::room() const {
+  const uint16_t most = (machine::kArena - 4 * shape_.slots - shape_.code) / sizeof(Moving);
+  return most < 255 ? most : 255;
+}
+
+Renderer::Moving* Renderer::find(uint8_t slot) const {
+  for (Moving* one = moving(); one != moving() + count_; ++one) {
+    if (one->slot == slot) return one;
+  }
+  return nullptr;
+}
+
+// Only constants may move, and only to numbers.
+bool Renderer::fits(const protocol::Tune& tune) const {
+  if (tune.count > protocol::kTuned) return false;
+  for (uint8_t i = 0; i < tune.count; ++i) {
+    const uint8_t slot = tune.slots[i];
+    if (slot < kFirstGiven + shape_.states || slot >= kFirstGiven + shape_.given || !isfinite(tune.values[i])) return false;
+  }
+  return true;
+}
+
+bool Renderer::tune(const protocol::Tune& tune) {
+  if (!active_ || tune.law != law_ || tune.generation == generation_) return true;
+  if (!fits(tune)) return false;
+  uint8_t more = 0;
+  for (uint8_t i = 0; i < tune.count; ++i) more += !find(tune.slots[i]);
+  if (count_ + more > room()) return true;
+  for (uint8_t i = 0; i < tune.count; ++i) {
+    Moving* one = find(tune.slots[i]);
+    if (!one) one = moving() + count_++;
+    *one = {tune.slots[i], kRampMs, tune.values[i]};
+  }
+  generation_ = tune.generation;
+  return true;
+}
+
+// A step every other millisecond: half of the work, and nobody can tell.
+void Renderer::move() {
+  for (uint8_t i = 0; i < count_;) {
+    Moving* one = moving() + i;
+    if (--one->left % 2 == 0) {
+      float* slot = machine::slots() + one->slot;
+      const float share = flash::read(&kShares[one->left / 2]);
+      const float next = one->left ? *slot + (one->target - *slot) * share : one->target;
+      const Lock lock;
+      *slot = next;
+    }
+    if (one->left) {
+      ++i;
+    } else {
+      *one = moving()[--count_];
+    }
+  }
 }
 
 void Renderer::show_state(protocol::Telemetry* shown) {
-  if (turn_ >= states_) turn_ = 0;
+  if (turn_ >= shape_.states) turn_ = 0;
   shown->state_at = turn_;
-  shown->state = states_ ? state_[turn_] : 0.0f;
+  shown->state = shape_.states ? machine::slots()[kFirstGiven + turn_] : 0.0f;
   ++turn_;
 }
 

@@ -16,9 +16,8 @@ extern "C" uint8_t* write_frame(uint8_t* to, const void* payload, uint8_t size, 
 
 namespace {
 
-constexpr uint32_t kCpu = 16000000;
-constexpr uint16_t kBaudDivisor = kCpu / 16 / protocol::kBaud - 1;
-static_assert((kBaudDivisor + 1) * 16 * protocol::kBaud == kCpu, "this baud rate is not exact");
+constexpr uint16_t kBaudDivisor = board::kCpu / 16 / protocol::kBaud - 1;
+static_assert((kBaudDivisor + 1) * 16 * protocol::kBaud == board::kCpu, "this baud rate is not exact");
 
 Ring<128> received;  // a loop and its scene come in one piece, 91 bytes
 volatile uint8_t lost = 0;

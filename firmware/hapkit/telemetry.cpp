@@ -7,7 +7,10 @@ void Controller::poll() {
   if (answers_.waiting()) answers_.send(sender_);
   if (!due_) return;
   const uint32_t time_us = board::us_of(stamp_);
-  if (fade_.out()) leave_law();
+  if (fade_.out()) {
+    leave_law();
+    take_pieces();
+  }
   if (streaming_) report(time_us);
   due_ = false;
   board::pat();
@@ -34,6 +37,10 @@ void Controller::report(uint32_t time_us) {
   sample_.answered = answered_;
   sample_.delay_us = delay_us_;
   sample_.rx_errors = rx_errors;
+  sample_.stale = stale_;
+  sample_.generation = loading_.generation();
+  sample_.received = loading_.received();
+  sample_.refusal = loading_.refusal();
   lost_frame_ = !sender_.send(sample_);
 }
 

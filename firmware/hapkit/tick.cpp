@@ -15,7 +15,6 @@ void Controller::miss(const board::Sampling& sampling, int32_t count) {
 void Controller::adopt() {
   if (design_.quarters) estimator_.change(design_.quarters, next_.quarters);
   design_ = next_;
-  seen_[0] = design_.quarters * 0.25e-3f;
   next_ready_ = false;
 }
 
@@ -50,9 +49,8 @@ inline void Controller::follow() {
 }
 
 __attribute__((always_inline)) inline void Controller::render(int32_t count) {
-  seen_[2] = estimator_.velocity(design_);
-  seen_[1] = times(count, design_.quantum);
-  asked_ = safety_.refused() ? 0.0f : renderer_.force(seen_, &fade_);
+  velocity_ = estimator_.velocity(design_);
+  asked_ = safety_.refused() ? 0.0f : machine::run(times(count, design_.quantum), velocity_);
   if (safety_.off()) {
     fade_.restart();
     return drive(0);
@@ -63,19 +61,19 @@ __attribute__((always_inline)) inline void Controller::render(int32_t count) {
 }
 
 // Once a millisecond, or at every tick if they are rarer.
-inline void Controller::show(const board::Sampling& sampling, int32_t count) {
+inline void Controller::show(const board::Sampling& sampling, int32_t count, bool rendered) {
   since_shown_ += sampling.quarters;
-  if (since_shown_ >= 4) show_now(sampling, count);
+  if (since_shown_ >= 4) show_now(sampling, count, rendered);
 }
 
-void Controller::show_now(const board::Sampling& sampling, int32_t count) {
+void Controller::show_now(const board::Sampling& sampling, int32_t count, bool rendered) {
   since_shown_ = 0;
   if (due_) {
     late_ = true;
     return;
   }
   stamp_ = board::stamp();
-  shows_law_ = renderer_.active();
+  shows_law_ = rendered;
   if (shows_law_) {
     show_law(sampling, count);
   } else {
@@ -90,14 +88,15 @@ void Controller::sample(const board::Sampling& sampling) {
   if (next_ready_ && sampling.quarters == next_.quarters) adopt();
   const int32_t count = sensor::count(sampling.raw, sampling.failed);
   watch(sampling, count);
-  if (renderer_.active()) {
+  const bool renders = renderer_.active() && !next_ready_;  // a law that begins waits for its rate
+  if (renders) {
     render(count);
   } else {
     last_seq_ = sampling.seq;
     last_stamp_ = board::stamp();
     if (safety_.off()) drive(0);
   }
-  show(sampling, count);
+  show(sampling, count, renders);
 }
 
 static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }
@@ -118,7 +117,7 @@ static uint16_t mean(uint16_t sum, uint8_t quarters) {
 void Controller::show_law(const board::Sampling& sampling, int32_t count) {
   shown_.seq = sampling.seq;
   shown_.count = count;
-  shown_.velocity = seen_[2];
+  shown_.velocity = velocity_;
   shown_.asked = asked_;
   shown_.pwm = pwm_;
   shown_.flags = safety_.flags() | doubt_flag();

@@ -8,9 +8,9 @@ from hapkit_studio.protocol.declare import Message, Wire
 from hapkit_studio.protocol.messages import (
     BAUD,
     MESSAGES,
-    NO_LAW,
+    PIECE,
     PROTOCOL_VERSION,
-    VALUES,
+    TUNED,
     BoardFlag,
     Estimator,
     MotorMap,
@@ -71,8 +71,8 @@ def text() -> str:
         f"constexpr uint32_t kBaud = {BAUD};",
         f"constexpr uint8_t kLargestToBoard = {_largest(False)};  // payload bytes",
         f"constexpr uint8_t kLargestFromBoard = {_largest(True)};",
-        f"constexpr uint8_t kValues = {VALUES};  // numbers of a scene",
-        f"constexpr uint8_t kNoLaw = {NO_LAW};  // in place of a law: the computer renders",
+        f"constexpr uint8_t kPiece = {PIECE};  // bytes of a law in a message",
+        f"constexpr uint8_t kTuned = {TUNED};  // constants of a law in a message",
         *(f"constexpr uint8_t kFlag{_camel(flag.name)} = {flag.value};" for flag in BoardFlag if flag.name),
         *(
             f"constexpr uint8_t k{kind.__name__}{_camel(one.name)} = {one.value};"
