@@ -16,9 +16,8 @@ _FARTHEST, _FASTEST = 1.0, 1e4
 @compiled
 def place(x, v, touch, side, speed, reach):
     """Return (touching, closing, beyond): 1 or 0, 1 or 0, and +1 or -1 behind a wall, else 0."""
-    # comparing is cheaper than side * (touch - x) > 0 where products are dear, as on the board
-    touching = 1.0 if (x < touch if side > 0.0 else x > touch) else 0.0
-    closing = 1.0 if (v < speed if side > 0.0 else v > speed) else 0.0
+    touching = 1.0 if side * (touch - x) > 0.0 else 0.0
+    closing = 1.0 if side * (speed - v) > 0.0 else 0.0
     if x > reach:
         return touching, closing, 1.0
     if x < -reach:
@@ -44,24 +43,25 @@ def linear(touching, closing, beyond, b, k, f, touch, speed, contact, pad, reach
 @compiled
 def acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
     """Return x'' in m/s^2 at (x, v)."""
-    touching, closing, beyond = place(x, v, touch, side, speed, reach)
-    damping, stiffness, force = linear(
-        touching, closing, beyond, b, k, f, touch, speed, contact, pad, reach, wall
-    )
-    return (force - damping * v - stiffness * x) / m
+    force = f - b * v - k * x + pushed(x, v, touch, side, speed, contact, pad)
+    if x > reach:
+        force -= wall * (x - reach)
+    elif x < -reach:
+        force -= wall * (x + reach)
+    return force / m
 
 
 @compiled
-def reaction(x, v, touch, side, speed, contact, pad):
-    """Return the push in N >= 0 between the handle and an object at x that moves at v.
+def pushed(x, v, touch, side, speed, contact, pad):
+    """Return the force in N of the handle on an object at x that moves at v, positive to the right.
 
     The damper acts on the way in only.
     """
-    depth = side * (touch - x)
-    if depth <= 0.0:
+    depth = touch - x
+    if side * depth <= 0.0:
         return 0.0
-    rate = side * (speed - v)
-    if rate > 0.0:
+    rate = speed - v
+    if side * rate > 0.0:
         return contact * depth + pad * rate
     return contact * depth
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hapkit_studio.dynamics.integrators import step
-from hapkit_studio.dynamics.moving_mass import FAR, flown_apart, reaction
+from hapkit_studio.dynamics.moving_mass import FAR, flown_apart, pushed
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.environments.pushed import board_rate, contact, growth, integrator
 from hapkit_studio.laws import law
@@ -49,7 +49,7 @@ def force(p, s, x, v, dt):
         s.object_velocity = 0.0
     s.handle = x
     s.handle_velocity = v
-    push = reaction(s.object, s.object_velocity, x, 1.0, v, p.contact_stiffness, p.contact_damping)
+    push = pushed(s.object, s.object_velocity, x, 1.0, v, p.contact_stiffness, p.contact_damping)
     if anew:
         s.object_acceleration = push / p.mass
     return -push

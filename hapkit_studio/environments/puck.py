@@ -3,7 +3,7 @@
 import numpy as np
 
 from hapkit_studio.dynamics.integrators import step
-from hapkit_studio.dynamics.moving_mass import flown_apart, reaction
+from hapkit_studio.dynamics.moving_mass import flown_apart, pushed
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.environments.pushed import board_rate, contact, growth, integrator
 from hapkit_studio.laws import law
@@ -67,10 +67,8 @@ def force(p, s, x, v, dt):
         s.side = 1.0 if gap < 0.0 else -1.0
     s.handle = x
     s.handle_velocity = v
-    right = s.side > 0.0
-    touch = x + (RADIUS if right else -RADIUS)
-    push = reaction(s.object, s.object_velocity, touch, s.side, v, p.contact_stiffness, p.contact_damping)
-    return -push if right else push
+    touch = x + (RADIUS if s.side > 0.0 else -RADIUS)
+    return -pushed(s.object, s.object_velocity, touch, s.side, v, p.contact_stiffness, p.contact_damping)
 
 
 @law(state=STATE)

@@ -2,7 +2,7 @@
 
 import math
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -18,6 +18,8 @@ from hapkit_studio.laws.translate import CheckedLaw, checked
 
 X, V, FIRST = 0, 1, 2
 """The slots of position and velocity, and the first of the state."""
+_SMALL = (60, 14, 6)
+"""Operations of a function that is written in at every place that calls it; fewer where room is short."""
 RAMPS, RAMP_SIZE = 8, 6
 """Constants that must be able to move at a time, and the bytes that each takes meanwhile."""
 
@@ -79,12 +81,11 @@ _OUTCOMES = {
 _ALL = LESS | EQUAL | GREATER | UNORDERED
 _MIRROR = {LESS: GREATER, GREATER: LESS}
 _OPERATIONS = {o.name: o for o in machine.OPERATIONS}
-_READS = frozenset(
-    ("LOAD", "ADD", "SUBTRACT", "SUBTRACT_FROM", "DIVIDE_INTO", "COMPARE", *_BINARY.values())
-)
 # These leave A as it was.
 _KEEPING = frozenset(("STORE", "COMPARE", "TEST", "STORE_AT", "LABEL"))
 _ENDING = frozenset(("RETURN", "JUMP"))
+# These give A another value and do nothing else.
+_FILLING = frozenset(("LOAD", *_UNARY.values()))
 
 
 @lru_cache(maxsize=64)
@@ -92,10 +93,19 @@ def _trees(law: Law) -> CheckedLaw:
     return checked(law.function, law.parameters, law.state)
 
 
-def compile(law: Law, values: Mapping[str, float], period: float) -> Program:
-    """Return a law for the board, with its parameters by key and its period in s; raise LawError."""
+def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0) -> Program:
+    """Return a law for the board, with its parameters by key and its period in s; raise LawError.
+
+    Functions are written in as far as the room in bytes allows, the smallest code is returned where none does.
+    """
     known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
-    return assemble(specialise.specialise(_trees(law), known, period), law.initial_state.tolist())
+    found = []
+    for small in _SMALL:
+        made = specialise.specialise(_trees(law), known, period, small)
+        found.append(assemble(made, law.initial_state.tolist()))
+        if found[-1].size <= room:
+            break
+    return min(found, key=lambda program: program.size) if found[-1].size > room else found[-1]
 
 
 def assemble(law: Specialised, start: Sequence[float]) -> Program:
@@ -139,6 +149,7 @@ class _Section:
         self.base = self.top = 0
         self.called: list[Function] = []
         self._held: set[Expr] = set()  # what A is equal to
+        self._numbers: dict[str, int] = {}  # of variables, for sets of bits
         self._ends: dict[int, Label] = {}
         self._loops: list[tuple[Label, Label]] = []
         self._extra = 0
@@ -377,77 +388,96 @@ class _Section:
 
     def _drop_dead(self) -> None:
         """Drop loads and stores whose value nobody reads."""
-        live = self.live()
-        kept = []
+        live, kept = self.live(), []
         for i, code in enumerate(self.code):
-            if code.name == "STORE" and code.operands[0].name not in live[i + 1]:
+            if code.name == "STORE" and not live[i + 1] & self.bit(code.operands[0]):
                 continue
-            if code.name in ("LOAD", *_UNARY.values()) and not self._wanted(i):
+            following = self.code[i + 1].name if i + 1 < len(self.code) else ""
+            if code.name in _FILLING and following in ("LOAD", "CALL"):
                 continue
             kept.append(code)
         self.code = kept
 
-    def _wanted(self, at: int) -> bool:
-        """Return whether A is read, or a way parts, before the next load."""
-        for code in self.code[at + 1 :]:
-            if code.name in ("LOAD", "LOAD_AT", "CALL"):
-                return False
-            return True
-        return True
-
     def _join(self) -> None:
         """Give two variables one slot where one is only a copy of the other."""
+        clashes: dict[int, int] | None = None
         for at in range(len(self.code) - 1):
             first, second = self.code[at], self.code[at + 1]
             if (first.name, second.name) != ("LOAD", "STORE") or not isinstance(first.operands[0], Var):
                 continue
             a, b = first.operands[0], second.operands[0]
-            local = [v for v in (a, b) if self._is_local(v.name)]
-            if a == b or not local or a.name in ("x", "v"):
+            old, new = (a, b) if self.is_local(a) else (b, a)
+            if a == b or not self.is_local(old) or a.name in ("x", "v"):
                 continue
-            old, new = (a, b) if self._is_local(a.name) else (b, a)
-            if self._clash(old.name, new.name):
+            clashes = clashes or self.clashes()
+            if clashes.get(self.bit(old), 0) & self.bit(new):
                 continue
             for code in self.code:
                 code.operands = tuple(new if o == old else o for o in code.operands)
-            self.code = [
-                c for i, c in enumerate(self.code) if i not in (at, at + 1) or i == at and self._reads_next(at)
-            ]
-            return self._join()
-        return None
+            clashes = None
+        self.code = [c for i, c in enumerate(self.code) if not self._is_idle(i)]
 
-    def _reads_next(self, at: int) -> bool:
-        """Return whether what follows a joined copy takes A as it is."""
-        following = self.code[at + 2] if at + 2 < len(self.code) else None
-        return following is None or following.name not in ("LOAD", "LOAD_AT")
+    def _is_idle(self, at: int) -> bool:
+        """Return whether an instruction stores what was loaded from there just before."""
+        code, before = self.code[at], self.code[at - 1]
+        return code.name == "STORE" and at > 0 and before.name == "LOAD" and code.operands == before.operands
 
-    def _is_local(self, name: str) -> bool:
-        lasting = self.function is not None and name in (*self.function.parameters, *self.function.results)
-        return not (name in ("x", "v") or name.startswith("s[") or lasting or name in self._foreign)
+    def is_local(self, variable: Expr) -> bool:
+        """Return whether a variable is this section's own, and means nothing outside."""
+        if not isinstance(variable, Var) or variable.name in ("x", "v") or variable.name.startswith("s["):
+            return False
+        functions = [*self.called, *([self.function] if self.function else [])]
+        return not any(variable.name in (*f.parameters, *f.results) for f in functions)
 
-    @property
-    def _foreign(self) -> set[str]:
-        """Return the variables of functions that are called here."""
-        return {n for f in self.called for n in (*f.parameters, *f.results)}
+    def bit(self, variable: Expr | str) -> int:
+        name = variable.name if isinstance(variable, Var) else variable
+        return 1 << self._numbers.setdefault(name, len(self._numbers))  # type: ignore[arg-type]
 
-    def _clash(self, a: str, b: str) -> bool:
-        """Return whether one of two variables is written while the other is still wanted, copies aside."""
-        live = self.live()
+    def _bits(self, variables: Iterable[Expr | str]) -> int:
+        return sum({self.bit(v) for v in variables})
+
+    def written(self, code: Code) -> int:
+        """Return the variables, as bits, that an instruction writes."""
+        if code.name == "STORE":
+            return self.bit(code.operands[0])
+        return self._bits(code.operands[0].results) if code.name == "CALL" else 0
+
+    def read(self, code: Code) -> int:
+        """Return the variables, as bits, that an instruction reads; the state by an index not among them."""
+        if code.name == "CALL":
+            return self._bits(code.operands[0].parameters)
+        if code.name == "STORE" or not code.operands or not isinstance(code.operands[0], Var):
+            return 0
+        return self.bit(code.operands[0])
+
+    def clashes(self) -> dict[int, int]:
+        """Return for each variable's bit the bits of those that are wanted where it is written."""
+        live, found = self.live(), dict[int, int]()
         for i, code in enumerate(self.code):
-            written = _written(code)
-            copied = self.code[i - 1].operands[0] if i and self.code[i - 1].name == "LOAD" else None
-            for one, other in ((a, b), (b, a)):
-                if one in written and other in live[i + 1] and copied != Var(other):
-                    return True
-        return a in live[0] and b in live[0]
+            if code.name not in ("STORE", "CALL"):
+                continue
+            before = self.code[i - 1]
+            copied = self.bit(before.operands[0]) if before.name == "LOAD" and self._is_var(before) else 0
+            for name in [code.operands[0].name] if code.name == "STORE" else code.operands[0].results:
+                bit = self.bit(name)
+                others = live[i + 1] & ~bit & ~(copied if code.name == "STORE" else 0)
+                found[bit] = found.get(bit, 0) | others
+                while others:
+                    other = others & -others
+                    found[other] = found.get(other, 0) | bit
+                    others ^= other
+        return found
 
-    def live(self) -> list[frozenset[str]]:
-        """Return the variables that are wanted before each instruction, and behind the last one."""
-        lasting = frozenset(self.function.results) if self.function else frozenset()
-        states = frozenset(o.name for c in self.code for o in c.operands if _is_state(o))
-        whole = any(c.name in ("LOAD_AT", "STORE_AT") for c in self.code)
+    def _is_var(self, code: Code) -> bool:
+        return isinstance(code.operands[0], Var)
+
+    def live(self) -> list[int]:
+        """Return the variables, as bits, that are wanted before each instruction, and behind the last one."""
+        lasting = self._bits(self.function.results) if self.function else 0
+        states = self._bits({o.name for c in self.code for o in c.operands if _is_state(o)})
         places = {c.operands[0]: i for i, c in enumerate(self.code) if c.name == "LABEL"}
-        live: list[frozenset[str]] = [frozenset()] * (len(self.code) + 1)
+        steps = [(self.written(c), self.read(c)) for c in self.code]
+        live = [0] * (len(self.code) + 1)
         changed = True
         while changed:
             changed = False
@@ -459,43 +489,27 @@ class _Section:
                     out = live[places[code.operands[0]]]
                 else:
                     out = live[i + 1]
-                    for o in code.operands:
-                        if isinstance(o, Label) and code.name != "LABEL":
-                            out |= live[places[o]]
-                if code.name in ("LOAD_AT", "STORE_AT") or (whole and code.name in _CHECKING):
+                    if code.name in ("COMPARE", "TEST", "NEXT"):
+                        out |= live[places[code.operands[-1]]]
+                if code.name in _ENDING_MAYBE:
                     out |= states
-                elif code.name in _CHECKING:
-                    out |= states  # the law may end here
-                new = (out - _written(code)) | _read(code)
-                if new != live[i]:
-                    live[i], changed = new, True
-            if not any(c.name == "NEXT" for c in self.code):
-                break
+                written, read = steps[i]
+                out = (out & ~written) | read
+                if out != live[i]:
+                    live[i] = out
+                    # only a loop's end looks back
+                    changed = changed or any(c.name == "NEXT" for c in self.code[i:])
         return live
 
 
-_CHECKING = frozenset(("DIVIDE", "DIVIDE_INTO", "FLOOR_DIVIDE", "MODULO", "REMAINDER"))
+# The law may end here with the state as it is, or the state is read or written by an index.
+_ENDING_MAYBE = frozenset(
+    ("DIVIDE", "DIVIDE_INTO", "FLOOR_DIVIDE", "MODULO", "REMAINDER", "LOAD_AT", "STORE_AT")
+)
 
 
 def _is_state(operand: object) -> bool:
     return isinstance(operand, Var) and operand.name.startswith("s[")
-
-
-def _written(code: Code) -> frozenset[str]:
-    if code.name == "STORE":
-        return frozenset((code.operands[0].name,))
-    if code.name == "CALL":
-        return frozenset(code.operands[0].results)
-    return frozenset()
-
-
-def _read(code: Code) -> frozenset[str]:
-    if code.name in _READS or code.name in ("LOAD_AT", "STORE_AT"):
-        operand = code.operands[0]
-        return frozenset((operand.name,)) if isinstance(operand, Var) else frozenset()
-    if code.name == "CALL":
-        return frozenset(code.operands[0].parameters)
-    return frozenset()
 
 
 def _falls(codes: Sequence[Code], at: int) -> bool:
@@ -538,24 +552,14 @@ def _colour(section: _Section) -> None:
         section.places[name] = place
         place += 1
     section.top = place
-    live = section.live()
-    names: list[str] = []
-    clashes: dict[str, set[str]] = {}
-    for i, code in enumerate(section.code):
-        for name in _written(code) | _read(code):
-            if section._is_local(name) and name not in clashes:
-                clashes[name] = set()
-                names.append(name)
-        for name in _written(code):
-            for other in live[i + 1]:
-                if name in clashes and other in clashes and other != name:
-                    clashes[name].add(other)
-                    clashes[other].add(name)
-    for name in names:
-        taken = {section.places[o] for o in clashes[name] if o in section.places}
-        free = next(n for n in range(place, place + len(names) + 1) if n not in taken)
-        section.places[name] = free
-        section.top = max(section.top, free + 1)
+    clashes = section.clashes()
+    own = dict.fromkeys(
+        o.name for code in section.code for o in code.operands if isinstance(o, Var) and section.is_local(o)
+    )
+    for name in own:
+        taken = {p for n, p in section.places.items() if n in own and clashes.get(section.bit(n), 0) & section.bit(name)}
+        section.places[name] = next(n for n in range(place, place + len(own)) if n not in taken)
+        section.top = max(section.top, section.places[name] + 1)
 
 
 # --- bytes

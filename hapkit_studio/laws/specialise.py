@@ -190,8 +190,6 @@ _COMPUTED: dict[str, Callable] = {
 # Marks of the watched source that change no number.
 _TRANSPARENT = frozenset(("_float", "_noted", "_force", "_divisor"))
 _ROUNDING = frozenset(("floor", "ceil", "trunc"))
-# A function with more statements and operations than this is not written in at every place that calls it.
-_SMALL = 14
 
 
 def literal(value: float) -> Num:
@@ -257,23 +255,33 @@ def _operations(value: object) -> int:
     return 0
 
 
-def specialise(law: CheckedLaw, known: Mapping[int, float], period: float | None = None) -> Specialised:
+def specialise(
+    law: CheckedLaw, known: Mapping[int, float], period: float | None = None, small: int = 14
+) -> Specialised:
     """Return a law for the parameters known by their numbers, and a period in s if that is known too.
 
     Where the period is known, so is all else, and the result is folded for speed; otherwise it reads as the
-    source does. First every function stays one, and it is counted from how many places each is called.
+    source does. A function called from one place, or of `small` operations at most, is written in; the others stay.
     """
-    counted = _Specialiser(law, known, period, None)
-    counted.law()
-    inlined: dict[str, int] = {}
-    for key, function in counted.functions.items():
-        size = weight(function.body.body) + sum(inlined.get(k, 0) for k in called(function.body.body))
-        if counted.calls[key] == 1 or size <= _SMALL:
-            inlined[key] = size
-    final = _Specialiser(law, known, period, set(inlined))
-    made = Specialised(final.law(), list(final.functions.values()))
+    inlined: set[str] = set()
+    while True:
+        walk = _Specialiser(law, known, period, inlined)
+        made = Specialised(walk.law(), list(walk.functions.values()))
+        more = _worth_writing_in(walk, small)
+        if not more:
+            break
+        inlined |= more
     _drop_unused(made)
     return made
+
+
+def _worth_writing_in(walk: "_Specialiser", small: int) -> set[str]:
+    """Return the keys of the functions left that are called once, or are small with all that they call."""
+    sizes: dict[str, int] = {}
+    for key, function in walk.functions.items():
+        body = function.body.body
+        sizes[key] = weight(body) + sum(sizes[k] for k in called(body))
+    return {key for key, size in sizes.items() if walk.calls[key] == 1 or size <= small}
 
 
 def called(statements: Sequence[Statement]) -> list[str]:
@@ -344,7 +352,7 @@ class _Specialiser:
     """Walks a law as it would run, with what is known of every name."""
 
     def __init__(
-        self, law: CheckedLaw, known: Mapping[int, float], period: float | None, inlined: set[str] | None
+        self, law: CheckedLaw, known: Mapping[int, float], period: float | None, inlined: set[str]
     ):
         self.source, self.known, self.period, self.inlined = law, known, period, inlined
         self.folds = period is not None
@@ -417,7 +425,9 @@ class _Specialiser:
             self.detach_others(variable)
             self.out.append(Assign(variable, value))
             return
-        lazy = isinstance(value, Num | Var) or (isinstance(value, Select) and self.folds)
+        lazy = isinstance(value, Num | Var)
+        if isinstance(value, Select) and self.folds:
+            lazy = self.stays(value.test) or self.reads(name) == 1
         self.env[name] = value if lazy else self.keep(value, name)
 
     def detach_others(self, variable: str) -> None:
@@ -561,7 +571,9 @@ class _Specialiser:
                 if yes == no:
                     continue
                 if (yes, no) not in chosen:
-                    if empty and isinstance(yes, Num) and isinstance(no, Num):
+                    if _is_no_change(test, yes, no):
+                        chosen[yes, no] = no
+                    elif empty and isinstance(yes, Num) and isinstance(no, Num):
                         chosen[yes, no] = Select(test, yes, no)
                     else:
                         made = self.fresh(name)
@@ -654,7 +666,7 @@ class _Specialiser:
         values = [self.keep_unless_select(self.value(a)) for a in node.args if not _is_fault(a)]
         given = dict(zip(names, values, strict=True))
         key = f"{node.func.id}({','.join(v.key if isinstance(v, Num) else '' for v in values)})"
-        if self.inlined is None or key not in self.inlined:
+        if key not in self.inlined:
             return self.call_function(key, tree, given)
         return self.write_in(tree, given)
 
@@ -823,6 +835,8 @@ class _Specialiser:
         no = self.value(node.orelse)
         other, self.out = self.out, outside
         if not then and not other and isinstance(yes, Num) and isinstance(no, Num):
+            if self.folds and self.stays(test, True):
+                return Select(test, yes, no)
             return self.choice(test, yes, no)
         made = self.fresh("t")
         self.out.append(If(test, [*then, Assign(made, yes)], [*other, Assign(made, no)]))
@@ -1060,6 +1074,12 @@ def _joined(op: str, tests: Sequence[Test | bool]) -> Test | bool:
     if not open_:
         return not decides
     return open_[0] if len(open_) == 1 else Logic(op, open_)
+
+
+def _is_no_change(test: Test, yes: Expr, no: Expr) -> bool:
+    """Return whether a value is only made 0 where it is 0."""
+    zero = literal(0.0)
+    return yes == zero and test == Compare("==", no, zero)
 
 
 def _is_cheap(value: Expr) -> bool:
