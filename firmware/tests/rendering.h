@@ -1,58 +1,123 @@
-// What the tests of the board's own rendering share: scenes by name, a board that renders one.
+// What the tests of the board's own rendering share: small laws in code, a board that is sent one.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <string>
+#include <vector>
 
 #include "bench.h"
 #include "check.h"
-#include "render.h"
+#include "crc.h"
+#include "machine.h"
 
-constexpr uint16_t kRest = 400;            // reading of a handle at rest, 8.3 mm to the right
+constexpr uint16_t kStill = 400;            // reading of a handle at rest, 8.3 mm to the right
 constexpr int kFadeMs = 30;
 constexpr double kQuantum = 20.742975e-6;  // m per count: pi * 0.090 * 0.005 / (0.074 * 921)
 
-inline uint8_t number_of(const char* key) {
-  protocol::LawName name{};
-  for (uint8_t law = 0; render::describe(law, &name); ++law) {
-    if (std::strncmp(name.key, key, sizeof(name.key)) == 0) return law;
+// The first number of a law behind position and velocity.
+constexpr uint8_t kFirst = machine::kFirstGiven;
+
+struct Law {
+  std::vector<float> given;  // state, then constants
+  std::vector<uint8_t> code;
+  uint8_t states = 0;
+  uint8_t slots = 0;  // 0: no temporaries
+
+  std::vector<uint8_t> bytes() const {
+    const auto* values = reinterpret_cast<const uint8_t*>(given.data());
+    std::vector<uint8_t> all(values, values + 4 * given.size());
+    all.insert(all.end(), code.begin(), code.end());
+    return all;
   }
-  CHECK(!"no such law");
-  return 0;
+};
+
+// What computes a force from one slot and the first constant.
+inline Law product(uint8_t slot, double constant) {
+  return {{static_cast<float>(constant)}, {machine::kMain, machine::kLoad, slot, machine::kMultiply, kFirst,
+                                           machine::kReturn}};
 }
 
-template <class... Values>
-protocol::Scene scene(const char* key, uint8_t generation, Values... values) {
-  const float list[] = {static_cast<float>(values)...};
-  protocol::Scene made{number_of(key), generation, {}};
-  for (std::size_t i = 0; i < sizeof...(values); ++i) made.values[i] = list[i];
+inline Law spring(double stiffness) { return product(0, -stiffness); }
+inline Law damper(double damping) { return product(1, -damping); }
+
+// Two numbers of state, the ticks counted up from a start and down from it; no force.
+inline Law counter(double start) {
+  using namespace machine;
+  const float first = static_cast<float>(start);
+  return {{first, first, 1.0f, 0.0f},
+          {kMain, kLoad, kFirst, kAdd, kFirst + 2, kStore, kFirst, kLoad, kFirst + 1, kSubtract, kFirst + 2, kStore,
+           kFirst + 1, kLoad, kFirst + 3, kReturn},
+          2};
+}
+
+// Differences of the readings, as often as that.
+inline estimator::Loop at(uint16_t rate) { return {rate, protocol::kEstimatorDifference, 0.0f, 0.0f}; }
+
+inline protocol::Law head_of(const Law& law, uint8_t generation, const estimator::Loop& loop) {
+  const std::vector<uint8_t> all = law.bytes();
+  uint16_t check = crc::kStart;
+  for (uint8_t byte : all) check = crc::update(check, byte);
+  const auto given = static_cast<uint8_t>(law.given.size());
+  const auto slots = static_cast<uint8_t>(law.slots ? law.slots : kFirst + given);
+  return {generation, loop.rate, loop.estimator, loop.first, loop.second, law.states, given, slots,
+          static_cast<uint16_t>(law.code.size()), check};
+}
+
+inline protocol::Piece piece_of(const Law& law, uint8_t generation, std::size_t from) {
+  const std::vector<uint8_t> all = law.bytes();
+  protocol::Piece piece{generation, static_cast<uint16_t>(from), {}};
+  for (std::size_t i = 0; i < protocol::kPiece && from + i < all.size(); ++i) piece.data[i] = all[from + i];
+  return piece;
+}
+
+inline protocol::Tune tune(uint8_t law, uint8_t generation, std::vector<std::pair<uint8_t, float>> moves) {
+  protocol::Tune made{law, generation, static_cast<uint8_t>(moves.size()), {}, {}};
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    made.slots[i] = moves[i].first;
+    made.values[i] = moves[i].second;
+  }
   return made;
 }
 
-// A board that renders a law with the handle at rest.
+// A board with its stream on and the handle at rest.
 class Rendering : public Bench {
  public:
-  explicit Rendering(const protocol::Scene& scene, uint16_t rate = 1000) {
-    say(protocol::Loop{rate, protocol::kEstimatorDifference, 0.0f, 0.0f});
+  Rendering() {
     say(protocol::Stream{1, 0});
-    period(kRest);
-    say(scene);
-    period(kRest);
-    period(kRest);
+    period(kStill);
+  }
+
+  // One that renders a law, at so many ticks a second.
+  explicit Rendering(const Law& law, uint16_t rate = 1000) : Rendering() {
+    change(law, 1, at(rate));
+    period(kStill);
+    period(kStill);
     fake::sent.clear();
   }
 
+  void send(const Law& law, uint8_t generation) {
+    for (std::size_t from = 0; from < law.bytes().size(); from += protocol::kPiece) {
+      say(piece_of(law, generation, from));
+    }
+  }
+
+  // Send a law; the one in force goes out first.
+  void change(const Law& law, uint8_t generation, const estimator::Loop& loop = at(1000)) {
+    say(head_of(law, generation, loop));
+    alive((kFadeMs + 2) * 4);  // quarters of a millisecond: no period is shorter
+    send(law, generation);
+  }
+
   // One period later, the computer alive; return what is told.
-  protocol::Telemetry shown(uint16_t raw = kRest) {
+  protocol::Telemetry shown(uint16_t raw = kStill) {
     say(protocol::Alive{});
     fake::sent.clear();
     period(raw);
     return last<protocol::Telemetry>();
   }
 
-  void alive(int periods, uint16_t raw = kRest) {
+  void alive(int periods, uint16_t raw = kStill) {
     while (periods--) {
       say(protocol::Alive{});
       period(raw);

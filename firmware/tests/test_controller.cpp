@@ -14,6 +14,9 @@ namespace {
 
 constexpr int kWatchdogPeriods = 25;
 
+// A force that answers the newest sample.
+protocol::Force force(const Bench& bench, float newtons) { return {bench.seq(), 0, newtons}; }
+
 }  // namespace
 
 TEST(silent_until_asked) {
@@ -67,7 +70,7 @@ TEST(force_drives_the_motor_and_measures_its_delay) {
   bench.periods(5);
   const uint16_t answered = static_cast<uint16_t>(bench.seq() - 2);
   fake::now_us += 700;
-  bench.say(protocol::Force{answered, -1.0f});
+  bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() - 1), 1, -1.0f});
   const double expected = -255.0 * std::sqrt(0.090 * 0.005 / 0.074 / 0.0183);
   CHECK_NEAR(fake::pwm, expected, 0.75);
   const auto sample = bench.sample();
@@ -79,42 +82,70 @@ TEST(delay_that_cannot_be_told_is_the_largest) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
   bench.period();
-  bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() - 100), 0.5f});
+  bench.say(protocol::Force{bench.seq(), 100, 0.5f});
   CHECK(bench.sample().delay_us == 65535);
-  bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() + 1), 0.5f});
-  CHECK(bench.sample().delay_us == 65535);
+}
+
+TEST(a_force_older_than_the_watchdogs_time_is_refused_and_counted) {
+  for (int age : {-1, 0, kWatchdogPeriods, kWatchdogPeriods + 1, 300, 3000}) {
+    Bench bench;
+    bench.say(protocol::Stream{1, 0});
+    bench.periods(5);
+    bench.say(force(bench, 1.0f));
+    const int16_t before = fake::pwm;
+    const bool stale = age < 0 || age > kWatchdogPeriods;
+    for (uint8_t count = 1; count <= 10; ++count) {
+      bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() - age), 0, -2.0f});
+      CHECK((fake::pwm == before) == stale);
+      const auto sample = bench.sample();
+      CHECK(sample.stale == (stale ? count : 0) && (sample.delay_us == 65535 || !stale || sample.delay_us == 0));
+    }
+    bench.periods(kWatchdogPeriods - 10);
+    CHECK((fake::pwm == 0) == stale);  // it does not count as a word of the computer
+  }
+}
+
+TEST(no_force_is_too_old_to_switch_off) {
+  for (float nothing : {0.0f, -0.0f}) {
+    Bench bench;
+    bench.say(protocol::Stream{1, 0});
+    bench.say(force(bench, 1.0f));
+    CHECK(fake::pwm > 0);
+    bench.say(protocol::Force{static_cast<uint16_t>(bench.seq() - 3000), 0, nothing});
+    CHECK(fake::pwm == 0 && bench.sample().stale == 0);
+  }
 }
 
 TEST(clamped_force_says_so) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
-  bench.say(protocol::Force{0, 99.0f});
+  bench.say(force(bench, 99.0f));
   CHECK(fake::pwm == 255);
   CHECK(bench.sample().flags == protocol::kFlagClamped);
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   CHECK(bench.sample().flags == 0);
 }
 
 TEST(not_a_number_switches_off_at_once) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
-  bench.say(protocol::Force{0, 1.0f});
-  bench.say(protocol::Force{0, std::nanf("")});
+  bench.say(force(bench, 1.0f));
+  bench.say(force(bench, std::nanf("")));
   CHECK(fake::pwm == 0);
   CHECK(bench.sample().flags == protocol::kFlagRefused);
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
 }
 
 TEST(silence_switches_off_within_the_watchdog) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   bench.periods(kWatchdogPeriods - 1);
   CHECK(fake::pwm > 0);
   CHECK(bench.sample().flags == protocol::kFlagWatchdog);
   CHECK(fake::pwm == 0);
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   CHECK(fake::pwm > 0);  // resumes by itself
   CHECK(bench.sample().flags == 0);
 }
@@ -122,9 +153,9 @@ TEST(silence_switches_off_within_the_watchdog) {
 TEST(refused_and_damaged_commands_are_silence) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
-  std::vector<uint8_t> damaged = fake::frame_of(fake::body_of(protocol::Force{0, 1.5f}));
+  std::vector<uint8_t> damaged = fake::frame_of(fake::body_of(force(bench, 1.5f)));
   damaged[2] ^= 0x40;
   const int16_t before = fake::pwm;
   for (int i = 0; i < kWatchdogPeriods - 1; ++i) {
@@ -141,7 +172,7 @@ TEST(commands_in_time_keep_the_motor_on) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
   for (int i = 0; i < 10; ++i) {
-    bench.say(protocol::Force{0, 1.0f});
+    bench.say(force(bench, 1.0f));
     bench.periods(kWatchdogPeriods - 1);
     CHECK(fake::pwm > 0);
   }
@@ -150,33 +181,33 @@ TEST(commands_in_time_keep_the_motor_on) {
 TEST(stop_latches_until_release) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   bench.say(protocol::Stop{});
   CHECK(fake::pwm == 0);
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   CHECK(fake::pwm == 0);
   CHECK(bench.sample().flags & protocol::kFlagStopped);
   bench.say(protocol::Release{});
   CHECK(fake::pwm == 0);  // only a new command drives again
   CHECK(bench.sample().flags == protocol::kFlagWatchdog);
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
 }
 
 TEST(a_command_to_a_board_that_nobody_listens_to_yet_is_not_obeyed) {
   Bench bench;
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   CHECK(fake::pwm == 0);
   bench.say(protocol::Stream{1, 0});
   CHECK(bench.sample().flags == protocol::kFlagWatchdog);
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
 }
 
 TEST(stream_off_switches_the_motor_off) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
   bench.say(protocol::Stream{0, 0});
   CHECK(fake::pwm == 0);
@@ -184,7 +215,7 @@ TEST(stream_off_switches_the_motor_off) {
 
 TEST(wrong_sizes_and_ids_do_nothing) {
   Bench bench;
-  bench.say(protocol::Force{0, 1.0f});
+  bench.say(force(bench, 1.0f));
   const int16_t before = fake::pwm;
   bench.say_bytes(fake::frame_of({protocol::Force::kId, 1, 2, 3}));
   bench.say_bytes(fake::frame_of({protocol::Stream::kId}));

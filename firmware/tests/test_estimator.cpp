@@ -3,6 +3,7 @@
 
 #include "check.h"
 #include "estimator.h"
+#include "protocol.h"
 
 namespace {
 

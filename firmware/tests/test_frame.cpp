@@ -74,7 +74,7 @@ TEST(parser_finds_every_body_up_to_the_largest) {
 
 TEST(every_single_damaged_byte_is_noticed) {
   std::mt19937 random(3);
-  const Bytes body = fake::body_of(protocol::Force{4660, 1.5f});
+  const Bytes body = fake::body_of(protocol::Force{4660, 3, 1.5f});
   const Bytes good = fake::frame_of(body);
   for (std::size_t at = 0; at < good.size(); ++at) {
     for (int value = 0; value < 256; ++value) {
@@ -92,7 +92,7 @@ TEST(every_single_damaged_byte_is_noticed) {
 }
 
 TEST(truncated_frame_costs_no_more_than_itself) {
-  const Bytes body = fake::body_of(protocol::Force{1, -2.0f});
+  const Bytes body = fake::body_of(protocol::Force{1, 0, -2.0f});
   const Bytes good = fake::frame_of(body);
   for (std::size_t from = 1; from < good.size(); ++from) {
     Bytes stream(good.begin() + from, good.end());

@@ -1,38 +1,11 @@
-// What the board renders by itself: scenes, ramps, fades, refusals, telemetry.
+// What the board renders by itself: ramps, fades, refusals, telemetry.
 #include "rendering.h"
 
-TEST(every_law_has_a_name_of_its_own) {
-  std::string seen = "|";
-  protocol::LawName name{};
-  for (uint8_t law = 0; law < render::count(); ++law) {
-    CHECK(render::describe(law, &name));
-    const std::string key(name.key, strnlen(name.key, sizeof(name.key)));
-    CHECK(!key.empty() && name.law == law && name.parameters <= protocol::kValues);
-    CHECK(name.states <= protocol::kValues);
-    CHECK(seen.find("|" + key + "|") == std::string::npos);
-    seen += key + "|";
-  }
-  CHECK(!render::describe(render::count(), &name));
-  CHECK(!render::describe(protocol::kNoLaw, &name));
-}
-
-TEST(law_names_are_told_over_the_wire) {
-  Bench bench;
-  bench.say(protocol::LawRequest{number_of("wall")});
-  bench.poll();
-  const auto name = bench.last<protocol::LawName>();
-  CHECK(std::strncmp(name.key, "wall", sizeof(name.key)) == 0 && name.parameters == 5);
-  bench.say(protocol::LawRequest{99});
-  bench.poll();
-  const auto none = bench.last<protocol::LawName>();
-  CHECK(none.law == 99 && none.key[0] == 0);
-}
-
-TEST(a_scene_is_rendered_and_told) {
-  Rendering board(scene("spring", 7, 100, 0, 0));
+TEST(a_law_is_rendered_and_told) {
+  Rendering board(spring(100));
   board.alive(kFadeMs);
-  const auto shown = board.shown(kRest + 100);
-  CHECK(shown.generation == 7 && shown.seq == board.seq() && shown.time_us == fake::now_us);
+  const auto shown = board.shown(kStill + 100);
+  CHECK(shown.generation == 1 && shown.seq == board.seq() && shown.time_us == fake::now_us);
   CHECK_NEAR(shown.asked, pull(100, shown.count), 1e-6);
   CHECK_NEAR(shown.velocity, 100 * kQuantum * 1000, 1e-6);
   CHECK(shown.flags == 0 && shown.pwm == fake::pwm && shown.overruns == 0);
@@ -41,151 +14,236 @@ TEST(a_scene_is_rendered_and_told) {
 
 TEST(the_force_fades_in_over_30_ms) {
   for (uint16_t rate : {500, 1000, 2000, 4000}) {
-    Rendering board(scene("damping", 1, 0), rate);
-    board.alive(200);
-    board.say(scene("spring", 2, 400, 0, 0));
+    Rendering board;
+    board.change(spring(400), 2, at(rate));
+    board.period(kStill);  // of a millisecond
     const int ticks = kFadeMs * rate / 1000;
-    for (int tick = 1; tick <= ticks; ++tick) {
+    for (int tick = rate == 1000 ? 2 : 1; tick <= ticks; ++tick) {
       board.say(protocol::Alive{});
-      board.tick(kRest);
-      const double force = pull(400, kRest) * tick / ticks;
+      board.tick(kStill);
+      const double force = pull(400, kStill) * tick / ticks;
       const double pwm = 255.0 * std::sqrt(-force * 0.090 * 0.005 / 0.074 / 0.0183);
       CHECK_NEAR(-fake::pwm, std::fmin(pwm, 255.0), 1.0);
     }
   }
 }
 
-TEST(numbers_of_the_same_law_move_over_30_ms_every_other_one) {
-  Rendering board(scene("spring", 1, 100, 0, 0));
+// A law reckons with its period: no tick of another length asks it.
+TEST(a_law_begins_with_its_own_rate) {
+  for (uint16_t rate : {500, 1000, 2000, 4000}) {
+    Rendering board;
+    board.change(counter(0), 2, at(rate));
+    CHECK(machine::slots()[kFirst] == 0.0f);
+    board.tick(kStill);  // the last period of a millisecond
+    CHECK(machine::slots()[kFirst] == (rate == 1000 ? 1.0f : 0.0f));
+    board.tick(kStill);
+    CHECK(machine::slots()[kFirst] == (rate == 1000 ? 2.0f : 1.0f));
+  }
+}
+
+TEST(a_law_fades_out_before_the_next_one_comes) {
+  Rendering board(spring(200));
+  board.alive(2 * kFadeMs);
+  const int16_t full = fake::pwm;
+  board.say(head_of(spring(-200), 2, at(2000)));
+  int before = std::abs(full);
+  for (int ms = 1; ms <= kFadeMs; ++ms) {
+    const auto shown = board.shown();
+    CHECK(shown.generation == 1 && fake::pwm <= 0 && std::abs(fake::pwm) <= before);
+    before = std::abs(fake::pwm);
+  }
+  CHECK(fake::pwm == 0);
+  const auto sample = board.sample(kStill);
+  CHECK(sample.generation == 2 && sample.received == 0 && sample.refusal == 0);
+  board.send(spring(-200), 2);
+  board.alive(4 * kFadeMs);
+  CHECK(fake::pwm == -full);
+}
+
+TEST(constants_move_over_30_ms_every_other_one) {
+  Rendering board(spring(100));
   board.alive(2 * kFadeMs);
   const int count = board.shown().count;
-  board.say(scene("spring", 2, 400, 0, 0));
+  board.say(tune(1, 2, {{kFirst, -400.0f}}));
   for (int ms = 0; ms < kFadeMs; ++ms) {
     const auto shown = board.shown();
     CHECK_NEAR(shown.asked, pull(100.0 + 300.0 * (ms - ms % 2) / kFadeMs, count), 1e-4);
     CHECK(shown.generation == 2);
   }
-  CHECK_NEAR(board.shown().asked, pull(400, count), 1e-6);
-  CHECK_NEAR(board.shown().asked, pull(400, count), 1e-6);
+  for (int ms = 0; ms < 5; ++ms) CHECK(board.shown().asked == static_cast<float>(count * 20.742975e-6f) * -400.0f);
 }
 
-TEST(another_choice_begins_anew_from_zero) {
-  Rendering board(scene("wall", 1, 200, 0, 0, 0, 0));
+TEST(at_a_slow_rate_constants_move_as_fast) {
+  Rendering board(spring(100), 500);
   board.alive(2 * kFadeMs);
-  CHECK(fake::pwm < 0);
-  board.say(scene("wall", 2, 200, 0, 0, 0, 1));
-  board.tick(kRest);
-  const int16_t faint = fake::pwm;
-  board.alive(2 * kFadeMs);
-  CHECK(faint <= 0 && -faint < -fake::pwm / 3);  // sqrt(1 / 30) of the duty, at most
+  board.say(tune(1, 2, {{kFirst, -400.0f}}));
+  for (int periods = 0; periods < kFadeMs / 2; ++periods) {
+    CHECK_NEAR(machine::slots()[kFirst], -100.0 - 300.0 * periods / (kFadeMs / 2), 1e-3);
+    board.shown();
+  }
+  CHECK(machine::slots()[kFirst] == -400.0f);
 }
 
-TEST(state_stays_where_numbers_move_and_begins_anew_with_another_scene) {
-  Rendering board(scene("button", 1, 1, 0.5, 0.004, 0.007, 500, 0.1, 0.0));
-  board.alive(10);  // deeper than the middle of the snap
-  float downs = -1.0f;
-  const auto watch = [&](uint16_t raw) {
-    for (int i = 0; i < 8; ++i) {
-      const auto shown = board.shown(raw);
-      if (shown.state_at == 3) downs = shown.state;
+TEST(a_moving_constant_turns_to_its_newest_target) {
+  Rendering board(spring(100));
+  board.say(tune(1, 2, {{kFirst, -400.0f}}));
+  board.alive(10);
+  const float there = machine::slots()[kFirst];
+  CHECK_NEAR(there, -200.0f, 1e-3);
+  board.say(tune(1, 2, {{kFirst, -400.0f}}));  // said again: it goes on
+  board.alive(2);
+  CHECK_NEAR(machine::slots()[kFirst], -220.0f, 1e-3);
+  board.say(tune(1, 3, {{kFirst, 80.0f}}));
+  board.alive(kFadeMs / 2);
+  CHECK_NEAR(machine::slots()[kFirst], (-220.0f + 80.0f) / 2, 15.0f);
+  board.alive(kFadeMs / 2);
+  CHECK(machine::slots()[kFirst] == 80.0f);
+}
+
+TEST(a_change_for_which_there_is_no_room_is_said_again) {
+  constexpr uint8_t kMoving = 30;
+  Law law{std::vector<float>(kMoving, 1.0f), {machine::kMain, machine::kLoad, kFirst, machine::kReturn}};
+  law.slots = (machine::kArena - 4 - machine::kRamps * machine::kRamp) / 4;  // the least room that there can be
+  const int room = (machine::kArena - 4 * law.slots - 4) / machine::kRamp;
+  Rendering board;
+  board.change(law, 1);
+  board.alive(4);
+  uint8_t generation = 1;
+  int moving = 0;
+  for (uint8_t first = 0; first < kMoving; first += 6) {
+    protocol::Tune one = tune(1, static_cast<uint8_t>(generation + 1), {});
+    for (uint8_t i = 0; i < 6; ++i) {
+      one.slots[one.count] = kFirst + first + i;
+      one.values[one.count++] = 2.0f;
     }
-  };
-  watch(kRest);
-  CHECK(downs == 1.0f);
-  board.say(scene("button", 2, 1.2, 0.5, 0.004, 0.007, 500, 0.1, 0.0));
-  watch(kRest);
-  CHECK(downs == 1.0f);
-  board.say(scene("free", 3));
-  board.shown();
-  board.say(scene("button", 4, 1, 0.5, 0.004, 0.007, 500, 0.1, 0.03));
-  watch(kRest);
-  CHECK(downs == 0.0f);
+    board.say(one);
+    if (moving + one.count > room) break;
+    moving += one.count;
+    CHECK(board.shown().generation == ++generation);
+  }
+  CHECK(moving >= 6 && moving < kMoving);
+  CHECK(board.shown().generation == generation);  // not taken, nor any part of it
+  board.alive(kFadeMs + 2);
+  for (int i = 0; i < kMoving; ++i) CHECK(machine::slots()[kFirst + i] == (i < moving ? 2.0f : 1.0f));
+  board.say(tune(1, static_cast<uint8_t>(generation + 1), {{static_cast<uint8_t>(kFirst + moving), 2.0f}}));
+  CHECK(board.shown().generation == generation + 1);
 }
 
-TEST(what_is_no_scene_is_refused) {
-  for (int which = 0; which < 4; ++which) {
-    Rendering board(scene("spring", 1, 200, 0, 0));
+TEST(changes_of_another_law_are_passed_over) {
+  Rendering board(spring(100));
+  board.say(tune(2, 3, {{kFirst, -400.0f}}));
+  CHECK(board.shown().generation == 1);
+  board.say(protocol::Leave{});
+  board.alive(2 * kFadeMs);
+  board.say(tune(1, 2, {{kFirst, -400.0f}}));
+  board.alive(2 * kFadeMs);
+  CHECK(machine::slots()[kFirst] == -100.0f);
+}
+
+TEST(what_moves_is_forgotten_with_its_law) {
+  Rendering board(spring(100));
+  board.say(tune(1, 2, {{kFirst, -400.0f}}));
+  board.alive(4);
+  board.say(protocol::Leave{});
+  board.say(protocol::Leave{});
+  std::memset(machine::arena, 0xa5, sizeof(machine::arena));
+  board.alive(2 * kFadeMs);
+  for (uint8_t byte : machine::arena) CHECK(byte == 0xa5);
+}
+
+TEST(a_change_that_no_law_can_follow_switches_off_until_the_next_law) {
+  const std::pair<uint8_t, float> wrong[] = {{0, 1.0f}, {1, 1.0f}, {kFirst, 1.0f}, {kFirst + 4, 1.0f}, {255, 1.0f},
+                                             {kFirst + 2, NAN}, {kFirst + 2, INFINITY}};
+  for (const auto& [slot, value] : wrong) {
+    Law law = counter(0);
+    law.given[3] = 1.0f;  // N
+    Rendering board(law);
     board.alive(2 * kFadeMs);
-    CHECK(fake::pwm != 0);
-    auto bad = scene("spring", 2, 200, 0, 0);
-    if (which == 0) bad.law = render::count();
-    if (which == 1) bad.values[1] = NAN;
-    if (which == 2) bad.values[2] = INFINITY;
-    if (which == 3) bad.values[0] = -INFINITY;
-    board.say(bad);
-    CHECK(fake::pwm == 0);
+    CHECK(fake::pwm > 0);
+    board.say(tune(1, 2, {{kFirst + 3, 2.0f}, {slot, value}}));
+    CHECK(fake::pwm == 0 && machine::slots()[kFirst + 3] == 1.0f);
     const auto shown = board.shown();
     CHECK((shown.flags & protocol::kFlagRefused) && shown.generation == 1 && shown.asked == 0.0f);
     board.alive(2 * kFadeMs);
     CHECK(fake::pwm == 0);
-    board.say(scene("spring", 3, 200, 0, 0));
+    board.change(law, 3);
     board.alive(2 * kFadeMs);
-    CHECK(fake::pwm != 0 && board.shown().flags == 0);
+    CHECK(fake::pwm > 0 && board.shown().flags == 0);
   }
 }
 
-TEST(values_behind_the_laws_own_are_not_looked_at) {
-  Rendering board(scene("spring", 1, 200, 0, 0));
-  auto good = scene("spring", 2, 200, 0, 0);
-  good.values[3] = NAN;
-  board.say(good);
-  CHECK(board.shown().flags == 0);
-}
-
-TEST(a_force_that_is_not_finite_ends_the_scene) {
-  Rendering board(scene("free", 1));
-  board.say(scene("spring", 1, 3e38, 0, -1e6));
+TEST(a_force_that_is_not_finite_ends_the_law) {
+  Law law = spring(3e38);
+  law.code.insert(law.code.end() - 1, {machine::kMultiply, kFirst});
+  Rendering board;
+  board.say(head_of(law, 1, at(1000)));
+  board.send(law, 1);
   const auto shown = board.shown();
   CHECK(!std::isfinite(shown.asked) && (shown.flags & protocol::kFlagRefused) && fake::pwm == 0);
   CHECK(board.shown().asked == 0.0f);
-  board.say(scene("spring", 2, 100, 0, 0));
+  board.change(spring(100), 2);
   board.alive(2 * kFadeMs);
   CHECK(fake::pwm != 0);
 }
 
 TEST(leaving_the_rendering_to_the_computer_switches_off_until_its_force) {
-  Rendering board(scene("spring", 1, 300, 0, 0), 4000);
+  Rendering board(spring(300), 4000);
   board.alive(200);
-  board.say(protocol::Scene{protocol::kNoLaw, 9, {}});
-  board.alive((kFadeMs + 3) * 4);
+  const int16_t full = fake::pwm;
+  board.say(protocol::Leave{});
+  board.alive(kFadeMs * 2);
+  CHECK(fake::pwm != 0 && std::abs(fake::pwm) < std::abs(full));
+  board.alive(kFadeMs * 2 + 3);
   CHECK(fake::pwm == 0 && fake::quarters == 4);
   board.say(protocol::Alive{});
-  board.period(kRest);
+  board.period(kStill);
   CHECK(fake::pwm == 0);
-  board.say(protocol::Force{0, 1.0f});
+  board.say(protocol::Force{board.seq(), 0, 1.0f});
   CHECK(fake::pwm > 0);
-  board.sample(kRest);
+  board.sample(kStill);
+}
+
+TEST(leaving_twice_switches_off_at_once) {
+  Rendering board(spring(300));
+  board.alive(200);
+  board.say(protocol::Leave{});
+  board.shown();
+  CHECK(fake::pwm != 0);
+  board.say(protocol::Leave{});
+  CHECK(fake::pwm == 0);
+  board.sample(kStill);
 }
 
 TEST(telemetry_comes_every_millisecond_and_its_states_take_turns) {
   for (uint16_t rate : {1000, 2000, 4000}) {
-    Rendering board(scene("friction", 1, 0, 1, 0.5, 0.01, 0.01, 800, 0), rate);
+    Rendering board(counter(0), rate);
     board.alive(10 * rate / 1000);
-    for (int i = 0; i < 10 * rate / 1000; ++i) board.period(kRest);
+    for (int i = 0; i < 10 * rate / 1000; ++i) board.period(kStill);
     const auto bodies = fake::take_bodies();
     CHECK(bodies.size() == 10);
     uint8_t at = 255;
     for (const auto& body : bodies) {
       protocol::Telemetry shown{};
       std::memcpy(&shown, body.data() + 1, sizeof(shown));
-      if (at != 255) CHECK(shown.state_at == (at + 1) % 4);
+      if (at != 255) CHECK(shown.state_at == (at + 1) % 2);
       at = shown.state_at;
+      CHECK((shown.state > 0.0f) == (at == 0 || shown.state == 0.0f));
     }
   }
 }
 
 TEST(skipped_ticks_and_the_mean_delay_are_told) {
-  Rendering board(scene("spring", 1, 100, 0, 0), 4000);
+  Rendering board(spring(100), 4000);
   fake::age_us = 100;
   board.alive(200);
-  board.tick(kRest, 2);  // two were skipped
+  board.tick(kStill, 2);  // two were skipped
   board.poll();
   fake::sent.clear();
   uint16_t longest = 0;
   uint8_t overruns = 0;
   for (int i = 0; i < 8; ++i) {
     fake::age_us = i == 1 ? 333 : 100;
-    board.period(kRest);
+    board.period(kStill);
   }
   for (const auto& body : fake::take_bodies()) {
     protocol::Telemetry shown{};
@@ -198,47 +256,13 @@ TEST(skipped_ticks_and_the_mean_delay_are_told) {
 }
 
 TEST(a_frame_that_the_main_program_missed_is_told) {
-  Rendering board(scene("spring", 1, 100, 0, 0));
+  Rendering board(spring(100));
   board.alive(40);
   board.say(protocol::Alive{});
-  board.tick(kRest);
-  board.tick(kRest);
+  board.tick(kStill);
+  board.tick(kStill);
   fake::sent.clear();
   board.poll();
   CHECK(board.last<protocol::Telemetry>().flags & protocol::kFlagOverrun);
   CHECK(!(board.shown().flags & protocol::kFlagOverrun));
-}
-
-TEST(a_loop_that_no_board_has_is_refused) {
-  Rendering board(scene("spring", 1, 300, 0, 0));
-  board.alive(60);
-  for (const auto& bad : {protocol::Loop{999, 0, 0, 0}, protocol::Loop{1000, 3, 0, 0},
-                          protocol::Loop{1000, 1, NAN, 0}, protocol::Loop{1000, 1, 1.01f, 0},
-                          protocol::Loop{1000, 2, 0.5f, 2000}, protocol::Loop{1000, 2, -0.1f, 0}}) {
-    board.say(bad);
-    CHECK(fake::pwm == 0 && (board.shown().flags & protocol::kFlagRefused));
-    board.say(scene("spring", 1, 300, 0, 0));
-    board.alive(60);
-    CHECK(fake::pwm != 0);
-  }
-}
-
-TEST(another_rate_changes_the_velocity_by_no_jump) {
-  Rendering board(scene("damping", 1, 10));
-  int raw = 100;
-  for (int i = 0; i < 60; ++i) board.shown(static_cast<uint16_t>(raw += 4));
-  const float before = board.shown(static_cast<uint16_t>(raw += 4)).velocity;
-  board.say(protocol::Loop{2000, protocol::kEstimatorIir, 0.1f, 0.0f});
-  board.tick(static_cast<uint16_t>(raw += 4));  // the last one a millisecond after the one before
-  for (int i = 0; i < 8; ++i) {
-    board.poll();
-    fake::sent.clear();
-    board.tick(static_cast<uint16_t>(raw += 2));
-    board.poll();
-    for (const auto& body : fake::take_bodies()) {
-      protocol::Telemetry shown{};
-      std::memcpy(&shown, body.data() + 1, sizeof(shown));
-      CHECK_NEAR(shown.velocity, before, 1e-5);
-    }
-  }
 }

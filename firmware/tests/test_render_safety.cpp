@@ -9,22 +9,21 @@
 
 TEST(silence_switches_off_within_25_ms_at_every_rate_and_life_fades_in) {
   for (uint16_t rate : {500, 1000, 2000, 4000}) {
-    for (int words = 0; words < 3; ++words) {
-      Rendering board(scene("spring", 1, 300, 0, 0), rate);
+    for (int words = 0; words < 2; ++words) {
+      Rendering board(spring(300), rate);
       board.alive(60 * rate / 1000);
       if (words == 0) board.say(protocol::Alive{});
-      if (words == 1) board.say(protocol::Force{0, 1.0f});
-      if (words == 2) board.say(scene("spring", 1, 300, 0, 0));
+      if (words == 1) board.say(protocol::Force{0, 0, 1.0f});
       int ticks = 0;
-      for (; fake::pwm != 0 && ticks < 1000; ++ticks) board.tick(kRest);
+      for (; fake::pwm != 0 && ticks < 1000; ++ticks) board.tick(kStill);
       // the word came at any time in the period before the first of these ticks
       CHECK(ticks * 1000.0 / rate <= 25.0 && (ticks - 1) * 1000.0 / rate >= 21.0);
       board.poll();
       fake::sent.clear();
-      board.period(kRest);
-      for (int wait = 0; fake::sent.empty() && wait < 4; ++wait) board.period(kRest);
+      board.period(kStill);
+      for (int wait = 0; fake::sent.empty() && wait < 4; ++wait) board.period(kStill);
       board.say(protocol::Alive{});
-      board.tick(kRest);
+      board.tick(kStill);
       const int16_t faint = fake::pwm;
       board.alive(60 * rate / 1000);
       CHECK(faint != 0 && std::abs(faint) * 2 < std::abs(fake::pwm));
@@ -33,7 +32,7 @@ TEST(silence_switches_off_within_25_ms_at_every_rate_and_life_fades_in) {
 }
 
 TEST(stop_and_release_fade_in_again) {
-  Rendering board(scene("spring", 1, 300, 0, 0));
+  Rendering board(spring(300));
   board.alive(60);
   const int16_t full = fake::pwm;
   board.say(protocol::Stop{});
@@ -42,7 +41,7 @@ TEST(stop_and_release_fade_in_again) {
   CHECK(fake::pwm == 0 && (board.shown().flags & protocol::kFlagStopped));
   board.say(protocol::Release{});
   board.say(protocol::Alive{});  // before any tick has seen the stop's end
-  board.tick(kRest);
+  board.tick(kStill);
   CHECK(fake::pwm != 0 && std::abs(fake::pwm) * 2 < std::abs(full));
   board.alive(60);
   CHECK(fake::pwm == full);
@@ -50,10 +49,10 @@ TEST(stop_and_release_fade_in_again) {
 
 TEST(too_fast_a_handle_latches_until_release) {
   for (bool over : {false, true}) {
-    Rendering board(scene("spring", 1, 20, 0, 0));
+    Rendering board(spring(20));
     board.alive(60);
     const int fastest = static_cast<int>(5.0 / kQuantum / 1000.0 * (over ? 1.01 : 0.99));  // counts in a ms
-    int count = kRest;
+    int count = kStill;
     bool told = false;
     for (int tenths = 0; tenths <= 10; ++tenths) {
       const int step = fastest * tenths / 10;
@@ -72,7 +71,7 @@ TEST(too_fast_a_handle_latches_until_release) {
 }
 
 TEST(the_clamp_is_told) {
-  Rendering board(scene("spring", 1, 1000, 0, 0));
+  Rendering board(spring(1000));
   board.alive(60);
   const auto shown = board.shown();
   CHECK(shown.asked < -3.0f && shown.flags == protocol::kFlagClamped);
@@ -99,16 +98,16 @@ TEST(another_zero_or_sense_is_no_speed_however_soon_a_tick_comes) {
   };
   for (const auto& change : changes) {
     for (int ticks : {0, 1, 3}) {
-      Rendering board(scene("spring", 1, 20, 0, 0));
+      Rendering board(spring(20));
       board.alive(60);
       protocol::Board kit = settings::now();
       change(kit);
       fake::let_go = [&] {
-        for (int i = 0; i < ticks; ++i) board.tick(kRest);
+        for (int i = 0; i < ticks; ++i) board.tick(kStill);
       };
       board.say(kit);
-      board.periods(3, kRest);
-      board.say(scene("spring", 2, 20, 0, 0));
+      board.periods(3, kStill);
+      board.change(spring(20), 2);
       board.alive(60);
       CHECK(!(board.shown().flags & protocol::kFlagOverSpeed));
       CHECK(fake::pwm != 0);

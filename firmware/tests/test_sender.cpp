@@ -63,7 +63,6 @@ void check_all_multiples() {
 TEST(every_message_is_filled_to_every_multiple_that_fits) {
   check_all_multiples<protocol::Sample>();
   check_all_multiples<protocol::Telemetry>();
-  check_all_multiples<protocol::LawName>();
   check_all_multiples<protocol::Hello>();
   check_all_multiples<protocol::Settings>();
 }
