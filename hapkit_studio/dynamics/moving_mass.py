@@ -60,10 +60,11 @@ def pushed(x, v, touch, side, speed, contact, pad):
     depth = touch - x
     if side * depth <= 0.0:
         return 0.0
+    force = contact * depth
     rate = speed - v
     if side * rate > 0.0:
-        return contact * depth + pad * rate
-    return contact * depth
+        force += pad * rate
+    return force
 
 
 @compiled

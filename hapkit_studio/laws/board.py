@@ -2,7 +2,7 @@
 
 import math
 import struct
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -29,16 +29,29 @@ class Program:
     """A law for the board. Where only constants differ, the code is the same bytes.
 
     states: values of state; given: what the slots from FIRST on begin with, state first, then constants;
-    slots: how many there are in all; usual, most: cycles of one call on its longest way; size: bytes of
-    arena; lines: the source line of each instruction, by its place in the code.
+    slots: how many there are in all; most: cycles that one call takes on its longest way; lines: the source
+    line of each instruction.
     """
 
     code: bytes
     states: int
     given: tuple[float, ...]
     slots: int
-    usual: int
     most: int
+    lines: tuple[int, ...] = field(compare=False)
+
+    @property
+    def usual(self) -> float:
+        """Return the cycles of one call on average, where an imposed motion makes it work most."""
+        return _tried(self.code, self.states, self.slots, self.given)[0]
+
+    def cycles_by_line(self) -> dict[int, float]:
+        """Return the cycles that each source line takes in a call, on average over that motion."""
+        found: dict[int, float] = {}
+        counts = _tried(self.code, self.states, self.slots, self.given)[1]
+        for (_, operation, _), line, count in zip(instructions(self.code), self.lines, counts, strict=True):
+            found[line] = found.get(line, 0.0) + count * operation.usual
+        return found
 
     @property
     def size(self) -> int:
@@ -57,6 +70,7 @@ class Code:
     name: str
     operands: tuple = ()
     mask: int = 0  # of the two jumps that compare
+    line: int = 0  # of the source
 
 
 class Label:
@@ -130,8 +144,10 @@ def assemble(law: Specialised, start: Sequence[float]) -> Program:
     if slots > machine.MOST_SLOTS:
         raise LawError(f"This law needs {slots} values at a time; the board's machine has {machine.MOST_SLOTS}.")
     code = _encoded([*sections, main], numbers, first)
-    usual, most = cycles(code)
-    return Program(code, len(start), tuple(map(_single, given)), slots, usual, most)
+    lines = tuple(
+        line for s in (*sections, main) for line in (0, *(c.line for c in s.code if c.name != "LABEL"))
+    )
+    return Program(code, len(start), tuple(map(_single, given)), slots, longest(code), lines)
 
 
 def _single(value: float) -> float:
@@ -152,7 +168,7 @@ class _Section:
         self._numbers: dict[str, int] = {}  # of variables, for sets of bits
         self._ends: dict[int, Label] = {}
         self._loops: list[tuple[Label, Label]] = []
-        self._extra = 0
+        self._extra = self._line = 0
         if function is None:
             assert body is not None
             self.statements(body)
@@ -162,7 +178,7 @@ class _Section:
         self.tidy()
 
     def put(self, name: str, *operands: object, mask: int = 0) -> None:
-        self.code.append(Code(name, operands, mask))
+        self.code.append(Code(name, operands, mask, self._line))
         if name not in _KEEPING:
             self._held = set()
 
@@ -181,6 +197,7 @@ class _Section:
             self.statement(s)
 
     def statement(self, s: Statement) -> None:
+        self._line = s.line or self._line
         match s:
             case Assign(to, value):
                 self.load(value)
@@ -375,7 +392,7 @@ class _Section:
                 if aim is not None and aim.name == "JUMP":
                     code.operands = (*code.operands[:-1], aim.operands[0])
                 elif code.name == "JUMP" and aim is not None and aim.name == "RETURN":
-                    code = Code("RETURN")
+                    code = Code("RETURN", line=code.line)
             kept.append(code)
             dead = code.name in _ENDING
         self.code = [c for i, c in enumerate(kept) if not (c.name == "JUMP" and _falls(kept, i))]
@@ -670,13 +687,8 @@ def instructions(code: bytes) -> Iterator[tuple[int, machine.Operation, int]]:
         at += operation.size
 
 
-def cycles(code: bytes) -> tuple[int, int]:
-    """Return the cycles of one call on its longest way, as a rule and at most."""
-    return _longest(code, "usual"), _longest(code, "most")
-
-
-def _longest(code: bytes, which: str) -> int:
-    """Return the cycles on the longest way through the code, each operation at its cost of that name."""
+def longest(code: bytes) -> int:
+    """Return the cycles of one call on the longest way through the code, as the board's verifier counts."""
     reached: dict[int, int] = {}
     subroutines: dict[int, int] = {}
     loops: list[tuple[int, int, int, int]] = []
@@ -685,7 +697,7 @@ def _longest(code: bytes, which: str) -> int:
         here = max(here, reached.get(at, 0))
         end = at + operation.size
         word = int.from_bytes(code[end - 2 : end], "little")
-        cost = here + getattr(operation, which)
+        cost = here + operation.most
         match operation.name:
             case "SUBROUTINE" | "MAIN":
                 here, section = 0, at
@@ -716,3 +728,102 @@ def _longest(code: bytes, which: str) -> int:
                 reached = {aim: c + more if start < aim else c for aim, c in reached.items()}
         here = cost
     return subroutines[section]
+
+
+# --- trial
+_MOTION = tuple(
+    (0.03 * math.sin(0.02 * k) + 0.006 * math.sin(0.11 * k), 0.6 * math.cos(0.02 * k) + 0.66 * math.cos(0.11 * k))
+    for k in range(640)
+)
+"""Position in m and velocity in m/s of a handle that goes to and fro, with the hand's small moves on top."""
+_WINDOW = 40
+"""Calls over which an average is taken: a handle may stay for long where a law works most."""
+_FUNCTIONS: dict[str, Callable] = {
+    "ADD": lambda a, b: a + b, "SUBTRACT": lambda a, b: a - b, "SUBTRACT_FROM": lambda a, b: b - a,
+    "MULTIPLY": lambda a, b: a * b, "DIVIDE": lambda a, b: a / b, "DIVIDE_INTO": lambda a, b: b / a,
+    "MINIMUM": lambda a, b: b if b < a else a, "MAXIMUM": lambda a, b: b if b > a else a,
+    "FLOOR_DIVIDE": lambda a, b: a // b, "MODULO": lambda a, b: a % b, "REMAINDER": math.fmod,
+    "POWER": math.pow, "NEGATE": lambda a: -a, "ABSOLUTE": abs, "TRUNCATE": math.trunc,
+    **{n.upper(): getattr(math, n) for n in ("atan2", "hypot", "copysign", "sqrt", "floor", "ceil", "sin", "cos")},
+    **{n.upper(): getattr(math, n) for n in ("tan", "asin", "acos", "atan", "exp", "expm1", "log", "log1p")},
+    **{n.upper(): getattr(math, n) for n in ("sinh", "cosh", "tanh")},
+}  # fmt: skip
+
+
+@lru_cache(maxsize=256)
+def _tried(
+    code: bytes, states: int, slots: int, given: tuple[float, ...]
+) -> tuple[float, tuple[float, ...]]:
+    """Return the most cycles of a call on average in a window of the motion, and how often each instruction ran.
+
+    The numbers are double precision, and what has no value is 0: only the way through the code matters.
+    """
+    steps = list(instructions(code))
+    numbers = {at: i for i, (at, _, _) in enumerate(steps)}
+    counts = [0] * len(steps)
+    values = [0.0, 0.0, *given] + [0.0] * (slots - FIRST - len(given))
+    costs = []
+    start = max(i for i, (_, o, _) in enumerate(steps) if o.name == "MAIN") + 1
+    for x, v in _MOTION:
+        values[:FIRST] = x, v
+        costs.append(_call(code, steps, numbers, counts, values, start))
+    sums = [sum(costs[k : k + _WINDOW]) / _WINDOW for k in range(0, len(costs), _WINDOW)]
+    return max(sums), tuple(c / len(_MOTION) for c in counts)
+
+
+def _call(
+    code: bytes,
+    steps: Sequence[tuple[int, machine.Operation, int]],
+    numbers: Mapping[int, int],
+    counts: list[int],
+    values: list[float],
+    i: int,
+) -> int:
+    """Run the law once over its values from instruction i on; return the cycles."""
+    a, cost = 0.0, 0
+    calls: list[int] = []
+    left: dict[int, int] = {}
+    while True:
+        at, operation, mask = steps[i]
+        counts[i] += 1
+        cost += operation.usual
+        i += 1
+        end = at + operation.size
+        operands = code[at + 1 : end]
+        match operation.name:
+            case "RETURN":
+                if not calls:
+                    return cost
+                i = calls.pop()
+            case "CALL":
+                calls.append(i)
+                i = numbers[int.from_bytes(operands, "little")] + 1
+            case "JUMP" | "FAR_JUMP":
+                i = numbers[end + int.from_bytes(operands, "little")]
+            case "LOOP":
+                left[operands[0]] = int.from_bytes(operands[1:], "little")
+            case "NEXT":
+                left[operands[0]] -= 1
+                if left[operands[0]]:
+                    i = numbers[end - int.from_bytes(operands[1:], "little")]
+            case "COMPARE" | "TEST":
+                other = values[operands[0]] if operation.name == "COMPARE" else 0.0
+                if mask & (LESS if a < other else EQUAL if a == other else GREATER):
+                    i = numbers[end + operands[-1]]
+            case "LOAD":
+                a = values[operands[0]]
+            case "STORE":
+                values[operands[0]] = a
+            case "LOAD_AT" | "STORE_AT":
+                place = operands[1] + int(min(max(values[operands[0]], 0.0), operands[2] - 1.0))
+                if operation.name == "LOAD_AT":
+                    a = values[place]
+                else:
+                    values[place] = a
+            case name:
+                try:
+                    a = float(_FUNCTIONS[name](a, *(values[o] for o in operands)))
+                except (ArithmeticError, ValueError):
+                    a = 0.0
+                if not -1e38 < a < 1e38:
+                    a = 0.0

@@ -26,7 +26,8 @@ class Body(Expressions):
         out: list[ast.stmt] = []
         for statement in statements:
             new = self.visit(statement)
-            out.extend(new if isinstance(new, list) else [new])
+            several = new if isinstance(new, list) else [new]
+            out.extend(ast.copy_location(one, statement) for one in several)
         return out
 
     def visit_Expr(self, node: ast.Expr) -> ast.stmt:

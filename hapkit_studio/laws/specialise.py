@@ -90,26 +90,33 @@ Test = Compare | Logic | Not
 
 # --- statements
 @dataclass
-class Assign:
+class Stated:
+    """What every statement has: the line of the law's file that it comes from, 0 for none."""
+
+    line: int = field(default=0, compare=False, kw_only=True)
+
+
+@dataclass
+class Assign(Stated):
     to: str
     value: Expr
 
 
 @dataclass
-class SetAt:
+class SetAt(Stated):
     place: At
     value: Expr
 
 
 @dataclass
-class If:
+class If(Stated):
     test: Test
     then: list["Statement"]
     other: list["Statement"]
 
 
 @dataclass
-class Loop:
+class Loop(Stated):
     """Run the body so many times; Continue ends one turn, Break all."""
 
     times: int
@@ -118,37 +125,37 @@ class Loop:
 
 
 @dataclass
-class Break:
+class Break(Stated):
     pass
 
 
 @dataclass
-class Continue:
+class Continue(Stated):
     pass
 
 
 @dataclass
-class Block:
+class Block(Stated):
     """What a written-in function became: Leave ends it."""
 
     body: list["Statement"] = field(default_factory=list)
 
 
 @dataclass
-class Leave:
+class Leave(Stated):
     block: Block
     moves: list[Assign]
 
 
 @dataclass
-class Call:
+class Call(Stated):
     """Run a function: its parameters have their values; its results are variables then."""
 
     function: "Function"
 
 
 @dataclass
-class Return:
+class Return(Stated):
     value: Expr
 
 
@@ -369,6 +376,8 @@ class _Specialiser:
         self.calls: Counter[str] = Counter()
         self.trees: list[ast.FunctionDef] = []
         self.loads: dict[int, Counter[str]] = {}
+        self.line = 0
+        self.shows = [True]  # of every function that is being walked: whether its lines are the law's file's
 
     def law(self) -> list[Statement]:
         """Return the law's statements."""
@@ -394,12 +403,16 @@ class _Specialiser:
         self.used[name] += 1
         return name if self.used[name] == 1 else self.fresh(f"{name}_{self.used[name]}")
 
+    def emit(self, statement: Statement) -> None:
+        statement.line = self.line
+        self.out.append(statement)
+
     def keep(self, value: Expr, name: str = "t") -> Expr:
         """Return a value that costs nothing to read: known, or a variable's."""
         if isinstance(value, Num | Var):
             return value
         made = self.fresh(name)
-        self.out.append(Assign(made, value))
+        self.emit(Assign(made, value))
         return Var(made)
 
     def detach(self, names: frozenset[str]) -> None:
@@ -411,7 +424,7 @@ class _Specialiser:
                     continue
                 if value not in copies:
                     made = self.fresh(name)
-                    self.out.append(Assign(made, value))
+                    self.emit(Assign(made, value))
                     copies[value] = Var(made)
                 frame[name] = copies[value]
         self.states = {k: v for k, v in self.states.items() if k not in names and not mentions(v, names)}
@@ -423,7 +436,7 @@ class _Specialiser:
             if value == Var(variable):
                 return
             self.detach_others(variable)
-            self.out.append(Assign(variable, value))
+            self.emit(Assign(variable, value))
             return
         lazy = isinstance(value, Num | Var)
         if isinstance(value, Select) and self.folds:
@@ -444,7 +457,7 @@ class _Specialiser:
         if self.states.get(name) == value or value == Var(name):
             return
         self.detach(frozenset((name,)))
-        self.out.append(Assign(name, value))
+        self.emit(Assign(name, value))
         if isinstance(value, Num) or (isinstance(value, Var) and not self.changes(value.name)):
             self.states[name] = value
 
@@ -458,6 +471,8 @@ class _Specialiser:
         return any(self.statement(s) for s in statements)
 
     def statement(self, node: ast.stmt) -> bool:
+        if self.shows[-1]:
+            self.line = node.lineno
         match node:
             case ast.Assign(targets=[ast.Tuple(elts=targets)], value=value):
                 self.assign_several(targets, value)
@@ -473,10 +488,10 @@ class _Specialiser:
                 self.leave(value)
                 return True
             case ast.Break():
-                self.out.append(Break())
+                self.emit(Break())
                 return True
             case ast.Continue():
-                self.out.append(Continue())
+                self.emit(Continue())
                 return True
         return False
 
@@ -489,7 +504,7 @@ class _Specialiser:
             changed = frozenset(f"s[{place.start + i}]" for i in range(place.size))
             value = self.keep(value)
             self.detach(changed)
-            self.out.append(SetAt(place, value))
+            self.emit(SetAt(place, value))
         else:
             self.set_state(int(place.name[2:-1]), value)
 
@@ -511,7 +526,7 @@ class _Specialiser:
         if not mentions(value, written):
             return value
         made = self.fresh("t")
-        self.out.append(Assign(made, value))
+        self.emit(Assign(made, value))
         return Var(made)
 
     def written(self, targets: Sequence[ast.expr]) -> list[str]:
@@ -535,15 +550,15 @@ class _Specialiser:
         if isinstance(test, bool):
             return self.walk(node.body if test else node.orelse)
         frames, states = [dict(f) for f in self.frames], dict(self.states)
-        outside, self.out = self.out, []
+        outside, self.out, line = self.out, [], self.line
         left = self.walk(node.body)
         then, then_frames, then_states = self.out, self.frames, self.states
         self.frames, self.states, self.out = frames, states, []
         gone = self.walk(node.orelse)
         other = self.out
-        self.out = outside
+        self.out, self.line = outside, line
         if left and gone:
-            self.out.append(If(test, then, other))
+            self.emit(If(test, then, other))
             return True
         if left:
             pass
@@ -553,7 +568,7 @@ class _Specialiser:
             self.merge(test, then, then_frames, other)
             self.states = {k: v for k, v in self.states.items() if then_states.get(k) == v}
         if then or other:
-            self.out.append(If(test, then, other))
+            self.emit(If(test, then, other))
         return False
 
     def merge(
@@ -612,7 +627,7 @@ class _Specialiser:
             if name not in outer:
                 self.pin(name)
         after: list[Statement] = []
-        outside, self.out, self.states = self.out, [], {}
+        outside, self.out, self.states, line = self.out, [], {}, self.line
         if counted:
             place = self.pinned[-1][counter]
             # a count of its own where the name is written in the body, or read behind the loop
@@ -620,20 +635,20 @@ class _Specialiser:
             self.fixed.add(own)
             outside.append(Assign(own, literal(float(turns.start))))
             if own != place:
-                self.out.append(Assign(place, Var(own)))
+                self.emit(Assign(place, Var(own)))
             after.append(Assign(own, Op("+", (Var(own), literal(float(turns.step))))))
         before = [dict(f) for f in self.frames]
         self.walk(body)
         self.frames, self.states = before, {}
-        inner, self.out = self.out, outside
-        self.out.append(Loop(len(turns), inner, after))
+        inner, self.out, self.line = self.out, outside, line
+        self.emit(Loop(len(turns), inner, after))
         self.pinned[-1] = outer
 
     def pin(self, name: str) -> None:
         """Give a name that a loop changes one variable for as long as the loop runs."""
         variable = self.fresh(name)
         if name in self.env:
-            self.out.append(Assign(variable, self.env[name]))
+            self.emit(Assign(variable, self.env[name]))
         self.pinned[-1][name] = variable
         self.fixed.add(variable)
         self.env[name] = Var(variable)
@@ -646,12 +661,12 @@ class _Specialiser:
         assert value is not None
         block = self.blocks[-1]
         if block is None:
-            self.out.append(Return(self.value(value)))
+            self.emit(Return(self.value(value)))
             return
         several = value.elts if isinstance(value, ast.Tuple) else [value]
         values = [self.keep_unless_select(self.value(v)) for v in several]
         made = Leave(block, [])
-        self.out.append(made)
+        self.emit(made)
         found = self.returns[-1]
         assert found is not None
         found.append((made, values))
@@ -674,6 +689,8 @@ class _Specialiser:
         """Walk a function's body into the block; return what its returns give, one list each."""
         self.frames.append(given)
         self.trees.append(tree)
+        self.shows.append(self.shows[-1] and tree.name in self.source.own)
+        line = self.line
         self.pinned.append({})
         found: list[tuple[Leave, list[Expr]]] = []
         self.returns.append(found)
@@ -683,6 +700,8 @@ class _Specialiser:
         self.out = outside
         self.frames.pop()
         self.trees.pop()
+        self.shows.pop()
+        self.line = line
         self.pinned.pop()
         self.returns.pop()
         self.blocks.pop()
@@ -710,7 +729,7 @@ class _Specialiser:
         selected = self.selected(block, found, results)
         if selected is not None:
             return selected
-        self.out.append(block)
+        self.emit(block)
         return results
 
     def selected(
@@ -735,12 +754,12 @@ class _Specialiser:
             self.functions[key] = self.made(key, tree, given, moving)
         function = self.functions[key]
         for parameter, name in zip(function.parameters, moving, strict=True):
-            self.out.append(Assign(parameter, given[name]))
-        self.out.append(Call(function))
+            self.emit(Assign(parameter, given[name]))
+        self.emit(Call(function))
         results: list[Expr] = []
         for name in function.results:
             made = self.fresh("r")
-            self.out.append(Assign(made, Var(name)))
+            self.emit(Assign(made, Var(name)))
             results.append(Var(made))
         return results
 
@@ -822,7 +841,7 @@ class _Specialiser:
         if self.folds and self.stays(test):
             return Select(test, yes, no)
         made = self.fresh("t")
-        self.out.append(If(test, [Assign(made, yes)], [Assign(made, no)]))
+        self.emit(If(test, [Assign(made, yes)], [Assign(made, no)]))
         return Var(made)
 
     def either(self, node: ast.IfExp) -> Expr:
@@ -839,7 +858,7 @@ class _Specialiser:
                 return Select(test, yes, no)
             return self.choice(test, yes, no)
         made = self.fresh("t")
-        self.out.append(If(test, [*then, Assign(made, yes)], [*other, Assign(made, no)]))
+        self.emit(If(test, [*then, Assign(made, yes)], [*other, Assign(made, no)]))
         return Var(made)
 
     def pairwise(self, name: str, values: list[Expr]) -> Expr:
@@ -924,7 +943,7 @@ class _Specialiser:
         else:
             inner.append(If(rest, [Assign(made, one)], [Assign(made, zero)]))
         known: list[Statement] = [Assign(made, zero if op == "and" else one)]
-        self.out.append(If(first, inner, known) if op == "and" else If(first, known, inner))
+        self.emit(If(first, inner, known) if op == "and" else If(first, known, inner))
         return Compare("!=", Var(made), zero)
 
     def compare(self, op: str, left: Expr, right: Expr) -> Test | bool:

@@ -127,10 +127,14 @@ def _translate_one(
 
 @dataclass(frozen=True)
 class CheckedLaw:
-    """A law and the functions that it calls as checked trees: p, s and helpers by their numbers and names."""
+    """A law and the functions that it calls as checked trees: p, s and helpers by their numbers and names.
+
+    own: names of the functions that stand in the law's own file.
+    """
 
     tree: ast.FunctionDef
     helpers: dict[str, ast.FunctionDef]
+    own: frozenset[str]
 
 
 def checked(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> CheckedLaw:
@@ -147,7 +151,9 @@ def checked(function: Callable, parameters: Sequence[AnyParameter], state: Mappi
         if helpers.name(one) not in trees:
             trees[helpers.name(one)], more = rewritten(one, Names((), {}, one.__globals__), helpers, False)
             wanted += more
-    return CheckedLaw(tree, trees)
+    same = function.__code__.co_filename
+    own = frozenset(name for f, name in helpers.names.items() if f.__code__.co_filename == same)
+    return CheckedLaw(tree, trees, own)
 
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:
