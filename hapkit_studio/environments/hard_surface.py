@@ -38,28 +38,31 @@ def ringing(since, amplitude, decay, hertz):
     return amplitude * math.exp(-decay * since) * math.sin(math.tau * hertz * since)
 
 
-@law(state={"since": -1.0, "speed": 0.0, "armed": 1.0, "periods": 0.0})
+@law(state={"since": -1.0, "speed": 0.0, "armed": 1.0, "periods": 0.0, "strength": 0.0})
 def force(p, s, x, v, dt):
+    """Render the wall, and the ringing as ``ringing`` has it; its strength falls by the same share a period."""
     depth = x - p.position
     if depth <= -LEFT:
         s.armed, s.since = 1.0, -1.0
         return 0.0
+    amplitude, decay, hertz = sound(p.material, p.amplitude, p.decay, p.frequency)
     if s.since >= 0.0:
         s.periods += 1.0
         s.since = s.periods * dt
+        s.strength *= math.exp(-decay * dt)
     push = 0.0
     if depth > 0.0:
         entering = max(v, 0.0)
         if s.armed > 0.5:
-            s.armed, s.since, s.periods, s.speed = 0.0, 0.0, 0.0, entering
+            s.armed, s.since, s.periods = 0.0, 0.0, 0.0
+            s.speed, s.strength = entering, amplitude * entering
         push = p.stiffness * depth + p.damping * entering
     if s.since < 0.0:
         return -push
-    amplitude, decay, hertz = sound(p.material, p.amplitude, p.decay, p.frequency)
     if decay * s.since > OVER:
         s.since = -1.0
         return -push
-    tap = s.speed * ringing(s.since, amplitude, decay, hertz)
+    tap = s.strength * math.sin(math.tau * hertz * s.since)
     return -push - min(max(tap, -p.limit), p.limit)
 
 
@@ -145,6 +148,5 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "peak_position"),
     hands=("tap", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
-    board_rate=lambda values: 2000,
     order=5,
 )
