@@ -14,12 +14,13 @@ BY_FILE := --dist loadfile --no-loadscope-reorder
 # what most tests need compiled: each part once, before two programs at a time would each do all of it
 WARM := warm-boards warm-analysis
 
-.PHONY: help run test lint warm-loop $(WARM) bench pictures firmware board fuzz realtime clean
+.PHONY: help run test test-all lint warm-loop $(WARM) bench pictures firmware board fuzz realtime clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make run       set up and open the studio"
 	@echo "make test      set up and check everything"
+	@echo "make test-all  the same, then what takes longer"
 	@echo "make bench     measure, beside a reference each; draw the charts of the README anew"
 	@echo "make pictures  take the pictures of README and docs anew"
 	@echo "make fuzz      ten million inputs for firmware and decoders, some minutes"
@@ -35,8 +36,11 @@ test: $(VENV)/.test
 	@.ci/system-packages.sh test
 	@rm -rf $(CHECK_CACHE)
 	@$(MAKE) --no-print-directory -j$(JOBS) lint board $(WARM)
-	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m "not alone"
-	$(CHECK) $(BIN)/python -m pytest -q -m alone $$(grep -rl "mark\.alone" tests --include="test_*.py")
+	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m "not alone and not slow"
+	$(CHECK) $(BIN)/python -m pytest -q -m "alone and not slow" $$(grep -rl "mark\.alone" tests --include="test_*.py")
+
+test-all: test
+	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m slow $$(grep -rl "mark\.slow" tests --include="test_*.py")
 
 $(WARM): warm-loop
 warm-loop $(WARM): warm-%: $(VENV)/.test
