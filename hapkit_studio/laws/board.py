@@ -2,22 +2,45 @@
 
 import math
 import struct
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import machine, specialise
 from hapkit_studio.laws.law import Law
-from hapkit_studio.laws.machine import EQUAL, GREATER, LESS, UNORDERED
-from hapkit_studio.laws.specialise import (
-    Assign, At, Block, Break, Call, Compare, Continue, Expr, Function, If, Leave, Logic, Loop, Not, Num, Op,
-    Return, Select, SetAt, Specialised, Statement, Test, Var,
-)  # fmt: skip
+from hapkit_studio.laws.machine import EQUAL, FIRST, GREATER, LESS, UNORDERED, V, X
 from hapkit_studio.laws.translate import CheckedLaw, checked
+from hapkit_studio.laws.tree import (
+    Assign,
+    At,
+    Block,
+    Break,
+    Call,
+    Compare,
+    Continue,
+    Expr,
+    Function,
+    If,
+    Leave,
+    Logic,
+    Loop,
+    Not,
+    Num,
+    Op,
+    Return,
+    Select,
+    SetAt,
+    Specialised,
+    Statement,
+    Test,
+    Var,
+    is_single,
+    literal,
+    mentions,
+)  # fmt: skip
+from hapkit_studio.laws.trial import instructions, longest, tried
 
-X, V, FIRST = 0, 1, 2
-"""The slots of position and velocity, and the first of the state."""
 _SMALL = (60, 14, 6)
 """Operations of a function that is written in at every place that calls it; fewer where room is short."""
 RAMPS, RAMP_SIZE = 8, 6
@@ -43,12 +66,12 @@ class Program:
     @property
     def usual(self) -> float:
         """Return the cycles of one call on average, where an imposed motion makes it work most."""
-        return _tried(self.code, self.states, self.slots, self.given)[0]
+        return tried(self.code, self.slots, self.given)[0]
 
     def cycles_by_line(self) -> dict[int, float]:
         """Return the cycles that each source line takes in a call, on average over that motion."""
         found: dict[int, float] = {}
-        counts = _tried(self.code, self.states, self.slots, self.given)[1]
+        counts = tried(self.code, self.slots, self.given)[1]
         for (_, operation, _), line, count in zip(instructions(self.code), self.lines, counts, strict=True):
             found[line] = found.get(line, 0.0) + count * operation.usual
         return found
@@ -110,7 +133,7 @@ def _trees(law: Law) -> CheckedLaw:
 def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0) -> Program:
     """Return a law for the board, with its parameters by key and its period in s; raise LawError.
 
-    Functions are written in as far as the room in bytes allows, the smallest code is returned where none does.
+    Functions are written in as far as the room in bytes allows; where none does, it is the smallest code.
     """
     known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
     found = []
@@ -128,21 +151,19 @@ def assemble(law: Specialised, start: Sequence[float]) -> Program:
     main = _Section(None, law.body)
     _lay_out([*sections, main], len(start))
     numbers: dict[str, int] = {}
+    given = list(start)
     for section in (*sections, main):
-        for code in section.code:
-            for o in code.operands:
-                if isinstance(o, Num):
-                    numbers.setdefault(o.key, FIRST + len(start) + len(numbers))
-    given = list(start) + [0.0] * len(numbers)
-    for section in (*sections, main):
-        for code in section.code:
-            for o in code.operands:
-                if isinstance(o, Num):
-                    given[numbers[o.key] - FIRST] = o.value
+        constants = [o for c in section.code for o in c.operands if isinstance(o, Num)]
+        for one in constants:
+            if one.key not in numbers:
+                numbers[one.key] = FIRST + len(given)
+                given.append(one.value)
     first = FIRST + len(given)
     slots = first + max((s.top for s in (*sections, main)), default=0)
     if slots > machine.MOST_SLOTS:
-        raise LawError(f"This law needs {slots} values at a time; the board's machine has {machine.MOST_SLOTS}.")
+        raise LawError(
+            f"This law needs {slots} values at a time; the board's machine has {machine.MOST_SLOTS}."
+        )
     code = _encoded([*sections, main], numbers, first)
     lines = tuple(
         line for s in (*sections, main) for line in (0, *(c.line for c in s.code if c.name != "LABEL"))
@@ -301,14 +322,14 @@ class _Section:
         if to in self._held:
             return
         self.put("STORE", to)
-        self._held = {h for h in self._held if not specialise.mentions(h, frozenset((to.name,)))} | {to}
+        self._held = {h for h in self._held if not mentions(h, frozenset((to.name,)))} | {to}
 
     def load(self, value: Expr) -> None:
         """Bring a value into A."""
         if value in self._held:
             return
         match value:
-            case Num() if not specialise.is_single(value.value):
+            case Num() if not is_single(value.value):
                 self.load_beyond(value.value)
             case Num() | Var():
                 self.put("LOAD", value)
@@ -333,18 +354,17 @@ class _Section:
     def load_beyond(self, value: float) -> None:
         """Load what single precision does not have: it becomes infinite there, or 0."""
         if abs(value) < 1.0:
-            return self.load(specialise.literal(0.0))
-        large = specialise.literal(math.copysign(3e38, value))
+            return self.load(literal(0.0))
+        large = literal(math.copysign(3e38, value))
         self.load(large)
-        self.put("MULTIPLY", specialise.literal(3e38))
+        self.put("MULTIPLY", literal(3e38))
         return None
 
     def combine(self, name: str, left: Expr, right: Expr) -> None:
         """Put an operation on two values, of which one is in A and the other in a slot."""
         turned = _TURNED.get(name)
         left_is, right_is = (
-            isinstance(s, Num | Var) and (not isinstance(s, Num) or specialise.is_single(s.value))
-            for s in (left, right)
+            isinstance(s, Num | Var) and (not isinstance(s, Num) or is_single(s.value)) for s in (left, right)
         )
         if left_is and turned and (not right_is or right in self._held) and left not in self._held:
             self.load(right)
@@ -556,7 +576,8 @@ def _lay_out(sections: Sequence[_Section], states: int) -> None:
             section.counter += inner
         for other in below:
             section.places |= {
-                n: other.places[n] for n in (*other.function.parameters, *other.function.results)  # type: ignore
+                n: other.places[n]
+                for n in (*other.function.parameters, *other.function.results)  # type: ignore
             }
         _colour(section)
 
@@ -574,7 +595,11 @@ def _colour(section: _Section) -> None:
         o.name for code in section.code for o in code.operands if isinstance(o, Var) and section.is_local(o)
     )
     for name in own:
-        taken = {p for n, p in section.places.items() if n in own and clashes.get(section.bit(n), 0) & section.bit(name)}
+        taken = {
+            p
+            for n, p in section.places.items()
+            if n in own and clashes.get(section.bit(n), 0) & section.bit(name)
+        }
         section.places[name] = next(n for n in range(place, place + len(own)) if n not in taken)
         section.top = max(section.top, section.places[name] + 1)
 
@@ -657,7 +682,9 @@ def _instruction(
                 out += struct.pack("<H", starts[operand.name])
             case int():
                 if operand > 0xFFFF:
-                    raise LawError("A loop of this law turns more than 65,535 times: too often for the board.")
+                    raise LawError(
+                        "A loop of this law turns more than 65,535 times: too often for the board."
+                    )
                 out += bytes([operand]) if kind in "ns" else struct.pack("<H", operand)
             case _:
                 out += bytes([_slot(section, operand, numbers, first)])
@@ -673,157 +700,3 @@ def _slot(section: _Section, operand: Expr, numbers: Mapping[str, int], first: i
     if operand.name.startswith("s["):
         return FIRST + int(operand.name[2:-1])
     return first + section.places[operand.name]
-
-
-# --- cycles
-def instructions(code: bytes) -> Iterator[tuple[int, machine.Operation, int]]:
-    """Yield (place, operation, mask) of every instruction of some code."""
-    by_code = {o.code: o for o in machine.OPERATIONS}
-    at = 0
-    while at < len(code):
-        byte = code[at]
-        operation = by_code[byte & 0xF0 if byte >= 0x40 else byte]
-        yield at, operation, byte & 15
-        at += operation.size
-
-
-def longest(code: bytes) -> int:
-    """Return the cycles of one call on the longest way through the code, as the board's verifier counts."""
-    reached: dict[int, int] = {}
-    subroutines: dict[int, int] = {}
-    loops: list[tuple[int, int, int, int]] = []
-    here, section = 0, 0
-    for at, operation, _ in instructions(code):
-        here = max(here, reached.get(at, 0))
-        end = at + operation.size
-        word = int.from_bytes(code[end - 2 : end], "little")
-        cost = here + operation.most
-        match operation.name:
-            case "SUBROUTINE" | "MAIN":
-                here, section = 0, at
-                subroutines[at] = 0
-                reached = {}
-                continue
-            case "RETURN":
-                subroutines[section] = max(subroutines[section], cost)
-                here = 0
-                continue
-            case "JUMP" | "FAR_JUMP":
-                aim = end + (code[end - 1] if operation.name == "JUMP" else word)
-                reached[aim] = max(reached.get(aim, 0), cost)
-                here = 0
-                continue
-            case "TEST" | "COMPARE":
-                aim = end + code[end - 1]
-                reached[aim] = max(reached.get(aim, 0), cost)
-            case "CALL":
-                cost += subroutines[word]
-            case "LOOP":
-                loops.append((end, cost, word, 0))
-            case "NEXT":
-                start, before, times, _ = loops.pop()
-                # every other turn takes as long as this one at most
-                more = (times - 1) * (cost - before)
-                cost += more
-                reached = {aim: c + more if start < aim else c for aim, c in reached.items()}
-        here = cost
-    return subroutines[section]
-
-
-# --- trial
-_MOTION = tuple(
-    (0.03 * math.sin(0.02 * k) + 0.006 * math.sin(0.11 * k), 0.6 * math.cos(0.02 * k) + 0.66 * math.cos(0.11 * k))
-    for k in range(640)
-)
-"""Position in m and velocity in m/s of a handle that goes to and fro, with the hand's small moves on top."""
-_WINDOW = 40
-"""Calls over which an average is taken: a handle may stay for long where a law works most."""
-_FUNCTIONS: dict[str, Callable] = {
-    "ADD": lambda a, b: a + b, "SUBTRACT": lambda a, b: a - b, "SUBTRACT_FROM": lambda a, b: b - a,
-    "MULTIPLY": lambda a, b: a * b, "DIVIDE": lambda a, b: a / b, "DIVIDE_INTO": lambda a, b: b / a,
-    "MINIMUM": lambda a, b: b if b < a else a, "MAXIMUM": lambda a, b: b if b > a else a,
-    "FLOOR_DIVIDE": lambda a, b: a // b, "MODULO": lambda a, b: a % b, "REMAINDER": math.fmod,
-    "POWER": math.pow, "NEGATE": lambda a: -a, "ABSOLUTE": abs, "TRUNCATE": math.trunc,
-    **{n.upper(): getattr(math, n) for n in ("atan2", "hypot", "copysign", "sqrt", "floor", "ceil", "sin", "cos")},
-    **{n.upper(): getattr(math, n) for n in ("tan", "asin", "acos", "atan", "exp", "expm1", "log", "log1p")},
-    **{n.upper(): getattr(math, n) for n in ("sinh", "cosh", "tanh")},
-}  # fmt: skip
-
-
-@lru_cache(maxsize=256)
-def _tried(
-    code: bytes, states: int, slots: int, given: tuple[float, ...]
-) -> tuple[float, tuple[float, ...]]:
-    """Return the most cycles of a call on average in a window of the motion, and how often each instruction ran.
-
-    The numbers are double precision, and what has no value is 0: only the way through the code matters.
-    """
-    steps = list(instructions(code))
-    numbers = {at: i for i, (at, _, _) in enumerate(steps)}
-    counts = [0] * len(steps)
-    values = [0.0, 0.0, *given] + [0.0] * (slots - FIRST - len(given))
-    costs = []
-    start = max(i for i, (_, o, _) in enumerate(steps) if o.name == "MAIN") + 1
-    for x, v in _MOTION:
-        values[:FIRST] = x, v
-        costs.append(_call(code, steps, numbers, counts, values, start))
-    sums = [sum(costs[k : k + _WINDOW]) / _WINDOW for k in range(0, len(costs), _WINDOW)]
-    return max(sums), tuple(c / len(_MOTION) for c in counts)
-
-
-def _call(
-    code: bytes,
-    steps: Sequence[tuple[int, machine.Operation, int]],
-    numbers: Mapping[int, int],
-    counts: list[int],
-    values: list[float],
-    i: int,
-) -> int:
-    """Run the law once over its values from instruction i on; return the cycles."""
-    a, cost = 0.0, 0
-    calls: list[int] = []
-    left: dict[int, int] = {}
-    while True:
-        at, operation, mask = steps[i]
-        counts[i] += 1
-        cost += operation.usual
-        i += 1
-        end = at + operation.size
-        operands = code[at + 1 : end]
-        match operation.name:
-            case "RETURN":
-                if not calls:
-                    return cost
-                i = calls.pop()
-            case "CALL":
-                calls.append(i)
-                i = numbers[int.from_bytes(operands, "little")] + 1
-            case "JUMP" | "FAR_JUMP":
-                i = numbers[end + int.from_bytes(operands, "little")]
-            case "LOOP":
-                left[operands[0]] = int.from_bytes(operands[1:], "little")
-            case "NEXT":
-                left[operands[0]] -= 1
-                if left[operands[0]]:
-                    i = numbers[end - int.from_bytes(operands[1:], "little")]
-            case "COMPARE" | "TEST":
-                other = values[operands[0]] if operation.name == "COMPARE" else 0.0
-                if mask & (LESS if a < other else EQUAL if a == other else GREATER):
-                    i = numbers[end + operands[-1]]
-            case "LOAD":
-                a = values[operands[0]]
-            case "STORE":
-                values[operands[0]] = a
-            case "LOAD_AT" | "STORE_AT":
-                place = operands[1] + int(min(max(values[operands[0]], 0.0), operands[2] - 1.0))
-                if operation.name == "LOAD_AT":
-                    a = values[place]
-                else:
-                    values[place] = a
-            case name:
-                try:
-                    a = float(_FUNCTIONS[name](a, *(values[o] for o in operands)))
-                except (ArithmeticError, ValueError):
-                    a = 0.0
-                if not -1e38 < a < 1e38:
-                    a = 0.0

@@ -92,6 +92,8 @@ OPERATIONS = (
     Operation(0x40, "COMPARE", "sd", "jump if A against s has an outcome in bits 0 to 3", 70, 80),
     Operation(0x50, "TEST", "d", "jump if A against 0 has an outcome in bits 0 to 3", 30, 40),
 )
+X, V, FIRST = 0, 1, 2
+"""The slots of position and velocity, and the first of the state."""
 MOST_SLOTS = 255
 MOST_SUBROUTINES = 8
 MOST_CALLS = 4

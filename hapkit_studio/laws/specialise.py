@@ -1,185 +1,46 @@
-"""A law specialised: choices resolved, what is known computed, the functions it calls written in.
+"""A law specialised: choices resolved, what is known computed, functions written in.
 
-The result is a small tree of statements and expressions, from which the board's code and the sketch's C are made.
-For the board every parameter and the period are known numbers; for a sketch parameters keep their names.
+The board's code and the sketch's C are made from the resulting tree. For the board every parameter and the
+period are known numbers; for a sketch parameters keep their names.
 """
 
 import ast
-import math
-import operator
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 
+from hapkit_studio.laws.algebra import COMPUTED, MIRRORED, beyond_single, computed, joined, negated, simpler
 from hapkit_studio.laws.translate import CheckedLaw
-
-MOST_FLOAT = 3.4028234e38
-LEAST_FLOAT = 1.1754944e-38
-
-
-# --- expressions
-@dataclass(frozen=True)
-class Num:
-    """A known number; key says what it is made of: two of the same value may part when a parameter moves."""
-
-    value: float
-    key: str
-
-
-@dataclass(frozen=True)
-class Var:
-    """A name: x, v, dt, p[0] … (parameters that are not known), s[0] … (state), or a local one."""
-
-    name: str
-
-
-@dataclass(frozen=True)
-class Op:
-    """An operation of the law language: + - * / // % ** neg abs min max, or a function of math."""
-
-    name: str
-    args: tuple["Expr", ...]
-
-
-@dataclass(frozen=True)
-class At:
-    """The value of state number start + int(index), 0 <= index < size; else the law has no force."""
-
-    index: "Expr"
-    start: int
-    size: int
-
-
-@dataclass(frozen=True)
-class Select:
-    """One of two known numbers, by a test whose operands stay."""
-
-    test: "Test"
-    yes: Num
-    no: Num
-
-
-Expr = Num | Var | Op | At | Select
-
-
-# --- tests
-@dataclass(frozen=True)
-class Compare:
-    """left op right, op one of < <= > >= == !=."""
-
-    op: str
-    left: Expr
-    right: Expr
-
-
-@dataclass(frozen=True)
-class Logic:
-    """Whether all (op "and") or any (op "or") of the tests hold, the next one asked only where it decides."""
-
-    op: str
-    tests: tuple["Test", ...]
-
-
-@dataclass(frozen=True)
-class Not:
-    test: "Test"
-
-
-Test = Compare | Logic | Not
-
-
-# --- statements
-@dataclass
-class Stated:
-    """What every statement has: the line of the law's file that it comes from, 0 for none."""
-
-    line: int = field(default=0, compare=False, kw_only=True)
-
-
-@dataclass
-class Assign(Stated):
-    to: str
-    value: Expr
-
-
-@dataclass
-class SetAt(Stated):
-    place: At
-    value: Expr
-
-
-@dataclass
-class If(Stated):
-    test: Test
-    then: list["Statement"]
-    other: list["Statement"]
-
-
-@dataclass
-class Loop(Stated):
-    """Run the body so many times; Continue ends one turn, Break all."""
-
-    times: int
-    body: list["Statement"]
-    after: list["Statement"]  # of every turn, also one that Continue ends
-
-
-@dataclass
-class Break(Stated):
-    pass
-
-
-@dataclass
-class Continue(Stated):
-    pass
-
-
-@dataclass
-class Block(Stated):
-    """What a written-in function became: Leave ends it."""
-
-    body: list["Statement"] = field(default_factory=list)
-
-
-@dataclass
-class Leave(Stated):
-    block: Block
-    moves: list[Assign]
-
-
-@dataclass
-class Call(Stated):
-    """Run a function: its parameters have their values; its results are variables then."""
-
-    function: "Function"
-
-
-@dataclass
-class Return(Stated):
-    value: Expr
-
-
-Statement = Assign | SetAt | If | Loop | Break | Continue | Block | Leave | Call | Return
-
-
-@dataclass
-class Function:
-    """A function that is called from several places: it takes and gives variables of these names."""
-
-    key: str
-    name: str
-    parameters: tuple[str, ...]
-    results: tuple[str, ...]
-    body: Block
-
-
-@dataclass
-class Specialised:
-    """A law's body and the functions that it calls, each after those that it calls itself."""
-
-    body: list[Statement]
-    functions: list[Function]
-
+from hapkit_studio.laws.tree import (
+    Assign,
+    At,
+    Block,
+    Break,
+    Call,
+    Compare,
+    Continue,
+    Expr,
+    Function,
+    If,
+    Leave,
+    Logic,
+    Loop,
+    Not,
+    Num,
+    Op,
+    Return,
+    Select,
+    SetAt,
+    Specialised,
+    Statement,
+    Test,
+    Var,
+    called,
+    drop_unused,
+    is_single,
+    literal,
+    mentions,
+    weight,
+)  # fmt: skip
 
 _ARITHMETIC: dict[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "**",
@@ -187,79 +48,9 @@ _ARITHMETIC: dict[type[ast.operator], str] = {
 _COMPARISONS: dict[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
-_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
-_COMPUTED: dict[str, Callable] = {
-    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
-    "//": operator.floordiv, "%": operator.mod, "**": operator.pow, "neg": operator.neg,
-    "abs": abs, "min": min, "max": max, "<": operator.lt, "<=": operator.le, ">": operator.gt,
-    ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
-}  # fmt: skip
 # Marks of the watched source that change no number.
 _TRANSPARENT = frozenset(("_float", "_noted", "_force", "_divisor"))
 _ROUNDING = frozenset(("floor", "ceil", "trunc"))
-
-
-def literal(value: float) -> Num:
-    """Return the number that stands in the source."""
-    return Num(value, repr(value))
-
-
-def is_single(value: float) -> bool:
-    """Return whether single precision has a number near a value: neither too large nor too small."""
-    return value == 0.0 or LEAST_FLOAT <= abs(value) <= MOST_FLOAT
-
-
-def mentions(value: object, names: frozenset[str]) -> bool:
-    """Return whether an expression or a test reads one of these variables."""
-    match value:
-        case Var(name):
-            return name in names
-        case Op(_, args):
-            return any(mentions(a, names) for a in args)
-        case Select(test):
-            return mentions(test, names)
-        case At(index, start, size):
-            return mentions(index, names) or any(f"s[{start + i}]" in names for i in range(size))
-        case Compare(_, left, right):
-            return mentions(left, names) or mentions(right, names)
-        case Logic(_, tests):
-            return any(mentions(t, names) for t in tests)
-        case Not(test):
-            return mentions(test, names)
-    return False
-
-
-def weight(statements: Sequence[Statement]) -> int:
-    """Return about how many operations some statements are."""
-    total = 0
-    for s in statements:
-        match s:
-            case Assign(_, value) | Return(value) | SetAt(_, value):
-                total += 1 + _operations(value)
-            case If(test, then, other):
-                total += 1 + _operations(test) + weight(then) + weight(other)
-            case Loop(_, body, after):
-                total += 2 + weight(body) + weight(after)
-            case Block(body):
-                total += weight(body)
-            case Leave(_, moves):
-                total += len(moves)
-            case Call(function):
-                total += 1 + len(function.parameters)
-    return total
-
-
-def _operations(value: object) -> int:
-    match value:
-        case Op(_, args):
-            return 1 + sum(map(_operations, args))
-        case Select(test) | Not(test):
-            return 1 + _operations(test)
-        case Compare(_, left, right):
-            return 1 + _operations(left) + _operations(right)
-        case Logic(_, tests):
-            return sum(map(_operations, tests))
-    return 0
 
 
 def specialise(
@@ -268,7 +59,7 @@ def specialise(
     """Return a law for the parameters known by their numbers, and a period in s if that is known too.
 
     Where the period is known, so is all else, and the result is folded for speed; otherwise it reads as the
-    source does. A function called from one place, or of `small` operations at most, is written in; the others stay.
+    source does. A function called from one place, or of `small` operations at most, is written in.
     """
     inlined: set[str] = set()
     while True:
@@ -278,7 +69,7 @@ def specialise(
         if not more:
             break
         inlined |= more
-    _drop_unused(made)
+    drop_unused(made)
     return made
 
 
@@ -291,76 +82,10 @@ def _worth_writing_in(walk: "_Specialiser", small: int) -> set[str]:
     return {key for key, size in sizes.items() if walk.calls[key] == 1 or size <= small}
 
 
-def called(statements: Sequence[Statement]) -> list[str]:
-    """Return the keys of the functions that statements call, one for each place."""
-    found: list[str] = []
-    for s in statements:
-        match s:
-            case Call(function):
-                found.append(function.key)
-            case If(_, first, second) | Loop(_, first, second):
-                found += called(first) + called(second)
-            case Block(body):
-                found += called(body)
-    return found
-
-
-def _drop_unused(law: Specialised) -> None:
-    """Leave out what is given to names that nothing reads."""
-    bodies = [law.body, *(f.body.body for f in law.functions)]
-    lasting = {r for f in law.functions for r in (*f.results, *f.parameters)}
-    dropped = True
-    while dropped:
-        read: set[str] = set(lasting)
-        for body in bodies:
-            _read(body, read)
-        dropped = any([_without(body, read) for body in bodies])
-
-
-def _read(value: object, found: set[str]) -> None:
-    """Collect the variables that are read somewhere in statements, expressions or tests."""
-    match value:
-        case list() | tuple():
-            for one in value:
-                _read(one, found)
-        case Var(name):
-            found.add(name)
-        case Function() | Num() | str() | int():
-            pass
-        case Leave(_, moves):
-            _read(moves, found)
-        case _:
-            for one in vars(value).values():
-                _read(one, found)
-
-
-def _without(statements: list[Statement], read: set[str]) -> bool:
-    """Take assignments to what is not read out of statements; return whether there were any."""
-    dropped = False
-    kept: list[Statement] = []
-    for s in statements:
-        match s:
-            case Assign(to) if to not in read and not to.startswith("s["):
-                dropped = True
-                continue
-            case If(_, first, second) | Loop(_, first, second):
-                dropped |= _without(first, read) | _without(second, read)
-                if isinstance(s, If) and not first and not second:
-                    dropped = True
-                    continue
-            case Block(body) | Leave(_, body):
-                dropped |= _without(body, read)  # type: ignore[arg-type]
-        kept.append(s)
-    statements[:] = kept
-    return dropped
-
-
 class _Specialiser:
     """Walks a law as it would run, with what is known of every name."""
 
-    def __init__(
-        self, law: CheckedLaw, known: Mapping[int, float], period: float | None, inlined: set[str]
-    ):
+    def __init__(self, law: CheckedLaw, known: Mapping[int, float], period: float | None, inlined: set[str]):
         self.source, self.known, self.period, self.inlined = law, known, period, inlined
         self.folds = period is not None
         self.out: list[Statement] = []
@@ -480,7 +205,7 @@ class _Specialiser:
                 self.bind(name, self.truth(value, self.reads(name) == 1))
             case ast.Assign(targets=[target], value=value):
                 self.assign(target, self.value(value))
-            case ast.If(test=test):
+            case ast.If():
                 return self.branch(node)
             case ast.For():
                 self.loop(node)
@@ -732,14 +457,14 @@ class _Specialiser:
         self.emit(block)
         return results
 
-    def selected(
-        self, block: Block, found: list[list[Expr]], results: list[Expr]
-    ) -> list[Expr] | None:
+    def selected(self, block: Block, found: list[list[Expr]], results: list[Expr]) -> list[Expr] | None:
         """Return the results where the body is nothing but a choice between known numbers."""
         if not self.folds or len(found) != 2 or len(block.body) != 2:
             return None
         first = block.body[0]
-        if not (isinstance(first, If) and len(first.then) == 1 and not first.other and self.stays(first.test)):
+        if not (isinstance(first, If) and len(first.then) == 1 and not first.other):
+            return None
+        if not self.stays(first.test):
             return None
         pairs = list(zip(*found, strict=True))
         if not all(a == b or (isinstance(a, Num) and isinstance(b, Num)) for a, b in pairs):
@@ -781,14 +506,14 @@ class _Specialiser:
     def value(self, node: ast.expr) -> Expr:
         """Return an expression; what has to be decided on the way becomes statements before it."""
         match node:
-            case ast.Constant(value=value):
+            case ast.Constant(value=bool() | int() | float() as value):
                 return literal(float(value))
             case ast.Name(id=name):
                 return self.env[name]
-            case ast.Subscript(value=ast.Name(id="p"), slice=ast.Constant(value=place)):
-                if place in self.known:
-                    return Num(self.known[place], f"p{place}")
-                return Var(f"p[{place}]")
+            case ast.Subscript(value=ast.Name(id="p"), slice=ast.Constant(value=int() as number)):
+                if number in self.known:
+                    return Num(self.known[number], f"p{number}")
+                return Var(f"p[{number}]")
             case ast.Subscript(value=ast.Name(id="s")):
                 place = self.place(node)
                 return place if isinstance(place, At) else self.states.get(place.name, place)
@@ -874,9 +599,9 @@ class _Specialiser:
         """Return the value of state that a subscript names."""
         assert isinstance(node, ast.Subscript)
         match node.slice:
-            case ast.Constant(value=place):
+            case ast.Constant(value=int() as place):
                 return Var(f"s[{place}]")
-            case ast.BinOp(left=ast.Constant(value=start), right=ast.Call(args=[index, size, *_])):
+            case ast.BinOp(left=ast.Constant(value=int() as start), right=ast.Call(args=[index, size, *_])):
                 at, count = self.value(index), ast.literal_eval(size)
                 if isinstance(at, Num) and 0.0 <= at.value < count:
                     return Var(f"s[{start + int(at.value)}]")
@@ -887,7 +612,7 @@ class _Specialiser:
         """Return an operation, computed where all is known, simpler where it can be."""
         numbers = [a for a in args if isinstance(a, Num)]
         if len(numbers) == len(args):
-            found = _computed(name, numbers)
+            found = computed(name, numbers)
             if found is not None:
                 return found
         if self.folds:
@@ -895,13 +620,13 @@ class _Specialiser:
             if len(selects) == 1 and len(numbers) == len(args) - 1:
                 chosen = selects[0]
                 arms = [
-                    _computed(name, [arm if a is chosen else a for a in args])  # type: ignore[misc]
+                    computed(name, [arm if a is chosen else a for a in args])  # type: ignore[misc]
                     for arm in (chosen.yes, chosen.no)
                 ]
                 if arms[0] is not None and arms[1] is not None:
                     return Select(chosen.test, arms[0], arms[1])
             args = tuple(self.keep(a) if isinstance(a, Select) else a for a in args)
-            return _simpler(name, args)
+            return simpler(name, args)
         return Op(name, args)
 
     # --- tests
@@ -911,7 +636,7 @@ class _Specialiser:
             case ast.Constant(value=value):
                 return bool(value)
             case ast.UnaryOp(op=ast.Not(), operand=operand):
-                return _negated(self.test(operand))
+                return negated(self.test(operand))
             case ast.BoolOp(op=op, values=values):
                 return self.logic("and" if isinstance(op, ast.And) else "or", values)
             case ast.Compare(left=left, ops=ops, comparators=others):
@@ -921,7 +646,7 @@ class _Specialiser:
                     self.compare(_COMPARISONS[type(op)], a, b)
                     for op, a, b in zip(ops, sides, sides[1:], strict=False)
                 ]
-                return _joined("and", tests)
+                return joined("and", tests)
         return self.compare("!=", self.value(node), literal(0.0))
 
     def logic(self, op: str, values: Sequence[ast.expr]) -> Test | bool:
@@ -935,7 +660,7 @@ class _Specialiser:
         rest = self.logic(op, values[1:])
         inner, self.out = self.out, outside
         if not inner:
-            return _joined(op, [first, rest])
+            return joined(op, [first, rest])
         made = self.fresh("t")
         one, zero = literal(1.0), literal(0.0)
         if isinstance(rest, bool):
@@ -948,151 +673,19 @@ class _Specialiser:
 
     def compare(self, op: str, left: Expr, right: Expr) -> Test | bool:
         if isinstance(left, Num) and isinstance(right, Num):
-            return bool(_COMPUTED[op](left.value, right.value))
+            return bool(COMPUTED[op](left.value, right.value))
         if isinstance(left, Num) or isinstance(right, Select):
-            op, left, right = _MIRRORED[op], right, left
+            op, left, right = MIRRORED[op], right, left
         if not self.folds:
             return Compare(op, left, right)
         if isinstance(left, Select) and isinstance(right, Num):
             yes, no = (self.compare(op, arm, right) for arm in (left.yes, left.no))
             if isinstance(yes, bool) and isinstance(no, bool):
-                return yes if yes == no else left.test if yes else _negated(left.test)
+                return yes if yes == no else left.test if yes else negated(left.test)
         left, right = (self.keep(s) if isinstance(s, Select) else s for s in (left, right))
         if isinstance(right, Num) and not is_single(right.value):
-            return _beyond_single(op, left, right.value)
+            return beyond_single(op, left, right.value)
         return Compare(op, left, right)
-
-
-def _beyond_single(op: str, left: Expr, value: float) -> Test | bool:
-    """Return a comparison with what single precision does not have: beyond all numbers, or next to 0."""
-    if abs(value) > MOST_FLOAT:
-        return op == "!=" or (op in ("<", "<=")) == (value > 0.0)
-    if op in ("==", "!="):
-        return op == "!="
-    if isinstance(left, Op) and left.name == "abs" and value > 0.0:
-        return Compare("==" if op in ("<", "<=") else "!=", left.args[0], literal(0.0))
-    # a little above 0: less than it is 0 or less; a little below 0 the other way round
-    if value > 0.0:
-        return Compare("<=" if op in ("<", "<=") else ">", left, literal(0.0))
-    return Compare(">=" if op in (">", ">=") else "<", left, literal(0.0))
-
-
-def _computed(name: str, numbers: Sequence[Num]) -> Num | None:
-    """Return the number that an operation gives in double precision, None where it is none."""
-    if any(not math.isfinite(n.value) for n in numbers):
-        return None
-    function = _COMPUTED.get(name) or {"int": math.trunc}.get(name) or getattr(math, name)
-    try:
-        value = function(*(n.value for n in numbers))
-    except (ArithmeticError, ValueError):
-        return None
-    if isinstance(value, complex) or not math.isfinite(value):
-        return None
-    if all(n.key == repr(n.value) for n in numbers) or (name in "*/" and numbers[0].key == "0.0"):
-        return literal(float(value))
-    return Num(float(value), f"{name}({','.join(n.key for n in numbers)})")
-
-
-def _simpler(name: str, args: tuple[Expr, ...]) -> Expr:
-    """Return an operation in the form that costs the board least."""
-    match name, args:
-        case "neg", (Op("neg", (inner,)),):
-            return inner
-        case "neg", (Op("-", (a, b)),):
-            return Op("-", (b, a))
-        case "neg", (Op("*", (Num() as factor, inner)),):
-            return _product(_computed("neg", [factor]) or factor, inner)
-        case "neg", (Op("+", (Op("*", (Num() as factor, inner)), other)),):
-            return Op("-", (_product(_computed("neg", [factor]) or factor, inner), other))
-        case "+", (Num(value=0.0), other) | (other, Num(value=0.0)) if _zero(args):
-            return other
-        case "-", (other, Num(value=0.0)) if _zero(args):
-            return other
-        case "+", (Num() as number, other) if not isinstance(other, Num):
-            return _simpler("+", (other, number))
-        case "+" | "-", (Op("+" | "-" as first, (inner, Num() as a)), Num() as b):
-            total = _computed("+" if first == name else "-", [a, b])
-            if total is not None:
-                return Op(first, (inner, total))
-        case "+", (a, Op("neg", (b,))):
-            return Op("-", (a, b))
-        case "+", (Op("neg", (a,)), b):
-            return Op("-", (b, a))
-        case "-", (a, Op("neg", (b,))):
-            return Op("+", (a, b))
-        case "*", (a, b):
-            return _times(a, b)
-        case "/", (a, Num(value=value, key=key) as number) if value != 0.0 and is_single(1.0 / value):
-            return _times(a, literal(1.0 / value) if key == repr(value) else Num(1.0 / value, f"1/{number.key}"))
-    return Op(name, args)
-
-
-def _zero(args: tuple[Expr, ...]) -> bool:
-    """Return whether a term is 0 in the source, not by a parameter that may move."""
-    return any(isinstance(a, Num) and a.key in ("0.0", "-0.0") for a in args)
-
-
-def _times(a: Expr, b: Expr) -> Expr:
-    """Return a product, its known factors in one number, its signs outside."""
-    factor: Num | None = None
-    parts: list[Expr] = []
-    negative = False
-    for part in (a, b):
-        while isinstance(part, Op) and part.name == "neg":
-            part, negative = part.args[0], not negative
-        if isinstance(part, Op) and part.name == "*" and isinstance(part.args[0], Num):
-            number, rest = part.args
-            joined = number if factor is None else _computed("*", [factor, number])  # type: ignore[list-item]
-            if joined is None or not is_single(joined.value):
-                return Op("*", (a, b))
-            factor = joined
-            parts.append(rest)
-        elif isinstance(part, Num):
-            joined = part if factor is None else _computed("*", [factor, part])
-            if joined is None or not is_single(joined.value):
-                return Op("*", (a, b))
-            factor = joined
-        else:
-            parts.append(part)
-    if factor is not None and factor.key in ("0.0", "-0.0") and all(map(_is_finite, parts)):
-        return literal(0.0)
-    product = parts[0] if len(parts) == 1 else Op("*", tuple(parts))
-    if factor is None:
-        return Op("neg", (product,)) if negative else product
-    if negative:
-        factor = _computed("neg", [factor]) or factor
-    return _product(factor, product)
-
-
-def _is_finite(value: Expr) -> bool:
-    """Return whether a value of finite ones is finite itself, as far as single precision reaches."""
-    if isinstance(value, Op):
-        return value.name in ("+", "-", "*", "neg", "abs", "min", "max") and all(map(_is_finite, value.args))
-    return isinstance(value, Num | Var)
-
-
-def _product(factor: Num, product: Expr) -> Expr:
-    if factor.key == "1.0":
-        return product
-    if factor.key == "-1.0":
-        return _simpler("neg", (product,))
-    return Op("*", (factor, product))
-
-
-def _negated(test: Test | bool) -> Test | bool:
-    if isinstance(test, bool):
-        return not test
-    return test.test if isinstance(test, Not) else Not(test)
-
-
-def _joined(op: str, tests: Sequence[Test | bool]) -> Test | bool:
-    decides = op == "or"
-    if any(isinstance(t, bool) and t == decides for t in tests):
-        return decides
-    open_ = tuple(t for t in tests if not isinstance(t, bool))
-    if not open_:
-        return not decides
-    return open_[0] if len(open_) == 1 else Logic(op, open_)
 
 
 def _is_no_change(test: Test, yes: Expr, no: Expr) -> bool:

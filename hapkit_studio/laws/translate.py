@@ -137,7 +137,9 @@ class CheckedLaw:
     own: frozenset[str]
 
 
-def checked(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> CheckedLaw:
+def checked(
+    function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]
+) -> CheckedLaw:
     """Return a law's trees; raise LawError with the line of what is wrong."""
     function_tree(function)
     assert isinstance(function, FunctionType)
