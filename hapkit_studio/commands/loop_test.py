@@ -34,8 +34,9 @@ def loop_test(options: argparse.Namespace) -> Result:
     try:
         rendered.begin(engine, reader, options.render, options.board_rate)
         engine.health()
-        table, _ = rendered.play(engine, reader, hand_named("press"), seconds)
-        health, found = engine.health(), rendered.both(engine)
+        table, _ = rendered.play(engine, reader, hand_named("press"), seconds, rendered.say_doubt(engine))
+        health, found = engine.health(), rendered.both(engine, table)
+        remarks = rendered.remarks(engine, found, options.board_rate)
         fault = engine.fault
     finally:
         engine.close()
@@ -57,6 +58,7 @@ def loop_test(options: argparse.Namespace) -> Result:
         "delay_us": 1e6 * health.delay,
         "priority": health.priority.text,
         "fault": fault.text if fault else "",
+        "warnings": remarks,
         **found,
     }
     late, period = health.lateness_us, numbers["period_us"]
@@ -66,7 +68,7 @@ def loop_test(options: argparse.Namespace) -> Result:
         f"late: median {late['p50']:.0f} µs, p99 {late['p99']:.0f}, p99.9 {late['p99.9']:.0f}, "
         f"worst {late['max']:.0f}\n"
         f"missed {health.missed}, lost frames {health.lost_frames}, delay {numbers['delay_us']:.0f} µs\n"
-        + "".join(f"{line}\n" for line in rendered.words(found))
+        + "".join(f"{line}\n" for line in (*rendered.words(found), *remarks))
         + f"{health.priority.text}. {health.priority.how}".rstrip()
     )
     return Result(text, numbers)

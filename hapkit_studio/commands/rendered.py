@@ -2,24 +2,24 @@
 
 import argparse
 import contextlib
-import math
+import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis import plane
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis import link
 from hapkit_studio.devices.port_errors import no_data
+from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import DeviceError, ParameterError
-from hapkit_studio.haptics import board_offer
+from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.faults import Fault
+from hapkit_studio.haptics.health import Link
 from hapkit_studio.haptics.rendering import BOARD, COMPUTER, WAYS
-from hapkit_studio.haptics.rig import DEVICE_GONE
+from hapkit_studio.haptics.rig import DEVICE_GONE, SLOW_LINK
 from hapkit_studio.haptics.ring import RingReader
 
 FRAME_SECONDS = 1 / 60
@@ -29,6 +29,8 @@ _WHOLE = 0.9
 _AGAIN = "Check the USB cable, then try again."
 _MEASURING = 0.6
 """s in which the connection holds the force at zero and the computer's delay is measured."""
+_ENOUGH = 100
+"""Measured delays whose mean says something."""
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -43,23 +45,34 @@ def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) ->
     """Wait until the one that is to render does, the delays before it measured; raise a StudioError."""
     if rate is not None and where == COMPUTER:
         raise ParameterError("--board-rate is for --render board.")
-    refusal = engine.board_refusal() if where == BOARD else ""
-    if refusal:
-        raise ParameterError(refusal)
+    if where == BOARD:
+        _check_board(engine)
     _wait(engine, lambda: len(reader.read()) > 0, no_data(getattr(engine.device, "port", ""), _PATIENCE))
     if where == BOARD:
-        _wait(engine, lambda: engine.delay_of(COMPUTER) is not None or engine.fault is not None)
         time.sleep(_MEASURING)
         engine.set_where(where, rate)
-    _wait(engine, lambda: engine.rendering == where)
+        _check_board(engine)
+    _wait(engine, lambda: engine.rendering == where or bool(where == BOARD and engine.board_refusal()))
+    if where == BOARD:
+        _check_board(engine)
+
+
+def _check_board(engine: Engine) -> None:
+    """Raise ParameterError where the board cannot render what is wanted."""
+    refusal = engine.board_refusal(wait=True)
+    if refusal:
+        raise ParameterError(refusal)
 
 
 def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = None) -> None:
-    """Return once it is so; raise DeviceError where the loop ends, or late, or it takes too long."""
+    """Return once it is so; raise DeviceError where the loop ends, or late, or it takes too long.
+
+    A link too slow for the computer is none for the board, nor is it a reason not to begin.
+    """
     limit = time.monotonic() + _PATIENCE
     while not so():
         health, fault = engine.health(), engine.fault
-        if fault is not None or not health.running:
+        if not health.running or (fault is not None and fault.code != SLOW_LINK):
             raise DeviceError(fault_words(fault) if fault else f"{engine.device.title} is gone. {_AGAIN}")
         if time.monotonic() > limit:
             words = f"{engine.device.title} did not begin to render within {_PATIENCE:g} s. {_AGAIN}"
@@ -72,23 +85,55 @@ def is_gone(fault: Fault | None) -> bool:
     return fault is not None and fault.code == DEVICE_GONE
 
 
+def _is_over(fault: Fault | None) -> bool:
+    """Tell whether a fault means that waiting brings no force any more."""
+    return fault is not None and fault.code in (DEVICE_GONE, SLOW_LINK)
+
+
 def fault_words(fault: Fault) -> str:
     """Return what ended a run, and what to do before the next one: a command does not look again."""
+    if fault.code == SLOW_LINK:
+        return f"{fault.text} Force is zero. Let the board render (--render board), or use a faster port."
     return f"{fault.text} Force is zero. {_AGAIN if is_gone(fault) else 'Hold the handle, then try again.'}"
 
 
-def play(engine: Engine, reader: RingReader, hand: Hand | None, seconds: float) -> tuple[np.ndarray, float]:
+def say_doubt(engine: Engine) -> Callable[[float], None]:
+    """Return what is told the time of a run in s, and says at once on stderr what the link does not allow."""
+    done = False
+
+    def look(now: float) -> None:
+        nonlocal done
+        delay = engine.delay_of(engine.where)
+        if done or (now < _MEASURING and (delay is None or delay.total < _ENOUGH)):
+            return
+        done = True
+        words = link.doubt(engine)
+        if words:
+            print(words, file=sys.stderr, flush=True)
+
+    return look
+
+
+def play(
+    engine: Engine,
+    reader: RingReader,
+    hand: Hand | None,
+    seconds: float,
+    look: Callable[[float], None] = lambda now: None,
+) -> tuple[np.ndarray, float]:
     """Return the rows of so many s and how many s it were; the hand moves as its script says.
 
-    They are fewer where the device goes away, or a person ends it with Ctrl-C: what came is kept.
+    They are fewer where the device goes away or its link is too slow, or a person ends it with Ctrl-C: what
+    came is kept. look is called with the time again and again.
     """
     begin, pieces = time.perf_counter(), []
     reader.read()
     with contextlib.suppress(KeyboardInterrupt):
-        while (t := time.perf_counter() - begin) < seconds and not is_gone(engine.fault):
+        while (t := time.perf_counter() - begin) < seconds and not _is_over(engine.fault):
             if hand is not None:
                 engine.move_hand(None if t >= hand.release else float(hand.target(t)))
             pieces.append(reader.read())
+            look(t)
             time.sleep(FRAME_SECONDS)
     if hand is not None:
         engine.move_hand(None)
@@ -96,62 +141,83 @@ def play(engine: Engine, reader: RingReader, hand: Hand | None, seconds: float) 
     return np.concatenate(pieces), min(time.perf_counter() - begin, seconds)
 
 
-def remarks(found: dict[str, Any], wish: float | None, seconds: float, got: float) -> tuple[str, ...]:
-    """Return what came otherwise than it was wished: the board's rate in Hz, the s of samples."""
+def remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
+    """Return what came otherwise than wished: the board's rate in Hz, the motor off, too stiff a spring."""
     said = []
     rate = found[BOARD]["rate_Hz"]
-    if wish is not None and rate < wish:
+    if wish is not None and rate is not None and rate < wish:
         said.append(
             f"The board renders at {rate:,.0f} Hz, not at {wish:,.0f} Hz: this law has time for no more."
         )
-    if got < _WHOLE * seconds:
-        said.append(
-            f"Only {got:.2f} s of samples came in {seconds:g} s; a computer that is busy, or a virtual board "
-            "on it, falls behind."
-        )
-    return tuple(said)
+    doubt = link.doubt(engine)
+    said += [doubt] if doubt else []
+    without = found["link"]["without_force_s"]
+    if without > 0.0:
+        said.append(f"No force for {without:.2f} s. {' '.join(reasons(engine.health().link))}".rstrip())
+    return said
 
 
-def both(engine: Engine) -> dict[str, Any]:
-    """Return what is known of each way, to be called while the device is open."""
+def reasons(counted: Link) -> list[str]:
+    """Return why the force went to zero for a while, a sentence each."""
+    causes = {
+        "The line brought no sample for 20 ms": counted.no_sample,
+        "This computer was busy elsewhere for 20 ms": counted.away,
+        "The law held the loop up for 20 ms": counted.held_up,
+        "The board switched its motor off, as forces came too late or not at all": counted.cut,
+    }
+    return [
+        f"{words}: {count} times." if count > 1 else f"{words}." for words, count in causes.items() if count
+    ]
+
+
+def too_few(engine: Engine, seconds: float, got: float) -> list[str]:
+    """Return in words that samples cover only so many s of those that were asked for, and why."""
+    if got >= _WHOLE * seconds:
+        return []
+    if engine.health().link.away:
+        why = "this computer was busy elsewhere"
+    elif isinstance(engine.device, VirtualBoard):
+        why = "this computer is too busy for the virtual board, which falls behind"
+    else:
+        why = "the line brought no more"
+    return [f"Only {got:.2f} s of samples came in {seconds:g} s; {why}."]
+
+
+def both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
+    """Return what is known of each way and of the link, to be called while the device is open.
+
+    table: the rows of the run.
+    """
     found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.overruns}
     for where in WAYS:
         delay = engine.delay_of(where)
         found[where] = {
-            "rate_Hz": _rate(engine, where),
+            "rate_Hz": link.rate_of(engine, where),
             "delay_us": None if delay is None else 1e6 * delay.mean,
             "delay_spread_us": None if delay is None else 1e6 * delay.spread,
-            "stiffness_limit": None if delay is None else _limit(engine, where, delay.mean),
+            "stiffness_limit": link.limit_of(engine, where),
             "missed": engine.missed_of(where),
         }
+    counted = engine.health().link
+    off = (table[:, rows.FLAGS].astype(int) & (rows.STALE | rows.FAULT)) != 0
+    found["link"] = {
+        "lost_frames": counted.lost_frames,
+        "crc_errors": counted.crc_errors,
+        "board_crc_errors": counted.board_errors,
+        "stale_forces": counted.stale_forces,
+        "without_force_s": float(table[off, rows.PERIOD].sum()),
+        "motor_off": {
+            "no_sample": counted.no_sample,
+            "computer_busy": counted.away,
+            "law_too_long": counted.held_up,
+            "board_watchdog": counted.cut,
+        },
+    }
     return found
 
 
-def _rate(engine: Engine, where: str) -> float:
-    if where == COMPUTER or engine.device.simulated:
-        return engine.loop.rate
-    way = engine.board_way
-    return float(way.rate if way else board_offer.board_rate(engine.environment, engine.values))
-
-
-def _limit(engine: Engine, where: str, delay: float) -> float | None:
-    """Return the exact stiffness limit in N/m of a released handle, None where there is none."""
-    impedance, device = engine.environment.impedance, engine.device
-    spec = engine.loop.estimator if where == COMPUTER else board_offer.spec_on_board(engine.loop.estimator)
-    setting = replace(
-        Setting(device.mass, device.viscous, quantum=device.quantum),
-        rate=_rate(engine, where),
-        delay=delay,
-        estimator=spec,
-    )
-    if impedance is None or not setting.linear:
-        return None
-    limit = plane.limit(setting, impedance(engine.values)[1])
-    return None if math.isinf(limit) else float(limit)
-
-
 def words(found: dict[str, Any]) -> list[str]:
-    """Return the ways that were measured, a line each."""
+    """Return the ways that were measured, and the link, a line each."""
     lines = []
     for where in WAYS:
         way = found[where]
@@ -161,4 +227,11 @@ def words(found: dict[str, Any]) -> list[str]:
         delay = f"delay {way['delay_us']:.0f} ± {way['delay_spread_us']:.0f} µs"
         stiffness = "" if limit is None else f", stiffness limit {limit:,.0f} N/m released"
         lines.append(f"{where}: {way['rate_Hz']:,.0f} Hz, {delay}{stiffness}, {way['missed']} missed")
+    if lines:
+        counted = found["link"]
+        lines.append(
+            f"link: {counted['lost_frames']} frames lost, {counted['crc_errors']} CRC errors here and "
+            f"{counted['board_crc_errors']} on the board, {counted['stale_forces']} stale forces refused, "
+            f"{counted['without_force_s']:.2f} s without force"
+        )
     return lines

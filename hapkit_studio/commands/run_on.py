@@ -39,8 +39,9 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
     engine.start()
     try:
         rendered.begin(engine, reader, options.render, options.board_rate)
-        table, played = rendered.play(engine, reader, hand, seconds)
-        found = rendered.both(engine)
+        table, played = rendered.play(engine, reader, hand, seconds, rendered.say_doubt(engine))
+        found = rendered.both(engine, table)
+        remarks = rendered.remarks(engine, found, options.board_rate)
         fault = engine.fault
     finally:
         engine.close()
@@ -48,11 +49,11 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
         raise ParameterError(f"Not one sample came in {played:.3g} s.")
     run = _as_run(table, engine, options, found)
     got = float(run.time[-1])
-    remarks = rendered.remarks(found, options.board_rate, got if rendered.is_gone(fault) else played, got)
+    remarks += [] if rendered.is_gone(fault) else rendered.too_few(engine, played, got)
     if played < seconds and fault is None:
-        remarks = (*remarks, f"Ended after {played:.2f} s of {seconds:g} s by Ctrl-C.")
+        remarks.append(f"Ended after {played:.2f} s of {seconds:g} s by Ctrl-C.")
     faults = (rendered.fault_words(fault),) if fault else ()
-    return dataclasses.replace(run, faults=faults, warnings=remarks), found
+    return dataclasses.replace(run, faults=faults, warnings=tuple(remarks)), found
 
 
 def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:

@@ -34,10 +34,6 @@ def _all_used(values: Values) -> Mapping[str, str]:
     return {}
 
 
-def _usual_rate(values: Values) -> int:
-    return 1000
-
-
 def _no_warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     return ()
 
@@ -79,7 +75,6 @@ class Environment:
     outcomes: tuple[str, ...] = ()
     hands: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
-    board_rate: Callable[[Values], int] = _usual_rate
     order: int = 100
     state_names: tuple[str, ...] = field(init=False)
 

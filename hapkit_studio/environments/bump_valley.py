@@ -115,6 +115,5 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
-    board_rate=lambda values: 4000,
     order=6,
 )

@@ -131,6 +131,5 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position", "count:downs", "count:ups"),
     hands=("press", "pluck", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
-    board_rate=lambda values: 2000,
     order=8,
 )

@@ -35,6 +35,5 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position", "energy"),
     hands=("released", "stroke", "sweep"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
-    board_rate=lambda values: 4000,
     order=3,
 )

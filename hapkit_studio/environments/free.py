@@ -22,6 +22,5 @@ ENVIRONMENT = Environment(
     outcomes=("final_position", "peak_position"),
     hands=("released", "stroke", "tap"),
     needs=("mass", "viscous", "coulomb"),
-    board_rate=lambda values: 4000,
     order=0,
 )

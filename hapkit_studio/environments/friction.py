@@ -211,6 +211,5 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position", "energy"),
     hands=("stroke", "pluck", "released"),
     needs=("viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
-    board_rate=lambda values: 2000,
     order=4,
 )

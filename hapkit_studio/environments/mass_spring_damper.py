@@ -5,7 +5,7 @@ import numpy as np
 from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import FAR, flown_apart, pushed
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.environments.pushed import board_rate, contact, growth, integrator
+from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -116,6 +116,5 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position", "energy"),
     hands=("press", "tap", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
-    board_rate=board_rate,
     order=10,
 )

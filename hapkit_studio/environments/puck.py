@@ -5,7 +5,7 @@ import numpy as np
 from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import flown_apart, pushed
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.environments.pushed import board_rate, contact, growth, integrator
+from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -133,6 +133,5 @@ ENVIRONMENT = Environment(
     hands=("tap", "shake", "released"),
     restless="Without friction the puck goes to and fro between the walls for ever.",
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
-    board_rate=board_rate,
     order=11,
 )

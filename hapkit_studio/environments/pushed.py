@@ -19,9 +19,6 @@ LABELS = (
     "Exact",
 )
 
-# forces evaluated four times a step, or a step that has to be solved anew for each piece of the contact
-_DEAR = ("rk4", "implicit_euler", "trapezoid")
-
 
 def contact(what: str) -> tuple[Parameter, Parameter]:
     """Return the stiffness and damping between the handle and an object of this name."""
@@ -39,11 +36,6 @@ def integrator(what: str) -> Choice:
     """Return the choice of how an object's motion is computed."""
     words = f"How the {what}'s motion is computed. Explicit Euler and the lecture's rule add energy."
     return Choice("integrator", "Integrator", INTEGRATORS, "semi_implicit", words, labels=LABELS)
-
-
-def board_rate(values: Values) -> int:
-    """Return the fastest rate in Hz at which the board keeps a fifth of its time: half with dear methods."""
-    return 1000 if INTEGRATORS[int(values["integrator"])] in _DEAR else 2000
 
 
 def growth(values: Values, damping: float, stiffness: float, conditions: Conditions) -> Iterator[str]:

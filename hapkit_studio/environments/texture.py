@@ -121,6 +121,5 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
-    board_rate=lambda values: 4000,
     order=7,
 )

@@ -60,6 +60,5 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "tap"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
-    board_rate=lambda values: 4000,
     order=2,
 )

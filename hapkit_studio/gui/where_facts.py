@@ -27,10 +27,10 @@ UNKNOWN = "–"
 
 @dataclass(frozen=True)
 class Way:
-    """One way of rendering: its delay where measured, rate in Hz, ticks missed, what its limit is for."""
+    """One way of rendering: delay and rate in Hz where known, ticks missed, what its limit is for."""
 
     delay: "Measured | None"
-    rate: float
+    rate: float | None
     missed: int
     setting: "Setting | None"
 
@@ -68,12 +68,13 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     assert engine is not None
     device = engine.device
     setting = Setting(device.mass, device.viscous, quantum=device.quantum)
-    rates = engine.loop.rate, float(board_offer.board_rate(studio.environment, studio.values, _wish(studio)))
+    offered = engine.offered_way
+    rates = engine.loop.rate, None if offered is None else float(offered.rate)
     specs = studio.loop.spec, board_offer.spec_on_board(studio.loop.spec)
     found = []
     for where, rate, spec in zip(WAYS, rates, specs, strict=True):
         delay, own = _steady(engine, where), None
-        if delay is not None:
+        if delay is not None and rate is not None:
             own = _own(setting, rate, delay.mean, spec)
         found.append(Way(delay, rate, engine.missed_of(where), own))
     return found[0], found[1]
@@ -91,17 +92,14 @@ def _own(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting |
     return own if own.linear else None
 
 
-def _wish(studio: "Studio") -> float | None:
-    return studio.loop.board_rate
-
-
 def cells(way: Way, limit: float | None) -> tuple[str, ...]:
     """Return what stands in a way's column, in the order of ROWS."""
     delay = UNKNOWN
     if way.delay is not None:
         delay = f"{number(1e3 * way.delay.mean, 2)} ± {number(1e3 * way.delay.spread, 2)}"
     stiffness = UNKNOWN if limit is None or way.setting is None else number(limit, 0)
-    return delay, f"{way.rate:,.0f}", stiffness, f"{way.missed:,d}"
+    rate = UNKNOWN if way.rate is None else f"{way.rate:,.0f}"
+    return delay, rate, stiffness, f"{way.missed:,d}"
 
 
 def short(way: Way, limit: float | None) -> tuple[str, str]:

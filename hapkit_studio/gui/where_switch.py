@@ -61,7 +61,7 @@ class WhereSwitch(QWidget):
         self.button.clicked.connect(self.compare)
         self.note.setProperty("role", "hint")
         self.note.setWordWrap(True)
-        self._told = ""
+        self._told = self._refusal = ""
         self._folded = False
         self._ways: tuple[Way, Way] | None = None
         self._arrange()
@@ -80,8 +80,12 @@ class WhereSwitch(QWidget):
         self.show_state()
 
     def note_health(self, _health: "Health") -> None:
-        """Take over what was measured lately."""
-        self._look()
+        """Take over what was measured lately, and what the board has said since."""
+        engine = self._studio.engine
+        if engine is not None and engine.board_refusal() != self._refusal:
+            self.show_state()
+        else:
+            self._look()
 
     def set_busy(self, words: str) -> None:
         """Say what goes on while both ways are compared; nothing ends it."""
@@ -101,7 +105,7 @@ class WhereSwitch(QWidget):
         self.setVisible(board)
         if engine is None or not board:
             return
-        refusal = engine.board_refusal()
+        refusal = self._refusal = engine.board_refusal()
         self.switch.show_index(WAYS.index(engine.where))
         self.switch.button(1).setEnabled(not refusal)
         self.rate.show_value(_place(self._studio.loop.board_rate))

@@ -38,23 +38,40 @@ ESTIMATOR = 5
 GENERATION = 6
 HAND_ON = 7
 STORED = 8  # the law that says what objects hold, 0 where there is none
-BOARD_LAW = 9  # one more than the number of the law that the board is to render, 0: the computer renders
-BOARD_RATE = 10
-BOARD_ESTIMATOR = 11
-WORDS = 12
+# what the board is to render
+FORM = 9  # all of its law, rate and estimator but constants, 0: the computer renders
+PROGRAM = 10  # the law's bytes, constants included; equal where they are equal
+BOARD_LAW = 11  # the law that it is, by its address here
+BOARD_RATE = 12
+BOARD_ESTIMATOR = 13
+BOARD_STATES = 14
+BOARD_GIVEN = 15
+BOARD_SLOTS = 16
+BOARD_CODE = 17
+BOARD_CHECK = 18
+BOARD_MOVING = 19  # constants that the board has room to move at a time
+WORDS = 20
+
+PROGRAM_WORDS = 256
+"""int64 words of the law for the board: 2,048 bytes, all the memory that an ATmega328P has."""
 
 # In place of an estimator's code: the velocity is the one the driver put into the row, without an estimate.
 TRUTH = -1
+# In place of a program's number: half of it is another one's.
+TORN = -1
 
 
-def new_block() -> tuple[np.ndarray, np.ndarray]:
-    """Return an empty block: float64 values and int64 words."""
-    return np.zeros(VALUES), np.zeros(WORDS, dtype=np.int64)
+def new_block() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return an empty block: float64 values, int64 words, the law for the board packed into int64 words."""
+    return np.zeros(VALUES), np.zeros(WORDS, dtype=np.int64), np.zeros(PROGRAM_WORDS, dtype=np.int64)
 
 
 @compiled
-def copy(values, words, to_values, to_words):
-    """Copy a block's content, all but its sequence."""
+def copy(values, words, program, to_values, to_words, to_program):
+    """Copy a block's content, all but its sequence; the law for the board where it is another one."""
+    if to_words[PROGRAM] != words[PROGRAM]:
+        for i in range(PROGRAM_WORDS):
+            to_program[i] = program[i]
     for i in range(VALUES):
         to_values[i] = values[i]
     for i in range(LAW, WORDS):
@@ -62,23 +79,26 @@ def copy(values, words, to_values, to_words):
 
 
 @compiled
-def publish(values, words, new_values, new_words):
+def publish(values, words, program, new_values, new_words, new_program):
     """Replace the block's content."""
     sequence = words[SEQUENCE]
     store_release(words, SEQUENCE, sequence + 1)
     fence()
-    copy(new_values, new_words, values, words)
+    copy(new_values, new_words, new_program, values, words, program)
     fence()
     store_release(words, SEQUENCE, sequence + 2)
 
 
 @compiled
-def take(values, words, copy_values, copy_words):
+def take(values, words, program, copy_values, copy_words, copy_program):
     """Copy the block; return whether it was whole. What a torn copy holds may not be used."""
     sequence = load_acquire(words, SEQUENCE)
     if sequence & 1:
         return False
-    copy(values, words, copy_values, copy_words)
+    copy(values, words, program, copy_values, copy_words, copy_program)
     copy_words[SEQUENCE] = sequence
     fence()
-    return load_acquire(words, SEQUENCE) == sequence
+    if load_acquire(words, SEQUENCE) == sequence:
+        return True
+    copy_words[PROGRAM] = TORN
+    return False

@@ -28,10 +28,9 @@ def render(r, conn, out, k, now):
         fault = r.control[rig.FAULT]
         settings.refresh(r, position, period)
         if fault != rig.NO_FAULT and r.control[rig.FAULT] == rig.NO_FAULT:
-            conn.numbers[way.EXCUSED] = now + way.PATIENCE
+            conn.numbers[way.EXCUSED] = now + way.PATIENCE + conn.numbers[way.ROUND_TRIP]
     if r.word[rig.STALE]:
         recover(r, period)
-    notice_rate(conn, sample, period, now)
     line.stamp(conn, sample, row, now)
     delays.note(conn.delays, delays.BOARD, sample[codec.DELAY])
     conn.numbers[way.SEEN_SPEED] = (position - r.real[rig.LAST_POSITION]) / period
@@ -47,10 +46,10 @@ def render(r, conn, out, k, now):
 
 @internal
 def arrive(r, conn, sample):
-    """Notice that the board renders: it has just begun, or it was not told to."""
+    """Notice that the board renders what it was told to, or that it was not told to."""
     n, words = conn.numbers, conn.words
-    if words[way.WAY] == way.ASKING:
-        words[way.WAY] = way.THERE
+    if words[way.WAY] == way.ASKING and int(sample[codec.GENERATION]) == words[way.LAW_GENERATION]:
+        words[way.WAY], words[way.OBEYED] = way.THERE, 1
         n[way.FADED_AT] = sample[codec.BOARD_TIME] + _FADE
         words[way.OVERRUNS] = int(sample[codec.OVERRUNS])
     elif words[way.WAY] <= way.SETTING:
@@ -68,27 +67,16 @@ def since_last(conn, sample):
 
 
 @internal
-def notice_rate(conn, sample, period, now):
-    """Where ticks come at another rate than the board was told, let it be said once more."""
-    rate = (1.0 + sample[codec.LOST]) / period
-    told = conn.words[way.SENT_RATE]
-    settled = now - conn.numbers[way.SAID_AT] >= way.PATIENCE and conn.words[way.WAY] == way.THERE
-    if settled and abs(rate - told) > 0.2 * told:
-        conn.words[way.SENT_RATE] = 0
-
-
-@internal
 def frame_of(conn):
     """Return the time in s from one frame of telemetry to the next."""
-    rate = conn.words[way.SENT_RATE]
+    rate = conn.law[line.RATE]
     return max(FRAME, 1.0 / rate) if rate > 0 else FRAME
 
 
 @internal
 def lost_frames(conn, sample, period):
     """Return how many frames are missing before this one, and count them; ticks are not all shown."""
-    rate = conn.words[way.SENT_RATE]
-    if sample[codec.LOST] <= 0.0 or rate <= 0:
+    if sample[codec.LOST] <= 0.0 or conn.law[line.RATE] <= 0:
         return 0
     lost = max(int(period / frame_of(conn) + 0.5) - 1, 0)
     conn.reader[codec.LOST_FRAMES] += lost
@@ -127,11 +115,11 @@ def fill(r, conn, sample, row, position, period):
 
 @internal
 def take_state(r, conn, sample, row):
-    """Keep the value of state that this frame shows, once it is the new law's; the row has the last known."""
+    """Keep the value of state that this frame shows, if it is the law's in force; fill the row's."""
     states = r.states[r.word[rig.SLOT]]
     at = int(sample[codec.STATE_AT])
-    behind = (int(sample[codec.GENERATION]) - conn.words[way.FIRST_OF_LAW]) & 0xFF
-    if at < r.words[block.N_STATE] and behind < 128 and r.real[rig.BLEND] >= 1.0:
+    same = conn.words[way.WAY] == way.THERE and r.words[block.BOARD_LAW] == r.words[block.LAW]
+    if at < r.words[block.N_STATE] and same and r.words[block.FORM] == conn.words[way.FORM]:
         states[at] = sample[codec.STATE]
     for i in range(rows.STATES):
         row[rows.STATE + i] = states[i]
@@ -149,7 +137,8 @@ def flags_of(r, conn, sample, now, gap):
         store_release(r.control, rig.MISSED, r.control[rig.MISSED] + missed)
         conn.words[way.SKIPPED] += missed
     conn.words[way.OVERRUNS] = int(sample[codec.OVERRUNS])
-    latch_what_is_said(r, n, said, sample, now)
+    latch_what_is_said(r, n, said, now)
+    count_cuts(r, conn, said)
     flags = rows.GAP if gap or said & codec.FLAG_SENSOR else 0
     if said & codec.FLAG_CLAMPED:
         flags |= rows.CLAMPED
@@ -167,7 +156,18 @@ def flags_of(r, conn, sample, now, gap):
 
 
 @internal
-def latch_what_is_said(r, n, said, sample, now):
+def count_cuts(r, conn, said):
+    """Count how often the board switched its motor off although it was told that someone is there."""
+    words = conn.words
+    off = said & codec.FLAG_WATCHDOG != 0 and said & codec.FLAG_STOPPED == 0
+    if off and words[way.OBEYED] and not r.word[rig.STALE]:
+        count = r.control[rig.STALE_CAUSES + rig.CUT] + 1
+        store_release(r.control, rig.STALE_CAUSES + rig.CUT, count)
+    words[way.OBEYED] = not off
+
+
+@internal
+def latch_what_is_said(r, n, said, now):
     """Latch over-speed and a force that is no number, unless the board was told just now to forget them.
 
     A board that saw a leap gives up its estimate: then the speed is what its positions come to.

@@ -1,25 +1,34 @@
-"""What a board can render by itself, and how a scene is to be rendered there."""
+"""What a board can render by itself, and how a law is to be rendered there."""
 
-import threading
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cache
+import math
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hapkit_studio import environments
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.dynamics import estimators, filters
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment, Values
-from hapkit_studio.errors import DeviceError, ParameterError
-from hapkit_studio.haptics import way
+from hapkit_studio.errors import DeviceError, LawError, ParameterError
+from hapkit_studio.haptics import block, way
 from hapkit_studio.haptics.line import Line
 from hapkit_studio.haptics.settings_writer import BoardWay
-from hapkit_studio.protocol.messages import VALUES, Board, Estimator, LawName, MotorMap, Origin, Settings
+from hapkit_studio.laws.law import Law
+from hapkit_studio.laws.machine import FRAME, REST, Refusal
+from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, Settings
+
+if TYPE_CHECKING:
+    from hapkit_studio.laws.board import Program
 
 RATES = (4000, 2000, 1000, 500)
 """Hz at which a board renders, the fastest first."""
+CLOCK = 16e6
+"""Cycles a second of its processor."""
+_SHARE = 0.8
+"""Of its processor, which a law takes as a rule at most."""
+_KEPT = 64
 
 ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
 INSTEAD = "kalman"
@@ -27,57 +36,160 @@ INSTEAD = "kalman"
 
 
 @dataclass(frozen=True)
+class Wish:
+    """What a board is asked to render: a law with its parameters by key, and how; rate None: the fastest."""
+
+    environment: Environment
+    values: Values
+    estimator: Spec = "difference"
+    quantum: float = 20.7e-6
+    rate: float | None = None
+
+    @property
+    def key(self) -> tuple:
+        """Return what stands for it in a dictionary."""
+        law = self.environment.force
+        numbers = tuple(self.values[p.key] for p in law.parameters)
+        return law, numbers, repr(self.estimator), self.quantum, self.rate
+
+
+@dataclass(frozen=True)
 class Offer:
-    """The laws on a board by their keys, and its settings."""
+    """The room in bytes that a board has for one law, and its settings; what it was asked for before."""
 
-    laws: Mapping[str, LawName]
+    arena: int
     settings: Settings
+    _answers: dict[tuple, BoardWay | str] = field(default_factory=dict, compare=False, repr=False)
 
-    def refusal(self, environment: Environment) -> str:
+    def known(self, wish: Wish) -> BoardWay | str | None:
+        """Return the answer to a wish that was worked out before: how it is rendered, or why not."""
+        return self._answers.get(wish.key)
+
+    def answer(self, wish: Wish) -> BoardWay | str:
+        """Return how a wish is rendered, or in one line why not; compiles the law, for up to 0.1 s or so."""
+        found = self.known(wish)
+        if found is None:
+            found = self._work_out(wish)
+            while len(self._answers) >= _KEPT:
+                self._answers.pop(next(iter(self._answers)), None)
+            self._answers[wish.key] = found
+        return found
+
+    def refusal(self, environment: Environment, values: Values) -> str:
         """Return in one line why the board cannot render an environment; nothing where it can."""
-        title, name = environment.title, self.laws.get(environment.key)
-        if not self.laws:
-            return "This firmware has no laws of its own. Update firmware."
-        if name is None or len(environment.parameters) > VALUES:
-            return f"{title} is not on the board. Export it as a sketch, or build the firmware with it."
-        if name.fingerprint != fingerprint(environment):
-            return f"{title} on the board is another version than the studio's. Update firmware."
-        return ""
+        found = self.answer(Wish(environment, values))
+        return found if isinstance(found, str) else ""
 
-    def way(
-        self, environment: Environment, values: Values, spec: Spec, quantum: float, rate: float | None = None
-    ) -> BoardWay:
-        """Return how the board is to render it, at a rate in Hz or the fastest; raise ParameterError."""
-        refusal = self.refusal(environment)
-        if refusal:
-            raise ParameterError(refusal)
-        hertz = board_rate(environment, values, rate)
-        kind, first, second = coefficients(spec, hertz, quantum)
-        return BoardWay(self.laws[environment.key].law, hertz, kind, first, second)
+    def way(self, wish: Wish) -> BoardWay:
+        """Return how the board is to render a wish; raise ParameterError."""
+        found = self.answer(wish)
+        if isinstance(found, str):
+            raise ParameterError(found)
+        return found
+
+    def _work_out(self, wish: Wish) -> BoardWay | str:
+        environment, values = wish.environment, wish.values
+        title = environment.title
+        law, rate = environment.force, _first_rate(wish.rate)
+        numbers = tuple(values[p.key] for p in law.parameters)
+        while True:
+            program = _compiled(law, numbers, 1.0 / rate)
+            if isinstance(program, str):
+                return f"{title} cannot be rendered on the board. {program}"
+            if program.size > self._room:
+                return f"{title} needs {program.size:,} bytes, the board has {self._room:,}."
+            able = next((r for r in RATES if r <= rate and r <= fastest(program)), 0)
+            if able == rate:
+                return self._as_way(wish, program, rate)
+            if not able:
+                return f"{title} {_too_slow(program)}"
+            rate = able
+
+    @property
+    def _room(self) -> int:
+        return min(self.arena, 8 * block.PROGRAM_WORDS)
+
+    def _as_way(self, wish: Wish, program: "Program", rate: int) -> BoardWay:
+        from hapkit_studio.laws.board import RAMP_SIZE
+
+        kind, first, second = coefficients(wish.estimator, rate, wish.quantum)
+        moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP_SIZE
+        return BoardWay(
+            wish.environment.force, program, rate, kind, first, second, moving, share(program, rate)
+        )
+
+
+@lru_cache(maxsize=_KEPT)
+def _compiled(law: Law, numbers: tuple[float, ...], period: float) -> "Program | str":
+    """Return a law's program, or in words why there is none."""
+    from hapkit_studio.laws import board  # off the first sample's way
+
+    try:
+        return board.compile(law, dict(zip((p.key for p in law.parameters), numbers, strict=True)), period)
+    except LawError as error:
+        return str(error)
+
+
+def share(program: "Program", rate: float) -> float:
+    """Return the share of the board's processor that a law takes as a rule at a rate in Hz."""
+    return (rate * (program.usual + REST) + 1000 * FRAME) / CLOCK
+
+
+def fastest(program: "Program") -> float:
+    """Return the highest rate in Hz at which a law leaves the processor room, and fits its period always."""
+    return min(fastest_as_a_rule(program), CLOCK / (program.most + REST))
+
+
+def fastest_as_a_rule(program: "Program") -> float:
+    """Return the highest rate in Hz at which a law takes no more than its share of the processor."""
+    return (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + REST)
+
+
+def _first_rate(wish: float | None) -> int:
+    """Return the fastest rate in Hz that is not above a wish."""
+    return next(r for r in RATES if wish is None or r <= max(wish, RATES[-1]))
+
+
+def _too_slow(program: "Program") -> str:
+    """Say how long a law takes, and how fast it could be rendered."""
+    usual, worst = fastest_as_a_rule(program), CLOCK / (program.most + REST)
+    cycles = (
+        f"about {_digits(program.usual, 3):,d}" if usual < worst else f"up to {_digits(program.most, 3):,d}"
+    )
+    hertz = _digits(min(usual, worst), 2)
+    return (
+        f"takes {cycles} cycles on the board: {hertz:,d} Hz at most, and its slowest rate is {RATES[-1]} Hz."
+    )
+
+
+def _digits(value: float, count: int) -> int:
+    """Return a number of 1 or more rounded down to so many digits."""
+    step = 10 ** max(math.floor(math.log10(value)) + 1 - count, 0)
+    return int(value // step * step)
 
 
 def offered(device: HapkitBoard) -> Offer | None:
     """Return what an open board offers; None for one whose firmware renders nothing, or does not answer."""
-    if device.hello.laws == 0:
+    if device.hello.arena == 0:
         return None
     try:
-        offer = Offer(device.laws(), device.settings())
+        return Offer(device.hello.arena, device.settings())
     except DeviceError:
         return None
-    threading.Thread(target=_know_versions, name="hapkit-versions", daemon=True).start()
-    return offer
 
 
-def _know_versions() -> None:
-    """Translate every law once: a second in all, which a person who switches scenes should not wait for."""
-    for environment in environments.discover().values():
-        fingerprint(environment)
+_REFUSED = {
+    Refusal.TOO_LARGE: "has no room for this law",
+    Refusal.TOO_SLOW: "has no time for this law at this rate",
+}
 
 
-def board_rate(environment: Environment, values: Values, wish: float | None = None) -> int:
-    """Return the rate in Hz at which the board renders a law: the wish, but no faster than it can."""
-    fastest = environment.board_rate(values)
-    return next(r for r in RATES if r <= fastest and (wish is None or r <= max(wish, RATES[-1])))
+def refused(why: int) -> str:
+    """Return in one line why a board does not render the law that it was sent."""
+    known = why in list(Refusal)
+    reason = Refusal(why).name.lower().replace("_", " ") if known else f"reason {why}"
+    words = _REFUSED.get(Refusal(why), "") if known else ""
+    return f"The board {words or f'refuses this law ({reason})'}. The computer renders."
 
 
 def check_rate(wish: float | None) -> None:
@@ -109,15 +221,6 @@ def tell(line: Line, settings: Settings, pwm_top: int) -> None:
     line.settings[:] = np.frombuffer(body, np.uint8)
     line.words[way.CONFIGURABLE] = 1
     line.words[way.CALIBRATED] = settings.origin == Origin.STORED
-
-
-@cache
-def fingerprint(environment: Environment) -> int:
-    """Return what tells one version of a law from another."""
-    from hapkit_studio.laws.cpp import CppLaw  # off the first sample's way
-    from hapkit_studio.laws.cpp_words import mangled
-
-    return CppLaw(environment.force, mangled(environment.key)).fingerprint
 
 
 def motor_forces(kit: Settings, top: int) -> np.ndarray:

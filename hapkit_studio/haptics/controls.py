@@ -52,10 +52,10 @@ class Controls(Rendering):
                 wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
                 wanted.quantum, wanted.mass = device.quantum, device.mass
             wanted.board = self._board_way(wanted)
-            values, words = wanted.encode()
+            content = wanted.encode()
             law = wanted.environment.force.compiled()
             self._kept[law.address] = (wanted.generation, law)
-            block.publish(*self._block, values, words)
+            block.publish(*self._block, *content)
             self._wanted = wanted
             accepted = int(load_acquire(self._rig.control, rig.ACCEPTED))
             self._kept = {address: kept for address, kept in self._kept.items() if kept[0] >= accepted}

@@ -18,6 +18,7 @@ from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.haptics.portable_loop import PortableLoop, warm_up
 from hapkit_studio.haptics.rig import Rig
 from hapkit_studio.haptics.ring import Ring, new_ring
+from hapkit_studio.haptics.settings_writer import BoardWay
 
 # After connecting, force stays zero that long while the delay of the line is measured.
 HOLD_SECONDS = 0.5
@@ -44,6 +45,9 @@ class Driver(Protocol):
 
     def measured(self, board: bool) -> Measured | None:
         """Return the delay of one way as measured lately; None where it was not yet, or cannot be."""
+
+    def refusal(self, way: BoardWay) -> str:
+        """Return in one line why the device has refused to render what it was sent, "" if it has not."""
 
     def on_board(self) -> bool:
         """Say whether the device renders by itself at this moment."""
@@ -77,6 +81,9 @@ class SimulatedDriver:
     def measured(self, board: bool) -> Measured | None:
         return None
 
+    def refusal(self, way: BoardWay) -> str:
+        return ""
+
     def on_board(self) -> bool:
         return False
 
@@ -99,7 +106,7 @@ class SerialDriver:
         device.open()
         self.device = device
         self.rate = device.rate
-        self.conn = line.new_line(device.quantum)
+        self.conn = line.new_line(device.quantum, 1e-3 * device.hello.watchdog_ms)
         self.offer = board_offer.offered(device)
         if self.offer is not None:
             board_offer.tell(self.conn, self.offer.settings, device.hello.pwm_top)
@@ -123,6 +130,10 @@ class SerialDriver:
 
     def measured(self, board: bool) -> Measured | None:
         return delays.measured(self.conn.delays, delays.BOARD if board else delays.COMPUTER, LATELY)
+
+    def refusal(self, way: BoardWay) -> str:
+        words = self.conn.words
+        return board_offer.refused(int(words[ways.REFUSAL])) if words[ways.REFUSED] == way.form else ""
 
     def on_board(self) -> bool:
         return int(self.conn.words[ways.WAY]) == ways.THERE

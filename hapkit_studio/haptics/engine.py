@@ -11,7 +11,7 @@ from hapkit_studio.haptics import block, faults, histogram, observer, priority, 
 from hapkit_studio.haptics.controls import Controls
 from hapkit_studio.haptics.drivers import Driver, compile_ahead, driver_for
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.health import Health, Watch
+from hapkit_studio.haptics.health import Health, Watch, link
 from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.ring import RingReader, new_ring
 
@@ -163,6 +163,7 @@ class Engine(Controls):
             crc_errors=int(control[rig.CRC_ERRORS]),
             stale_count=int(control[rig.STALE_COUNT]),
             stale=bool(self._rig.word[rig.STALE]),
+            link=link(control),
             priority=self._priority_now(),
             delay=self._driver.delay(self._rig) if self._driver else self.loop.delay,
             running=running,

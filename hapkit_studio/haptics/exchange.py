@@ -3,10 +3,10 @@
 Each function leaves the bytes to send at the start of the line's ``frame`` and returns how many they are.
 """
 
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import board_line, board_words, histogram, line, rig, ring, rows, sleep, way
 from hapkit_studio.haptics.fences import store_release
-from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale
+from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale, note_time
 from hapkit_studio.protocol import codec
 
 
@@ -20,6 +20,7 @@ def take(r, conn, out, late, size):
     now, length = sleep.now(), 0
     if count > 0:
         conn.numbers[line.QUIET] = 0.0
+    begun = now
     for k in range(count):
         if k == count - 1:
             line.overslept(r, conn, now)
@@ -29,7 +30,10 @@ def take(r, conn, out, late, size):
         if not shown:
             continue
         row = out.rows[ring.next_index(out)]
-        row[rows.COMPUTE] = sleep.now() - now
+        done = sleep.now()
+        row[rows.COMPUTE] = done - now
+        note_time(r, done - begun)
+        begun = done
         histogram.add(late, row[rows.LATENESS])
         ring.publish(out)
     if count > 1 and way.computer_speaks(conn):
@@ -43,6 +47,7 @@ def row_of(r, conn, out, k, now):
 
     What comes while the board takes over another zero is not: nobody knows which zero it counts from.
     """
+    count_errors(r, conn, conn.samples[k])
     if conn.samples[k, codec.KIND] == codec.TELEMETRY:
         board_line.render(r, conn, out, k, now)
         return True
@@ -52,9 +57,25 @@ def row_of(r, conn, out, k, now):
     if conn.words[way.WAY] == way.RETURNING:
         board_line.come_back(r, conn, conn.samples[k, codec.COUNT])
     elif conn.words[way.WAY] == way.THERE:
-        conn.words[way.WAY] = way.ASKING
+        conn.words[way.WAY], conn.words[way.LAW_DUE] = way.ASKING, 1
     line.render(r, conn, out, k, now)
     return True
+
+
+@internal
+def count_errors(r, conn, sample):
+    """Add up what the board counts in a byte: forces refused as too old, frames that it could not read."""
+    words = conn.words
+    errors, stale = int(sample[codec.RX_ERRORS]), int(sample[codec.STALE])
+    if words[line.STARTED] and sample[codec.KIND] == codec.SAMPLE:
+        more = (stale - words[way.STALE_TOLD]) & 0xFF
+        store_release(r.control, rig.STALE_FORCES, r.control[rig.STALE_FORCES] + more)
+    if words[line.STARTED]:
+        more = (errors - words[way.ERRORS_TOLD]) & 0xFF
+        store_release(r.control, rig.BOARD_ERRORS, r.control[rig.BOARD_ERRORS] + more)
+    words[way.ERRORS_TOLD] = errors
+    if sample[codec.KIND] == codec.SAMPLE:
+        words[way.STALE_TOLD] = stale
 
 
 @compiled
@@ -86,7 +107,7 @@ def silence(r, conn):
     if now - conn.numbers[line.LAST_ANSWER] < STALE_AFTER:
         return 0
     if conn.words[line.STARTED]:
-        mark_stale(r, now)
+        mark_stale(r, now, line.cause(r, conn, now))
     conn.numbers[line.LAST_ANSWER] = now
     if conn.words[way.WAY] < way.ASKING:
         return zero(conn)
@@ -98,4 +119,4 @@ def zero(conn):
     """Encode a zero force, the last act of every loop."""
     if conn.words[way.WAY] >= way.ASKING:
         return board_words.last_act(conn, conn.frame)
-    return codec.encode_force(conn.frame, 0, 0.0)
+    return codec.encode_force(conn.frame, 0, 0, 0.0)

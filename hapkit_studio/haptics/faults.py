@@ -3,9 +3,18 @@
 from dataclasses import dataclass
 
 from hapkit_studio.haptics import block, rig
+from hapkit_studio.haptics.delays import LONGEST
 from hapkit_studio.haptics.rig import Rig
 
 HOLD_THEN_CLEAR = "Force is zero. Hold the handle, then clear."
+
+
+_STALE = {
+    rig.NO_SAMPLE: ("no sensor frame for 20 ms", "Cable or hub loose?"),
+    rig.AWAY: ("this computer was busy elsewhere for 20 ms", "Close other programs."),
+    rig.HELD_UP: ("the law held the loop up for 20 ms", "Simplify the law or lower the rate."),
+    rig.CUT: ("the board switched its motor off: forces came too late or not at all", "Cable or hub loose?"),
+}
 
 
 @dataclass(frozen=True)
@@ -19,7 +28,9 @@ class Fault:
 
 def describe(code: int, r: Rig) -> Fault | None:
     """Return the fault of a code with the values the loop left, None for no fault."""
-    value, position = float(r.real[rig.FAULT_VALUE]), 1e3 * float(r.real[rig.FAULT_POSITION])
+    value, second = float(r.real[rig.FAULT_VALUE]), float(r.real[rig.FAULT_POSITION])
+    position = 1e3 * second
+    cause = int(value) if code == rig.STALE_SENSOR else rig.NO_SAMPLE
     line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
     texts = {
         rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at x = {_signed(position)} mm{_at(line)}.",
@@ -27,18 +38,34 @@ def describe(code: int, r: Rig) -> Fault | None:
         rig.LAW_FUEL: f"Fault: line {line} of the law does not come to an end.",
         rig.LAW_DIVISION: f"Fault: line {line} of the law divides by zero at x = {_signed(position)} mm.",
         rig.OVER_SPEED: f"Fault: over-speed, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).",
-        rig.STALE_SENSOR: f"Fault: no sensor frame for {1e3 * value:.0f} ms, three times in 10 s.",
+        rig.STALE_SENSOR: f"Fault: {_STALE[cause][0]}, three times in 10 s.",
         rig.RUNAWAY: f"Fault: this machine cannot keep {value:.0f} Hz.",
+        rig.SLOW_LAW: f"Fault: the law takes {_ms(value)} ms, a period {_ms(second)} ms.",
+        rig.SLOW_LINK: (
+            f"Fault: {_trip(value)} from a sample to its force; the board obeys none after {_ms(second)} ms."
+        ),
         rig.DEVICE_GONE: _gone(value),
     }
     details = {
-        rig.STALE_SENSOR: "Force is zero. Cable loose, or computer too busy? Hold the handle, then clear.",
+        rig.STALE_SENSOR: f"Force is zero. {_STALE[cause][1]} Hold the handle, then clear.",
         rig.RUNAWAY: "Force is zero. Lower the rate, then clear.",
+        rig.SLOW_LAW: "Force is zero. Simplify the law or lower the rate, then clear.",
+        rig.SLOW_LINK: "Force is zero. Let the board render, or use a faster USB port, then clear.",
         rig.DEVICE_GONE: "Force is zero. Nothing is lost. Looking again every second.",
     }
     if code not in texts:
         return None
     return Fault(code, texts[code], details.get(code, HOLD_THEN_CLEAR))
+
+
+def _ms(seconds: float) -> str:
+    """Write a time in ms with two digits that say something."""
+    return f"{1e3 * seconds:.{0 if seconds >= 0.01 else 2}f}"
+
+
+def _trip(seconds: float) -> str:
+    """Write the time that a link takes; beyond LONGEST the board does not know."""
+    return f"more than {_ms(LONGEST)} ms" if seconds >= LONGEST else f"{_ms(seconds)} ms"
 
 
 def _gone(seconds: float) -> str:

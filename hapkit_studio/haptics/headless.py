@@ -51,9 +51,9 @@ class Scene:
             true_velocity=self.true_velocity,
             designed_for=self.designed_for,
         )
-        values, words = block.new_block()
-        r = rig.new_rig(values, words)
-        block.publish(values, words, *wanted.encode())
+        shared = block.new_block()
+        r = rig.new_rig(*shared)
+        block.publish(*shared, *wanted.encode())
         r.real[rig.GAIN] = 1.0
         periods = math.ceil(self.loop.delay * self.loop.rate) + 2
         return r, plant.new_plant(self.device, periods)

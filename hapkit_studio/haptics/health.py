@@ -13,6 +13,31 @@ WINDOW_SECONDS = 10.0
 
 
 @dataclass(frozen=True)
+class Link:
+    """What went wrong between computer and board, counted since the start.
+
+    no_sample, away, held_up, cut: how often the force went to zero because the line brought no sample, the
+    computer was busy elsewhere, the law held it up, the board switched its motor off.
+    """
+
+    lost_frames: int
+    crc_errors: int
+    board_errors: int
+    stale_forces: int
+    no_sample: int
+    away: int
+    held_up: int
+    cut: int
+
+
+def link(control: np.ndarray) -> Link:
+    """Return what the loop has counted."""
+    causes = (int(control[rig.STALE_CAUSES + cause]) for cause in rig.CAUSES)
+    places = rig.LOST_FRAMES, rig.CRC_ERRORS, rig.BOARD_ERRORS, rig.STALE_FORCES
+    return Link(*(int(control[place]) for place in places), *causes)
+
+
+@dataclass(frozen=True)
 class Health:
     """A snapshot for status bar and command line; delay in s.
 
@@ -26,6 +51,7 @@ class Health:
     crc_errors: int
     stale_count: int
     stale: bool
+    link: Link
     priority: Priority
     delay: float
     running: bool

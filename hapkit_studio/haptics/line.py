@@ -9,13 +9,22 @@ from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import block, delays, rig, ring, rows, way
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.tick import STALE_AFTER, mark_stale, tick
-from hapkit_studio.protocol import codec, scene_frames
+from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale, tick
+from hapkit_studio.protocol import codec, law_frames
 
 CHUNK = 4096
 HISTORY = 2048
+MOST_ADDED = 255
+"""Periods of added delay: what a force can say of the sample that it answers."""
 GONE_AFTER = 1.0
 """s without a frame after which a board counts as gone: it began anew, and no longer streams, or hangs."""
+
+DEAF_AFTER = 0.3
+"""s after which a board that is answered has its motor on."""
+SLOW_AFTER = 0.15
+"""s in which every answer is too late, after which the computer cannot render."""
+_SLOW_ANSWERS = 4
+_SEVERAL = 3
 
 _MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
 
@@ -29,6 +38,9 @@ QUIET = 5
 LOOKED_AT = 6
 EFFECT = 7
 LAST_ANSWER = 8
+
+# --- what the law is like that the board gets, in the order of the block's words from BOARD_RATE on
+RATE, ESTIMATOR, STATES, GIVEN, SLOTS, CODE, CHECK = range(7)
 
 # --- words
 STARTED = 0
@@ -48,29 +60,36 @@ class Line(NamedTuple):
     numbers: np.ndarray
     words: np.ndarray
     delays: delays.Delays
-    sent: np.ndarray  # the parameters that the board has
+    law: np.ndarray  # what the law is like that the board got last, (7,)
+    program: np.ndarray  # its bytes, packed, the constants as they were sent last
+    unsure: np.ndarray  # 1 for each number at their beginning that the board may not have
     settings: np.ndarray  # the body of Board that it has, uint8
     motor: np.ndarray  # force in N at each duty from 0 to its top
 
 
-def new_line(quantum: float) -> Line:
-    """Return a connection that has received nothing, for a sensor of quantum m a count."""
+def new_line(quantum: float, watchdog: float = 0.025) -> Line:
+    """Return a connection that has received nothing, for a sensor of quantum m a count.
+
+    watchdog: s after which the board obeys no force.
+    """
     reader, buffer = codec.new_reader()
     numbers = np.zeros(way.NUMBERS)
-    numbers[QUANTUM], numbers[SIGN] = quantum, 1.0
+    numbers[QUANTUM], numbers[SIGN], numbers[way.WATCHDOG] = quantum, 1.0, watchdog
     numbers[LAST_ARRIVAL] = math.inf  # the first frame is not late
     return Line(
         reader=reader,
         buffer=buffer,
         data=np.zeros(CHUNK, dtype=np.uint8),
-        frame=np.zeros(scene_frames.ROOM, dtype=np.uint8),
+        frame=np.zeros(law_frames.ROOM, dtype=np.uint8),
         samples=np.zeros((codec.rows_for(CHUNK), codec.SAMPLE_WIDTH)),
         forces=np.zeros(HISTORY),
         numbers=numbers,
         words=np.zeros(way.WORDS, dtype=np.int64),
         delays=delays.new_delays(),
-        sent=np.zeros(scene_frames.VALUES),
-        settings=np.zeros(scene_frames.BOARD_BODY, dtype=np.uint8),
+        law=np.zeros(CHECK + 1, dtype=np.int64),
+        program=np.zeros(block.PROGRAM_WORDS, dtype=np.int64),
+        unsure=np.zeros(2 * block.PROGRAM_WORDS, dtype=np.int64),
+        settings=np.zeros(law_frames.BOARD_BODY, dtype=np.uint8),
         motor=np.zeros(256),
     )
 
@@ -130,6 +149,37 @@ def note_age(line, sample, period):
 
 
 @internal
+def note_link(r, line, sample, now):
+    """Measure how long samples and forces are on their way; where no force can be in time, latch that.
+
+    The board obeys no force whose newest sample is older than its watchdog's time, but for zero.
+    """
+    n, words = line.numbers, line.words
+    answered = int(sample[codec.ANSWERED])
+    new, words[way.ANSWERED] = answered != words[way.ANSWERED], answered
+    behind = (int(sample[codec.SEQ]) - 1 - answered) & 0xFFFF
+    if not new or sample[codec.DELAY] <= 0.0 or behind >= delays.FAR:
+        return
+    trip = sample[codec.DELAY] - added(r) * r.values[block.PERIOD]
+    n[way.ROUND_TRIP] = max(trip, 0.0)
+    if trip <= n[way.WATCHDOG]:
+        words[way.TOO_LONG] = 0
+        return
+    if words[way.TOO_LONG] == 0:
+        n[way.TOO_LONG_SINCE] = now
+    words[way.TOO_LONG] += 1
+    late = words[way.TOO_LONG] >= _SLOW_ANSWERS and now - n[way.TOO_LONG_SINCE] >= SLOW_AFTER
+    if late and way.wanted(r, line) == 0:
+        latch(r, rig.SLOW_LINK, trip, n[way.WATCHDOG])
+
+
+@internal
+def added(r):
+    """Return the added delay in whole periods."""
+    return min(int(r.values[block.DELAY] / r.values[block.PERIOD] + 0.5), MOST_ADDED)
+
+
+@internal
 def keep(line, seq, lost, force):
     """Keep the answer to sample seq; lost samples before it count as answered by the same."""
     for back in range(min(int(lost), HISTORY - 1) + 1):
@@ -140,7 +190,16 @@ def keep(line, seq, lost, force):
 def overslept(r, line, now):
     """Come back from a gap in the answers, when the board had its motor off, as from a stale sensor."""
     if line.words[STARTED] and now - line.numbers[LAST_ANSWER] >= STALE_AFTER:
-        mark_stale(r, now)
+        mark_stale(r, now, cause(r, line, now))
+
+
+@internal
+def cause(r, line, now):
+    """Return why nothing was answered for STALE_AFTER: a wait never takes much longer than that."""
+    n = line.numbers
+    if n[LAST_ANSWER] > n[LOOKED_AT]:  # in this very pass: it took so long itself
+        return rig.HELD_UP if r.word[rig.LONG] >= _SEVERAL else rig.AWAY
+    return rig.AWAY if now - n[LOOKED_AT] > 1.5 * STALE_AFTER else rig.NO_SAMPLE
 
 
 @compiled
@@ -173,16 +232,21 @@ def lateness(line, now, board_time):
 def heed(r, line, said, now):
     """Where the board cut its motor off although it was answered, come back as from a stale sensor.
 
-    Not where that is as it should be: until the first answer is heard, after stop and release.
+    Not where that is as it should be: until the first answer is heard, after stop and release; but that does
+    not take for ever.
     """
-    words = line.words
+    n, words = line.numbers, line.words
     if said & codec.FLAG_STOPPED or words[way.WAY] != way.HERE:
         words[way.OBEYED] = 0
+        n[way.DEAF] = 0.0
     elif not said & codec.FLAG_WATCHDOG:
         words[way.OBEYED] = 1
-    elif words[way.OBEYED] or r.word[rig.STALE]:
-        words[way.OBEYED] = 0
-        mark_stale(r, now)
+        n[way.DEAF] = 0.0
+    else:
+        n[way.DEAF] += r.values[block.PERIOD]
+        if words[way.OBEYED] or r.word[rig.STALE] or n[way.DEAF] > DEAF_AFTER:
+            words[way.OBEYED] = 0
+            mark_stale(r, now, rig.CUT)
 
 
 @internal
@@ -214,6 +278,7 @@ def render(r, line, out, k, now):
     heed(r, line, said, now)
     if line.words[way.WAY] == way.HERE:
         note_age(line, sample, nominal)
+        note_link(r, line, sample, now)
     in_effect = line.numbers[SIGN] * effect(line, sample, period)
     row = out.rows[ring.next_index(out)]
     force = tick(r, position_of(line, sample[codec.COUNT]), period, in_effect, row)
@@ -240,9 +305,8 @@ def render(r, line, out, k, now):
 def answer(r, line, k, now, frame):
     """Encode into frame what answers sample k, an added delay of whole periods ago; return its length."""
     line.numbers[LAST_ANSWER] = now
-    behind = int(r.values[block.DELAY] / r.values[block.PERIOD] + 0.5)
-    seq = int(line.samples[k, codec.SEQ]) - min(behind, HISTORY - 1)
-    return codec.encode_force(frame, seq & 0xFFFF, line.forces[seq % HISTORY])
+    newest, behind = int(line.samples[k, codec.SEQ]), added(r)
+    return codec.encode_force(frame, newest, behind, line.forces[(newest - behind) % HISTORY])
 
 
 @compiled
@@ -258,5 +322,5 @@ def stop_word(r, line):
         return 0
     line.words[SENT_STOP] = stopped
     if not stopped:
-        line.words[way.SCENE_DUE] = 1
+        line.words[way.LAW_DUE] = 1  # its state has gone on meanwhile
     return codec.STOP if stopped else codec.RELEASE

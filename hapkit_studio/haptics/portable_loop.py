@@ -21,7 +21,7 @@ def warm_up() -> None:
     """Compile or load all that a sample needs, by rendering one under a latched fault, that calls no law."""
     r, conn = new_rig(*block.new_block()), new_line(1.0)
     r.control[rig.FAULT] = rig.RUNAWAY
-    frame = np.frombuffer(encode(Sample(0, 0, 0, 0, 0, 0, 0, 0, 0)), dtype=np.uint8)
+    frame = np.frombuffer(encode(Sample(*13 * (0,))), dtype=np.uint8)
     conn.data[: len(frame)] = frame
     exchange.take(r, conn, new_ring(r.control, 2), histogram.new_histogram(), len(frame))
     exchange.silence(r, conn)

@@ -3,9 +3,9 @@
 import threading
 from typing import Any
 
-from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import board_offer, rig
+from hapkit_studio.haptics.board_offer import Offer, Wish
 from hapkit_studio.haptics.delays import Measured
 from hapkit_studio.haptics.drivers import Driver
 from hapkit_studio.haptics.settings_writer import BoardWay, Wanted
@@ -23,14 +23,21 @@ class Rendering:
     _rig: rig.Rig
     _where = COMPUTER
     _board_rate: float | None = None
+    _next: tuple[Offer, Wish] | None = None
+    _worker: threading.Thread | None = None
 
     def _changed(self, **changes: Any) -> None:
         raise NotImplementedError
 
+    def clear_fault(self) -> None:
+        raise NotImplementedError
+
     @property
     def where(self) -> str:
-        """Return who is to render, "computer" or "board"; a scene that the board has not stays here."""
-        return COMPUTER if self._wanted.board is None else BOARD
+        """Return who is to render, "computer" or "board"; what the board cannot render stays here."""
+        if self._where == BOARD and self.renders_on_boards and not self.board_refusal():
+            return BOARD
+        return COMPUTER
 
     @property
     def where_wanted(self) -> str:
@@ -42,27 +49,47 @@ class Rendering:
         """Return how the board is to render the scene in force, None while the computer renders."""
         return self._wanted.board
 
-    def board_refusal(self, environment: Environment | None = None) -> str:
-        """Return in one line why the board cannot render a scene, by default that in force; "" if it can."""
+    @property
+    def offered_way(self) -> BoardWay | None:
+        """Return how the board would render the scene in force; None where it cannot, or nobody knows yet."""
+        found = None if self._no_board() else self._answer(self._wanted)
+        return found if isinstance(found, BoardWay) else None
+
+    def board_refusal(self, wait: bool = False) -> str:
+        """Return in one line why the board cannot render the scene in force; "" if it can.
+
+        A law that is new to it is compiled in the background: "" until that is done, unless one can wait.
+        """
+        refusal = self._no_board()
+        if refusal:
+            return refusal
+        found = self._answer(self._wanted, wait)
+        if isinstance(found, BoardWay):
+            assert self._driver is not None
+            return self._driver.refusal(found)
+        return found or ""
+
+    def _no_board(self) -> str:
+        """Return in one line why there is no board for any law."""
         if self.device.simulated:
             return "The simulated Hapkit has no board: the computer renders."
         if self._driver is None:
             return "No device is open."
         if self._driver.offer is None:
-            return "This firmware has no laws of its own. Update firmware."
+            return "This firmware renders no laws. Update firmware."
         if self._wanted.max_force < self.device.max_force:
             return "The force limit is lowered, which only the computer keeps to."
-        return self._driver.offer.refusal(environment or self._wanted.environment)
+        return ""
 
     @property
     def renders_on_boards(self) -> bool:
-        """Return whether the open device is a board with laws of its own."""
+        """Return whether the open device is a board that renders laws."""
         return self._driver is not None and self._driver.offer is not None
 
     def set_where(self, where: str, rate: float | None = None) -> None:
         """Let the "computer" or the "board" render, the latter at a rate in Hz or the law's fastest.
 
-        The force fades out and in again. Raise ParameterError where the board cannot.
+        The force fades out and in again. Raise ParameterError where the board is known not to be able to.
         """
         if where not in WAYS:
             raise ParameterError(f"{' or '.join(WAYS)} renders, not {where!r}.")
@@ -70,6 +97,8 @@ class Rendering:
         if refusal:
             raise ParameterError(refusal)
         self.prefer(where, rate)
+        if where == BOARD and self._rig.control[rig.FAULT] == rig.SLOW_LINK:
+            self.clear_fault()  # the board needs no fast link
 
     def prefer(self, where: str, rate: float | None = None) -> None:
         """Let one of them render every scene that it can; raise ParameterError for a rate no board has."""
@@ -79,14 +108,49 @@ class Rendering:
             self._changed()
 
     def _board_way(self, wanted: Wanted) -> BoardWay | None:
-        """Return how the board is to render what is wanted, None where the computer does."""
-        if self._where != BOARD or self._driver is None or self._driver.offer is None:
+        """Return how the board is to render what is wanted, None where the computer does.
+
+        While a law is compiled the board goes on with the one that it has.
+        """
+        if self._where != BOARD or self._no_board() or wanted.max_force < self.device.max_force:
             return None
-        if wanted.max_force < self.device.max_force or self._driver.offer.refusal(wanted.environment):
-            return None
-        environment, values = wanted.environment, wanted.values
-        spec = wanted.loop.estimator
-        return self._driver.offer.way(environment, values, spec, self.device.quantum, self._board_rate)
+        found = self._answer(wanted)
+        if found is None:
+            return self._wanted.board
+        return found if isinstance(found, BoardWay) else None
+
+    def _answer(self, wanted: Wanted, wait: bool = False) -> BoardWay | str | None:
+        """Return what the board says to something wanted, None while that is being worked out."""
+        assert self._driver is not None
+        assert self._driver.offer is not None
+        quantum, rate = self.device.quantum, self._board_rate
+        wish = Wish(wanted.environment, wanted.values, wanted.loop.estimator, quantum, rate)
+        if wait:
+            return self._driver.offer.answer(wish)
+        found = self._driver.offer.known(wish)
+        if found is None:
+            self._work_out(self._driver.offer, wish)
+        return found
+
+    def _work_out(self, offer: Offer, wish: Wish) -> None:
+        """Have a wish answered in the background; of several that wait the newest."""
+        with self._lock:
+            self._next = (offer, wish)
+            if self._worker is None or not self._worker.is_alive():
+                self._worker = threading.Thread(target=self._answer_all, name="hapkit-law", daemon=True)
+                self._worker.start()
+
+    def _answer_all(self) -> None:
+        while True:
+            with self._lock:
+                if self._next is None:
+                    self._worker = None
+                    return
+                (offer, wish), self._next = self._next, None
+            offer.answer(wish)
+            with self._lock:
+                if self._where == BOARD and self._driver is not None and self._driver.offer is offer:
+                    self._changed()
 
     # --- what comes back
     @property

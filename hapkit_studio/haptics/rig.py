@@ -35,7 +35,8 @@ FLAGS = 5
 GENERATION = 6
 ASKED = 7
 RENEW = 8
-SPARE = 9  # a fault's words, where the observer asks a law
+LONG = 9  # samples in a row whose law took longer than a period
+SPARE = 10  # a fault's words, where the observer asks a law
 WORD = SPARE + native.FAULT_WORDS
 
 # --- control: shared with the window, one cache line each
@@ -53,12 +54,20 @@ CRC_ERRORS = 9 * STRIDE
 DONE = 10 * STRIDE
 ZERO = 11 * STRIDE
 FLIP = 12 * STRIDE
-CONTROL = 13 * STRIDE
+STALE_CAUSES = 13 * STRIDE  # how often each of CAUSES stopped the force
+STALE_FORCES = 14 * STRIDE  # those that the board refused as too old
+BOARD_ERRORS = 15 * STRIDE  # frames that the board could not read
+CONTROL = 16 * STRIDE
 
 # a law's own codes, and the loop's between them
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL = native.NOT_A_NUMBER, native.LAW_INDEX, native.LAW_FUEL
 LAW_DIVISION = native.LAW_DIVISION
 NO_FAULT, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = 0, 4, 5, 6, 7
+SLOW_LAW, SLOW_LINK = 9, 10
+
+# why the force went to zero for a while: the line brought no sample, the computer was away or the law held it
+# up, the board switched its motor off although it was answered
+CAUSES = NO_SAMPLE, AWAY, HELD_UP, CUT = range(4)
 
 
 class Rig(NamedTuple):
@@ -77,17 +86,22 @@ class Rig(NamedTuple):
     energies: np.ndarray  # (n, 2), n a power of two: given and limit in J of the last n ticks, nan where none
     values: np.ndarray  # the block in force
     words: np.ndarray
+    program: np.ndarray  # the law for the board, packed
     draft_values: np.ndarray  # the block being read, perhaps torn
     draft_words: np.ndarray
+    draft_program: np.ndarray
     block_values: np.ndarray  # the block as the window writes it
     block_words: np.ndarray
+    block_program: np.ndarray
     control: np.ndarray
 
 
-def new_rig(block_values: np.ndarray, block_words: np.ndarray, energies: int = 1) -> Rig:
+def new_rig(
+    block_values: np.ndarray, block_words: np.ndarray, block_program: np.ndarray, energies: int = 1
+) -> Rig:
     """Return a rig at rest that reads its settings from the given block and keeps so many energies."""
-    values, words = block.new_block()
-    draft_values, draft_words = block.new_block()
+    values, words, program = block.new_block()
+    draft_values, draft_words, draft_program = block.new_block()
     return Rig(
         real=np.zeros(REAL),
         word=np.zeros(WORD, dtype=np.int64),
@@ -102,10 +116,13 @@ def new_rig(block_values: np.ndarray, block_words: np.ndarray, energies: int = 1
         energies=np.full((energies, 2), np.nan),
         values=values,
         words=words,
+        program=program,
         draft_values=draft_values,
         draft_words=draft_words,
+        draft_program=draft_program,
         block_values=block_values,
         block_words=block_words,
+        block_program=block_program,
         control=np.zeros(CONTROL, dtype=np.int64),
     )
 

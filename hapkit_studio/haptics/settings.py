@@ -42,12 +42,14 @@ def adopt(r, position):
     real, word = r.real, r.word
     if real[rig.BLEND] < 1.0 and word[rig.STARTED]:
         return
-    if not block.take(r.block_values, r.block_words, r.draft_values, r.draft_words):
+    if not block.take(
+        r.block_values, r.block_words, r.block_program, r.draft_values, r.draft_words, r.draft_program
+    ):
         return
     estimator = r.words[block.ESTIMATOR]
     if word[rig.STARTED] and other_loop(r):
         word[rig.RENEW] = 1
-    block.copy(r.draft_values, r.draft_words, r.values, r.words)
+    block.copy(r.draft_values, r.draft_words, r.draft_program, r.values, r.words, r.program)
     r.words[block.SEQUENCE] = r.draft_words[block.SEQUENCE]
     if not word[rig.STARTED]:
         begin(r, position)

@@ -1,8 +1,11 @@
 """Settings as a person gives them, turned into the loop's parameter block."""
 
+import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +16,13 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import block
 from hapkit_studio.haptics.observer import most_damping
+from hapkit_studio.laws import Law
 from hapkit_studio.parameters import Parameter
+from hapkit_studio.protocol import law_frames
+from hapkit_studio.protocol.framing import crc16
+
+if TYPE_CHECKING:
+    from hapkit_studio.laws.board import Program
 
 FADE_SECONDS = 0.030
 MAX_SPEED = 3.0
@@ -49,13 +58,37 @@ class LoopSettings:
 
 @dataclass(frozen=True)
 class BoardWay:
-    """What a board is to render: the law's number there, rate in Hz, estimator and its coefficients."""
+    """How a board is to render a law: its program, rate in Hz, estimator and its coefficients.
 
-    law: int
+    moving: constants that it has room to move at a time; share: of its processor, from 0 to 1, as a rule.
+    """
+
+    law: Law
+    program: "Program"
     rate: int
     estimator: int
-    first: float = 0.0
-    second: float = 0.0
+    first: float
+    second: float
+    moving: int
+    share: float
+
+    @cached_property
+    def form(self) -> int:
+        """Return a number that stands for all of it but the constants."""
+        p = self.program
+        start = p.given[: p.states]
+        shape = p.code, start, len(p.given), p.slots, self.rate, self.estimator, self.first, self.second
+        return _digest(repr(shape).encode())
+
+    @cached_property
+    def number(self) -> int:
+        """Return a number that stands for the program with its constants."""
+        return _digest(self.program.data)
+
+
+def _digest(data: bytes) -> int:
+    """Return a number above 0 that tells what is different."""
+    return 1 + int.from_bytes(hashlib.blake2b(data, digest_size=7).digest())
 
 
 @dataclass
@@ -83,9 +116,9 @@ class Wanted:
     board: BoardWay | None = None
     generation: int = 0
 
-    def encode(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the block's values and words; compiles the law if it is new."""
-        values, words = block.new_block()
+    def encode(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the block's content; compiles the law if it is new."""
+        values, words, program = block.new_block()
         law = self.environment.force.compiled()
         numbers = [self.values[p.key] for p in self.environment.parameters]
         for p, number in zip(self.environment.parameters, numbers, strict=True):
@@ -108,7 +141,7 @@ class Wanted:
         if self.loop.controller:
             values[block.DAMPER] = most_damping(self.mass, values[block.PERIOD], self.loop.delay)
         self._encode_hand(values, words)
-        self._encode_board(values, words)
+        self._encode_board(values, words, program)
         words[block.LAW] = law.address
         stored = self.environment.stored
         words[block.STORED] = stored.compiled().address if stored else 0
@@ -117,16 +150,21 @@ class Wanted:
         words[block.DISCRETE] = sum(1 << i for i, p in enumerate(self.environment.parameters) if p.discrete)
         words[block.ESTIMATOR] = block.TRUTH if self.true_velocity else code
         words[block.GENERATION] = self.generation
-        return values, words
+        return values, words, program
 
-    def _encode_board(self, values: np.ndarray, words: np.ndarray) -> None:
-        if self.board is None:
+    def _encode_board(self, values: np.ndarray, words: np.ndarray, program: np.ndarray) -> None:
+        way = self.board
+        if way is None:
             return
-        words[block.BOARD_LAW] = 1 + self.board.law
-        words[block.BOARD_RATE] = self.board.rate
-        words[block.BOARD_ESTIMATOR] = self.board.estimator
-        values[block.BOARD_FIRST] = self.board.first
-        values[block.BOARD_SECOND] = self.board.second
+        data = way.program.data
+        program[:] = law_frames.packed(data, block.PROGRAM_WORDS)
+        words[block.FORM], words[block.PROGRAM] = way.form, way.number
+        words[block.BOARD_LAW] = way.law.compiled().address
+        words[block.BOARD_RATE], words[block.BOARD_ESTIMATOR] = way.rate, way.estimator
+        words[block.BOARD_STATES], words[block.BOARD_GIVEN] = way.program.states, len(way.program.given)
+        words[block.BOARD_SLOTS], words[block.BOARD_CODE] = way.program.slots, len(way.program.code)
+        words[block.BOARD_CHECK], words[block.BOARD_MOVING] = crc16(data), way.moving
+        values[block.BOARD_FIRST], values[block.BOARD_SECOND] = way.first, way.second
 
     def _encode_hand(self, values: np.ndarray, words: np.ndarray) -> None:
         if self.grip is None or self.target is None:

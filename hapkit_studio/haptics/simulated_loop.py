@@ -5,7 +5,7 @@ from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import block, histogram, plant, rig, ring, rows, settings, sleep
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.priority import demote
-from hapkit_studio.haptics.tick import latch, tick
+from hapkit_studio.haptics.tick import latch, note_time, tick
 
 # A pass that finds its deadline gone by did not wait; so many in a row mean the machine cannot keep up.
 MOST_PASSES_WITHOUT_WAITING = 100
@@ -33,6 +33,7 @@ def sample(r, body, out, now, lateness):
     row[rows.HOST_TIME] = now
     row[rows.LATENESS] = lateness
     row[rows.COMPUTE] = sleep.now() - now
+    note_time(r, row[rows.COMPUTE])
     ring.publish(out)
 
 

@@ -14,6 +14,8 @@ from hapkit_studio.laws.native import call
 STALE_AFTER = 0.020
 RECOVER_AFTER = 0.100
 STALE_WINDOW = 10.0
+MOST_LONG = 50
+"""Samples in a row whose law may take longer than a period."""
 
 
 @internal
@@ -40,8 +42,8 @@ def latch(r, code, value, position):
 
 
 @compiled
-def mark_stale(r, now):
-    """No frame came in time: zero force from here; three times in ten seconds latch."""
+def mark_stale(r, now, cause):
+    """Nothing came, or was answered, in time: zero force from here; three times in ten seconds latch."""
     real = r.real
     real[rig.GOOD] = 0.0
     if r.word[rig.STALE]:
@@ -53,8 +55,20 @@ def mark_stale(r, now):
     oldest = rig.STALE_TIMES + (count + 1) % 3
     real[rig.STALE_TIMES + count % 3] = now
     if count >= 2 and now - real[oldest] <= STALE_WINDOW:
-        latch(r, rig.STALE_SENSOR, STALE_AFTER, real[rig.LAST_POSITION])
+        latch(r, rig.STALE_SENSOR, cause, real[rig.LAST_POSITION])
+    store_release(r.control, rig.STALE_CAUSES + cause, r.control[rig.STALE_CAUSES + cause] + 1)
     store_release(r.control, rig.STALE_COUNT, count + 1)
+
+
+@compiled
+def note_time(r, spent):
+    """Latch a law that takes longer than a period, sample after sample; once or twice anything does."""
+    if spent <= r.values[block.PERIOD]:
+        r.word[rig.LONG] = 0
+        return
+    r.word[rig.LONG] += 1
+    if r.word[rig.LONG] >= MOST_LONG:
+        latch(r, rig.SLOW_LAW, spent, r.values[block.PERIOD])
 
 
 @internal

@@ -53,6 +53,13 @@ def constant_of(words, i):
 
 
 @compiled
+def put_constant(words, i, bits):
+    """Replace the bits of the i-th of packed float32 numbers."""
+    shift = 32 * (i & 1)
+    words[i >> 1] ^= (constant_of(words, i) ^ bits) << shift
+
+
+@compiled
 def put_whole(body, at, size, value):
     """Write a whole number as so many bytes at a place of a body."""
     for i in range(size):

@@ -46,7 +46,6 @@ def owned(environment: Environment, file: Path, text: str) -> OwnEnvironment:
     given |= {"parameters": tuple(environment.parameters), "shortcut": ""}
     given["check"] = _guarded(environment.check, str, lambda values: "")
     given["unused"] = _guarded(environment.unused, dict, lambda values: {})
-    given["board_rate"] = _guarded(environment.board_rate, int, lambda values: 1000)
     given["warnings"] = _guarded(environment.warnings, _lines, lambda values, conditions: ())
     if environment.impedance:
         given["impedance"] = _guarded(environment.impedance, pair, lambda values: (0.0, 0.0))

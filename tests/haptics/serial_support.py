@@ -20,7 +20,7 @@ QUANTUM = float(np.float32(HELLO_FIELDS["quantum"]))
 def sample(seq, count, answered=0, delay_us=0, flags=0, period_us=1000):
     """Return the frame of a sample as a board would send it."""
     time_us = seq * period_us & 0xFFFFFFFF
-    return encode(Sample(seq & 0xFFFF, time_us, count, 0, answered & 0xFFFF, delay_us, flags, 0, 0))
+    return encode(Sample(seq & 0xFFFF, time_us, count, 0, answered & 0xFFFF, delay_us, flags, *6 * (0,)))
 
 
 class SteppedBoard(FakeBoard):
@@ -52,7 +52,8 @@ class SteppedBoard(FakeBoard):
             return None
         answered, delay = 0, 0
         if self.answers and self.delay_us is not None:
-            answered, delay = self.answers[-1].seq, self.delay_us
+            answered = self.answers[-1].seq - self.answers[-1].behind
+            delay = self.delay_us
         return sample(self.first + self.sent - 1, self.counts[self.sent - 1], answered, delay)
 
     @property

@@ -35,7 +35,7 @@ def test_a_usb_chip_that_collects_samples(latency, padded):
     while len(taken) < 400:
         new = decoder.feed(data)
         taken += new
-        data = kit(Force(new[-1].seq, 0.0))
+        data = kit(Force(new[-1].seq, 0, 0.0))
     truth = np.mean(kit.ages[60:-20]) - PERIOD / 2
     assert mean(taken[60:]) == pytest.approx(truth, rel=0.02)
     assert mean(taken[60:]) == pytest.approx(effective_delay(taken[60:], PERIOD), rel=1e-9)

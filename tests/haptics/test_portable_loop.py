@@ -124,7 +124,7 @@ def run(port):
 def test_a_port_that_fails_ends_with_a_zero_command():
     out, sent = run(Port(b"".join(sample(k, 1000) for k in range(40))))
     assert out[-1, rows.APPLIED] == 1.0
-    assert sent[-2:] == [Force(39, 1.0), Force(0, 0.0)]
+    assert sent[-2:] == [Force(39, 0, 1.0), Force(0, 0, 0.0)]
 
 
 def test_a_port_that_takes_nothing_ends_the_loop():

@@ -80,7 +80,7 @@ def test_the_last_act_is_a_zero_command_when_the_line_ends(direct):
     direct.thread.join(5.0)
     assert not direct.thread.is_alive()
     sent = direct.forces()
-    assert sent[-1] == Force(0, 0.0)
+    assert sent[-1] == Force(0, 0, 0.0)
     assert any(f.force > 0.5 for f in sent)
     assert direct.r.control[rig.FAULT] == rig.DEVICE_GONE
 
@@ -89,7 +89,7 @@ def test_the_last_act_is_a_zero_command_when_told_to_quit(direct):
     push(direct)
     direct.r.control[rig.QUIT] = 1
     direct.thread.join(5.0)
-    assert direct.forces()[-1] == Force(0, 0.0)
+    assert direct.forces()[-1] == Force(0, 0, 0.0)
     assert direct.r.control[rig.FAULT] == rig.NO_FAULT
 
 

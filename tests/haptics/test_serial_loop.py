@@ -39,8 +39,8 @@ def test_a_lost_answer_leaves_no_old_force_in_the_delay(board, engine, reader):
     read(reader, 60)
     board.say(sample(65, 1000))
     row = read(reader, 1)[-1]
-    wait_for(lambda: any(f.seq == 63 for f in board.forces()))
-    assert next(f for f in board.forces() if f.seq == 63).force == np.float32(row[rows.APPLIED])
+    wait_for(lambda: any((f.seq, f.behind) == (65, 2) for f in board.forces()))
+    assert next(f for f in board.forces() if f.seq == 65).force == np.float32(row[rows.APPLIED])
 
 
 @undisturbed()
@@ -58,7 +58,7 @@ def test_stop_and_release_reach_the_board(board, engine, reader):
     assert read(reader, 1)[0, rows.FLAGS] == rows.STOPPED
     wait_for(lambda: any(f.seq == 40 for f in board.forces()))
     told_to = [m for m in board.received if isinstance(m, Stop | Release) or getattr(m, "seq", 0) == 40]
-    assert told_to[-2:] == [Stop(), Force(40, 0.0)]
+    assert told_to[-2:] == [Stop(), Force(40, 0, 0.0)]
     engine.release_stop()
     board.say(sample(41, 1000))
     wait_for(lambda: any(f.seq == 41 for f in board.forces()))
@@ -77,8 +77,8 @@ def test_the_stop_leaves_no_force_in_an_added_delay(board, engine, reader):
     engine.release_stop()
     board.say(sample(101, 1000))
     read(reader, 1)
-    wait_for(lambda: any(f.seq == 51 for f in board.forces()))
-    assert all(f.force == 0.0 for f in board.forces() if f.seq in (50, 51))
+    wait_for(lambda: any((f.seq, f.behind) == (101, 50) for f in board.forces()))
+    assert all(f.force == 0.0 for f in board.forces() if f.seq in (100, 101))
 
 
 @undisturbed(values={"stiffness": 100.0})
@@ -123,7 +123,7 @@ def test_a_silent_board_gets_zero_and_comes_back_with_a_fade(board, engine, read
     board.say(b"".join(sample(k, 1000) for k in range(40)))
     assert read(reader, 40)[-1, rows.APPLIED] == 1.0
     wait_for(lambda: engine.health().stale)
-    wait_for(lambda: board.forces()[-1] == Force(0, 0.0))
+    wait_for(lambda: board.forces()[-1] == Force(0, 0, 0.0))
     board.say(b"".join(sample(40 + k, 1000) for k in range(99)))
     out = read(reader, 99)
     assert not out[:, rows.APPLIED].any()
