@@ -136,13 +136,21 @@ def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0)
     Functions are written in as far as the room in bytes allows; where none does, it is the smallest code.
     """
     known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
-    found = []
+    found: Program | None = None
+    reason = ""
     for small in _SMALL:
         made = specialise.specialise(_trees(law), known, period, small)
-        found.append(assemble(made, law.initial_state.tolist()))
-        if found[-1].size <= room:
-            break
-    return min(found, key=lambda program: program.size) if found[-1].size > room else found[-1]
+        try:
+            program = assemble(made, law.initial_state.tolist())
+        except LawError as error:
+            reason = str(error)
+            continue
+        found = program if found is None or program.size < found.size else found
+        if program.size <= room:
+            return program
+    if found is None:
+        raise LawError(reason)
+    return found
 
 
 def assemble(law: Specialised, start: Sequence[float]) -> Program:
@@ -171,6 +179,11 @@ def assemble(law: Specialised, start: Sequence[float]) -> Program:
     return Program(code, len(start), tuple(map(_single, given)), slots, longest(code), lines)
 
 
+def _check(count: int, most: int, what: str) -> None:
+    if count > most:
+        raise LawError(f"This law has {count} {what}; the board takes up to {most}.")
+
+
 def _single(value: float) -> float:
     return struct.unpack("<f", struct.pack("<f", value))[0]
 
@@ -182,6 +195,7 @@ class _Section:
         self.function = function
         self.code: list[Code] = []
         self.counter = 0  # counters of loops that are in use here or below
+        self.depth = 0  # of calls from here
         self.places: dict[str, int] = {}
         self.base = self.top = 0
         self.called: list[Function] = []
@@ -568,6 +582,7 @@ def _lay_out(sections: Sequence[_Section], states: int) -> None:
     for section in sections:
         below = [by_name[f.name] for f in section.called]
         section.base = max((s.top for s in below), default=0)
+        section.depth = max((s.depth + 1 for s in below), default=0)
         inner = max((s.counter for s in below), default=0)
         if inner:
             for code in section.code:

@@ -91,7 +91,7 @@ class _Specialiser:
         self.out: list[Statement] = []
         # of every function that is being walked: what its names stand for
         self.frames: list[dict[str, Expr]] = []
-        self.states: dict[str, Expr] = {}  # what is known of the state
+        self.states: dict[str, Expr] = {}  # what is known of the state, and of what functions were given
         self.pinned: list[dict[str, str]] = []  # names that a loop changes, by function, and their variable
         self.fixed: set[str] = set()  # those variables
         self.returns: list[list[tuple[Leave, list[Expr]]] | None] = []
@@ -183,12 +183,8 @@ class _Specialiser:
             return
         self.detach(frozenset((name,)))
         self.emit(Assign(name, value))
-        if isinstance(value, Num) or (isinstance(value, Var) and not self.changes(value.name)):
-            self.states[name] = value
-
-    def changes(self, name: str) -> bool:
-        """Return whether a variable may change later on."""
-        return name in self.fixed or name.startswith("s[")
+        if isinstance(value, Num | Var):
+            self.states[name] = value  # until one of the two is written again
 
     # --- statements
     def walk(self, statements: Sequence[ast.stmt]) -> bool:
@@ -479,8 +475,13 @@ class _Specialiser:
             self.functions[key] = self.made(key, tree, given, moving)
         function = self.functions[key]
         for parameter, name in zip(function.parameters, moving, strict=True):
-            self.emit(Assign(parameter, given[name]))
+            if self.states.get(parameter) != given[name]:
+                self.emit(Assign(parameter, given[name]))
+                self.states[parameter] = given[name]
         self.emit(Call(function))
+        # what it calls itself may be given something else now
+        own = frozenset(function.parameters)
+        self.states = {k: v for k, v in self.states.items() if k in own or k.startswith("s[")}
         results: list[Expr] = []
         for name in function.results:
             made = self.fresh("r")
