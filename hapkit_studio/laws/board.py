@@ -167,11 +167,11 @@ def assemble(law: Specialised, start: Sequence[float]) -> Program:
                 numbers[one.key] = FIRST + len(given)
                 given.append(one.value)
     first = FIRST + len(given)
-    slots = first + max((s.top for s in (*sections, main)), default=0)
-    if slots > machine.MOST_SLOTS:
-        raise LawError(
-            f"This law needs {slots} values at a time; the board's machine has {machine.MOST_SLOTS}."
-        )
+    slots = first + max(section.top for section in (*sections, main))
+    _check(slots, machine.MOST_SLOTS, "values at a time")
+    _check(len(sections), machine.MOST_SUBROUTINES, "functions that are called from several places")
+    _check(main.depth, machine.MOST_CALLS, "functions inside one another")
+    _check(main.counter, machine.MOST_COUNTERS, "loops inside one another")
     code = _encoded([*sections, main], numbers, first)
     lines = tuple(
         line for s in (*sections, main) for line in (0, *(c.line for c in s.code if c.name != "LABEL"))
