@@ -157,7 +157,7 @@ def assemble(law: Specialised, start: Sequence[float]) -> Program:
     """Return the code of a specialised law whose state starts so; raise LawError where it is too large."""
     sections = [_Section(f) for f in law.functions]
     main = _Section(None, law.body)
-    _lay_out([*sections, main], len(start))
+    _lay_out([*sections, main])
     numbers: dict[str, int] = {}
     given = list(start)
     for section in (*sections, main):
@@ -172,10 +172,7 @@ def assemble(law: Specialised, start: Sequence[float]) -> Program:
     _check(len(sections), machine.MOST_SUBROUTINES, "functions that are called from several places")
     _check(main.depth, machine.MOST_CALLS, "functions inside one another")
     _check(main.counter, machine.MOST_COUNTERS, "loops inside one another")
-    code = _encoded([*sections, main], numbers, first)
-    lines = tuple(
-        line for s in (*sections, main) for line in (0, *(c.line for c in s.code if c.name != "LABEL"))
-    )
+    code, lines = _encoded([*sections, main], numbers, first)
     return Program(code, len(start), tuple(map(_single, given)), slots, longest(code), lines)
 
 
@@ -573,7 +570,7 @@ def _falls(codes: Sequence[Code], at: int) -> bool:
     return False
 
 
-def _lay_out(sections: Sequence[_Section], states: int) -> None:
+def _lay_out(sections: Sequence[_Section]) -> None:
     """Give every local variable a place behind the constants: one that no other needs at the same time.
 
     A function's own lie behind those of what it calls.
@@ -620,21 +617,26 @@ def _colour(section: _Section) -> None:
 
 
 # --- bytes
-def _encoded(sections: Sequence[_Section], numbers: Mapping[str, int], first: int) -> bytes:
-    """Return the code of all sections, the law itself last."""
-    out = bytearray()
+def _encoded(
+    sections: Sequence[_Section], numbers: Mapping[str, int], first: int
+) -> tuple[bytes, tuple[int, ...]]:
+    """Return the code of all sections, the law itself last, and the source line of each instruction."""
+    out, lines = bytearray(), list[int]()
     starts: dict[str, int] = {}
     for section in sections:
         if section.function is not None:
             starts[section.function.name] = len(out)
         out += bytes([_OPERATIONS["MAIN" if section.function is None else "SUBROUTINE"].code])
-        out += _encode_section(section, numbers, first, starts)
-    return bytes(out)
+        pieces = _encode_section(section, numbers, first, starts)
+        out += b"".join(piece for piece, _ in pieces)
+        lines += [0, *(line for piece, line in pieces for _ in instructions(piece))]
+    return bytes(out), tuple(lines)
 
 
 def _encode_section(
     section: _Section, numbers: Mapping[str, int], first: int, starts: Mapping[str, int]
-) -> bytes:
+) -> list[tuple[bytes, int]]:
+    """Return the bytes and the line of each instruction; a jump that is too far for one byte becomes two."""
     far: set[int] = set()
     while True:
         places, position = {}, 0
@@ -643,18 +645,20 @@ def _encode_section(
                 places[code.operands[0]] = position
             else:
                 position += _size(code, i in far)
-        out, longer = bytearray(), set()
+        out: list[tuple[bytes, int]] = []
+        longer: set[int] = set()
+        end = 0
         for i, code in enumerate(section.code):
             if code.name == "LABEL":
                 continue
-            end = len(out) + _size(code, i in far)
+            end += _size(code, i in far)
             piece = _instruction(section, code, numbers, first, starts, places, end, i in far)
             if piece is None:
                 longer.add(i)
-                piece = bytes(_size(code, i in far))
-            out += piece
+            else:
+                out.append((piece, code.line))
         if not longer:
-            return bytes(out)
+            return out
         far |= longer
 
 
