@@ -93,7 +93,7 @@ class Offer:
         law, rate = environment.force, _first_rate(wish.rate)
         numbers = tuple(values[p.key] for p in law.parameters)
         while True:
-            program = _compiled(law, numbers, 1.0 / rate)
+            program = _compiled(law, numbers, 1.0 / rate, self._room)
             if isinstance(program, str):
                 return f"{title} cannot be rendered on the board. {program}"
             if program.size > self._room:
@@ -120,12 +120,13 @@ class Offer:
 
 
 @lru_cache(maxsize=_KEPT)
-def _compiled(law: Law, numbers: tuple[float, ...], period: float) -> "Program | str":
-    """Return a law's program, or in words why there is none."""
+def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) -> "Program | str":
+    """Return a law's program for a room in bytes, or in words why there is none."""
     from hapkit_studio.laws import board  # off the first sample's way
 
+    values = dict(zip((p.key for p in law.parameters), numbers, strict=True))
     try:
-        return board.compile(law, dict(zip((p.key for p in law.parameters), numbers, strict=True)), period)
+        return board.compile(law, values, period, room)
     except LawError as error:
         return str(error)
 
