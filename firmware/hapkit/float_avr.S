@@ -1,13 +1,13 @@
-// Multiply two floats in two thirds of the time that the library takes, which every law does several times.
-// Rounds to the nearest; what is too small is zero; where one is not finite, the product is not a number.
-// In r25..r22 and r21..r18, out r25..r22; as the compiler expects of its own function of this name.
+// Sums, products and quotients of floats in two thirds of the library's time: a law takes most of its time for them.
+// Rounded to the nearest, to the even one of two, as IEEE 754 has it, but for numbers below 2^-126: they are zero.
+// As the compiler expects of its own functions of these names: r25..r22 and r21..r18 in, r25..r22 out.
 #ifdef __AVR__
 
   .section .text.avr-libc.fplib, "ax", @progbits  // beside the library's, which calls and is called nearby
-  .type __mulsf3, @function
 
 ; An integer in r25..r22 times a positive float in r21..r18.
   .global times
+  .type times, @function
 times:
   bst r25, 7
   brtc 1f
@@ -18,56 +18,85 @@ times:
   sbci r23, 0xff
   sbci r24, 0xff
   sbci r25, 0xff
-1:ldi r26, 0x96
-  tst r25
+1:ldi r26, 150
+2:tst r25             ; more than a float holds: cut off
   breq 3f
-2:lsr r25             ; more than a float holds: cut off
+  lsr r25
   ror r24
   ror r23
   ror r22
   inc r26
-  tst r25
-  brne 2b
+  rjmp 2b
 3:tst r24
+  brmi 5f
   brne 4f
   subi r26, 8
   mov r24, r23
   mov r23, r22
   clr r22
-  tst r24
-  brne 4f
-  subi r26, 8
-  mov r24, r23
-  clr r23
-  tst r24
-  breq zero
-4:brmi 6f
-5:dec r26
+  cpi r26, 150 - 24
+  brne 3b
+  rjmp zero
+4:dec r26
   lsl r22
   rol r23
   rol r24
-  brpl 5b
-6:mov r25, r26
+  brpl 4b
+5:mov r25, r26
   lsl r20
   rol r21
   sec
   ror r20
+  subi r25, 128
+  subi r21, 128
+  sec
+  adc r25, r21
   rjmp multiply
 
-zero:
+; --- the product
+odd_product:
+  inc r25
+  inc r21
+  tst r25
+  breq 3f
+  tst r21
+  breq 4f
+  cpi r25, 0xff
+  brne 1f
+  or r24, r23
+  or r24, r22
+  brne unknown
+1:cpi r21, 0xff
+  brne infinite
+2:or r20, r19
+  or r20, r18
+  brne unknown
+  rjmp infinite
+3:cpi r21, 0xff
+  breq unknown
+  rjmp zero
+4:cpi r25, 0xff
+  breq unknown
+zero:                 ; with the sign in T
   clr r25
   clr r24
-  movw r22, r24
+  rjmp 2f
+unknown:
+  ldi r24, 0xc0
+  rjmp 1f
+infinite:
+  ldi r24, 0x80
+1:ldi r25, 0x7f
+2:clr r23
+  clr r22
   bld r25, 7
   ret
-unknown:
-  ldi r25, 0x7f
-  ldi r24, 0xc0
-  clr r23
-  clr r22
-  ret
+far:                  ; the exponents' sum has run over: N, upwards
+  brpl zero
+  rjmp infinite
 
   .global __mulsf3
+  .type __mulsf3, @function
 __mulsf3:
   mov r0, r25
   eor r0, r21
@@ -76,106 +105,122 @@ __mulsf3:
   rol r25
   lsl r20
   rol r21
-  tst r25
-  breq zero
-  tst r21
-  breq zero
-  cpi r25, 0xff
-  breq unknown
-  cpi r21, 0xff
-  breq unknown
+  dec r25
+  dec r21
+  cpi r25, 0xfe
+  brsh odd_product
+  cpi r21, 0xfe
+  brsh odd_product
+  subi r25, 127       ; signed, so that V tells when they run over
+  subi r21, 127
+  sec
+  adc r25, r21
+  brvs far
   sec                 ; the bit before the point
   ror r24
   sec
   ror r20
-multiply:
-  add r25, r21        ; r21:r25 = exponent of the product
-  ldi r21, 0
-  rol r21
-  subi r25, 126
-  sbci r21, 0
-  mul r24, r20        ; r31 r30 r27 r26 = its upper bytes; what is lower is never more than a rounding
-  movw r30, r0
-  mul r22, r20
+multiply:             ; r25 = exponent, r24..r22 and r20..r18 from 1 to 2
+  mul r22, r18        ; bytes of the product, from below: r26, r27, r30, r31, then r27, r23 once more
   movw r26, r0
+  mul r22, r20
+  movw r30, r0
   mul r22, r19
-  add r26, r1
-  brcc 1f
-  inc r27
-1:mul r23, r18
-  add r26, r1
-  brcc 2f
-  inc r27
-2:mul r23, r19
-  add r26, r0
-  adc r27, r1
-  brcc 3f
-  adiw r30, 1
-3:mul r24, r18
-  add r26, r0
-  adc r27, r1
-  brcc 4f
-  adiw r30, 1
-4:mul r23, r20
+  clr r22
   add r27, r0
   adc r30, r1
-  brcc 5f
-  inc r31
-5:mul r24, r19
+  adc r31, r22
+  mul r23, r18
   add r27, r0
   adc r30, r1
-  brcc 6f
-  inc r31
-6:clr r1
-  tst r31
-  brmi 7f
-  lsl r26
-  rol r27
-  rol r30
-  rol r31
-  subi r25, 1
-  sbci r21, 0
-7:lsl r26             ; round
-  adc r27, r1
-  adc r30, r1
+  adc r31, r22
+  or r26, r27         ; what lies below only matters if it is not zero
+  mul r23, r20
+  add r31, r0
+  mov r27, r1
+  adc r27, r22
+  mul r23, r19
+  add r30, r0
   adc r31, r1
-  brcs carried
-8:tst r21
-  brne far
-  tst r25
-  breq small
+  adc r27, r22
+  mul r24, r20
+  add r27, r0
+  mov r23, r1
+  adc r23, r22
+  mul r24, r18
+  add r30, r0
+  adc r31, r1
+  adc r27, r22
+  adc r23, r22
+  mul r24, r19
+  add r31, r0
+  adc r27, r1
+  adc r23, r22
+  clr r1
+  mov r24, r23
+  mov r23, r27
+  mov r22, r31
+  tst r24
+  brmi 1f
+  lsl r30
+  rol r22
+  rol r23
+  rol r24
+  rjmp 2f
+1:inc r25
+  brvs 6f
+2:lsl r30
+  brcc 4f
+  or r30, r26
+  brne 3f
+  sbrs r22, 0
+  rjmp 4f
+3:subi r22, 0xff
+  sbci r23, 0xff
+  sbci r24, 0xff
+  brcs 4f
+  inc r25
+  brvs 6f
+4:subi r25, 0x80
+  breq 5f
   cpi r25, 0xff
-  breq large
-  lsl r31
+  breq 6f
+  lsl r24
   lsr r25
-  ror r31
-  mov r24, r31
+  ror r24
   bld r25, 7
-  mov r23, r30
-  mov r22, r27
   ret
-carried:
-  ldi r31, 0x80
-  subi r25, 0xff
-  sbci r21, 0xff
-  rjmp 8b
-far:
-  brpl large
-small:
-  rjmp zero
-large:
-  rjmp unknown
+5:rjmp zero
+6:rjmp infinite
   .size __mulsf3, .-__mulsf3
 
-; Add and subtract, in less than two thirds of the library's time. Rounds to the nearest, to the even one of two
-; where no bit of the smaller number lies below an eighth bit behind the last, else within a neighbour; what is
-; too small is zero. Infinities and what is not a number go the way that IEEE 754 says.
-  .type __addsf3, @function
-  .type __subsf3, @function
+; --- sum and difference
+odd_sum:              ; the larger one is infinite or no number
+  mov r0, r24
+  or r0, r23
+  or r0, r22
+  brne 1f
+  brtc 9f
+  cpi r21, 0xff
+  brne 9f
+1:rjmp unknown
+alone:
+  tst r25
+  brne 9f
+  brtc 1f             ; two zeros: negative only if both are
+nothing:
+  clr r30
+1:clr r25
+  clr r24
+  movw r22, r24
+9:rjmp join
+
   .global __subsf3
+  .type __subsf3, @function
+  .global __addsf3
+  .type __addsf3, @function
 __subsf3:
   subi r21, 0x80
-  .global __addsf3
 __addsf3:
   mov r30, r25        ; sign of the larger
   mov r0, r25
@@ -199,37 +244,31 @@ __addsf3:
   brtc 1f
   com r30
 1:cpi r25, 0xff
-  brne 10f
-  rjmp odd
-10:
+  breq odd_sum
   tst r21
   breq alone
   mov r31, r25
   sub r31, r21        ; places that the smaller one moves
   cpi r31, 26
   brsh alone
-  sec
+  sec                 ; the bit before the point
   ror r24
   sec
   ror r20
   clr r26             ; what lies below
-2:cpi r31, 8
-  brlo 3f
-  mov r26, r18
-  mov r18, r19
-  mov r19, r20
-  clr r20
-  subi r31, 8
-  rjmp 2b
-3:tst r31
-  breq 5f
-4:lsr r20
+  cpi r31, 5
+  brlo 1f
+  rjmp far_apart
+1:tst r31
+  breq combine
+2:lsr r20
   ror r19
   ror r18
   ror r26
   dec r31
-  brne 4b
-5:brts minus
+  brne 2b
+combine:
+  brts minus
   add r22, r18
   adc r23, r19
   adc r24, r20
@@ -238,80 +277,224 @@ __addsf3:
   ror r23
   ror r22
   ror r26
-  inc r25
+  brcc 1f
+  ori r26, 1
+1:inc r25
   cpi r25, 0xff
-  breq infinite
+  brne nearest
+  clr r24
+  clr r23
+  clr r22
+  rjmp join
 nearest:
   lsl r26
   brcc pack
-  brne 6f
+  brne 1f
   sbrs r22, 0
   rjmp pack
-6:subi r22, 0xff
+1:subi r22, 0xff
   sbci r23, 0xff
   sbci r24, 0xff
   brcs pack
   inc r25
 pack:
   lsl r24
-join:
+join:                 ; r25 = exponent, r24 = bits behind the point one place up, r30 = sign
   lsr r25
   ror r24
   bst r30, 7
   bld r25, 7
   ret
-alone:
-  tst r25
-  brne join
-  brtc 7f             ; two zeros: negative only if both are
-nothing:
-  clr r30
-7:clr r25
-  clr r24
-  movw r22, r24
-  rjmp join
 minus:
   neg r26
   sbc r22, r18
   sbc r23, r19
   sbc r24, r20
   brmi nearest
-  breq nothing
-8:tst r24
-  brne 9f
+  breq 9f
+1:tst r24
+  brne 2f
   mov r24, r23
   mov r23, r22
   mov r22, r26
   clr r26
   subi r25, 8
-  brcs nothing
-  breq nothing
+  brcs 9f
+  breq 9f
   tst r24
-  brpl 8b
+  brpl 1b
   rjmp nearest
-9:dec r25
-  breq nothing
+2:dec r25
+  breq 9f
   lsl r26
   rol r22
   rol r23
   rol r24
-  brpl 9b
+  brpl 2b
   rjmp nearest
-odd:
-  mov r0, r24
-  or r0, r23
-  or r0, r22
-  brne 10f
-  brtc infinite
-  cpi r21, 0xff
-  brne infinite
-10:
-  rjmp unknown
-infinite:
-  clr r24
-  clr r23
-  clr r22
-  rjmp join
+9:rjmp nothing
+far_apart:
+  clr r27             ; whole bytes; not zero if one of them is lost
+6:or r27, r26
+  mov r26, r18
+  mov r18, r19
+  mov r19, r20
+  clr r20
+  subi r31, 8
+  cpi r31, 5
+  brge 6b
+  tst r31
+  breq 9f
+  brmi 8f
+  mov r21, r26        ; its bits that may be lost
+  andi r21, 15
+  or r27, r21
+7:lsr r19
+  ror r18
+  ror r26
+  dec r31
+  brne 7b
+  rjmp 9f
+8:lsl r26
+  rol r18
+  rol r19
+  rol r20
+  inc r31
+  brne 8b
+9:cpse r27, r1
+  ori r26, 1
+  rjmp combine
   .size __addsf3, .-__addsf3
+
+; --- the quotient
+odd_quotient:
+  inc r25
+  inc r21
+  tst r25
+  breq 3f
+  tst r21
+  breq 4f
+  cpi r25, 0xff
+  brne 2f
+  or r24, r23
+  or r24, r22
+  brne 5f
+  cpi r21, 0xff
+  breq 5f
+1:rjmp infinite
+2:or r20, r19
+  or r20, r18
+  brne 5f
+  rjmp zero
+3:tst r21             ; 0 / b
+  breq 5f
+  cpi r21, 0xff
+  brne 6f
+  or r20, r19
+  or r20, r18
+  brne 5f
+6:rjmp zero
+4:cpi r25, 0xff       ; a / 0
+  brne 1b
+  or r24, r23
+  or r24, r22
+  breq 1b
+5:rjmp unknown
+  .global __divsf3
+  .type __divsf3, @function
+__divsf3:
+  mov r0, r25
+  eor r0, r21
+  bst r0, 7
+  lsl r24             ; exponents to r25 and r21
+  rol r25
+  lsl r20
+  rol r21
+  dec r25
+  dec r21
+  cpi r25, 0xfe
+  brsh odd_quotient
+  cpi r21, 0xfe
+  brsh odd_quotient
+  sec                 ; the bit before the point
+  ror r24
+  sec
+  ror r20
+  clr r31
+  sub r25, r21        ; r31:r25 = exponent
+  sbc r31, r31
+  subi r25, lo8(-127)
+  sbci r31, hi8(-127)
+  cp r22, r18
+  cpc r23, r19
+  cpc r24, r20
+  brsh 1f
+  subi r25, 1         ; a quotient from a half to 1: one place more
+  sbci r31, 0
+  lsl r22
+  rol r23
+  rol r24             ; its carry is known: the first bit is 1
+1:sub r22, r18        ; the first bit
+  sbc r23, r19
+  sbc r24, r20
+  ldi r30, 3          ; the first bit, under one that ends the byte after seven more
+  rcall digits
+  mov r27, r30
+  rcall eight
+  mov r26, r30
+  rcall eight
+  lsl r22             ; what is left against half of the divisor, which it never is
+  rol r23
+  rol r24
+  brcs 2f
+  cp r22, r18
+  cpc r23, r19
+  cpc r24, r20
+  brlo 4f
+2:subi r30, 0xff      ; never to the next power of two
+  sbci r26, 0xff
+  sbci r27, 0xff
+4:tst r31
+  brne 6f
+  tst r25
+  breq 7f
+  cpi r25, 0xff
+  breq 5f
+  mov r24, r27
+  mov r23, r26
+  mov r22, r30
+  lsl r24
+  lsr r25
+  ror r24
+  bld r25, 7
+  ret
+5:rjmp infinite
+6:tst r31
+  brpl 5b
+7:rjmp zero
+
+; Eight bits of the quotient to r30, or fewer; what is left of the dividend stays in r24..r22.
+eight:
+  ldi r30, 1
+digits:
+1:lsl r22
+  rol r23
+  rol r24
+  brcs 2f
+  cp r22, r18
+  cpc r23, r19
+  cpc r24, r20
+  brlo 3f             ; carry: a zero, once it is turned
+2:sub r22, r18
+  sbc r23, r19
+  sbc r24, r20
+  sec
+  rol r30
+  brcc 1b
+  ret
+3:lsl r30
+  brcc 1b
+  ret
+  .size __divsf3, .-__divsf3
 
 #endif

@@ -30,8 +30,8 @@ Refusal verify(const Shape& shape, uint32_t* cycles) {
   return refusal;
 }
 
-// machine_avr.S has the same for the chip; a test there, for which this one has another name, compares the two.
-#ifndef HAPKIT_RUN
+// machine_avr.S has the same for the chip; a test there gives this one another name and compares the two.
+#ifndef __AVR__
 #define HAPKIT_RUN run
 #endif
 #ifdef HAPKIT_RUN
