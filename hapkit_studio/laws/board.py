@@ -506,7 +506,7 @@ class _Section:
                 continue
             before = self.code[i - 1]
             copied = self.bit(before.operands[0]) if before.name == "LOAD" and self._is_var(before) else 0
-            for name in [code.operands[0].name] if code.name == "STORE" else code.operands[0].results:
+            for name in [code.operands[0].name] if code.name == "STORE" else self.overwritten(code.operands[0]):
                 bit = self.bit(name)
                 others = live[i + 1] & ~bit & ~(copied if code.name == "STORE" else 0)
                 found[bit] = found.get(bit, 0) | others
@@ -516,12 +516,18 @@ class _Section:
                     others ^= other
         return found
 
+    def overwritten(self, function: Function) -> list[str]:
+        """Return the variables that a call may overwrite: of all functions but those that are given to it."""
+        found = {n for f in self.called for n in (*f.parameters, *f.results)}
+        return sorted(found - set(function.parameters))
+
     def _is_var(self, code: Code) -> bool:
         return isinstance(code.operands[0], Var)
 
     def live(self) -> list[int]:
         """Return the variables, as bits, that are wanted before each instruction, and behind the last one."""
-        lasting = self._bits(self.function.results) if self.function else 0
+        # who calls a function may know what it was given the last time
+        lasting = self._bits((*self.function.parameters, *self.function.results)) if self.function else 0
         states = self._bits({o.name for c in self.code for o in c.operands if _is_state(o)})
         places = {c.operands[0]: i for i, c in enumerate(self.code) if c.name == "LABEL"}
         steps = [(self.written(c), self.read(c)) for c in self.code]
