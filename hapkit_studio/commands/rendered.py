@@ -107,7 +107,7 @@ def say_doubt(engine: Engine) -> Callable[[float], None]:
         if done or (now < _MEASURING and (delay is None or delay.total < _ENOUGH)):
             return
         done = True
-        words = link.doubt(engine)
+        words = "" if _is_over(engine.fault) else link.doubt(engine)
         if words:
             print(words, file=sys.stderr, flush=True)
 
@@ -149,7 +149,7 @@ def remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[s
         said.append(
             f"The board renders at {rate:,.0f} Hz, not at {wish:,.0f} Hz: this law has time for no more."
         )
-    doubt = link.doubt(engine)
+    doubt = "" if _is_over(engine.fault) else link.doubt(engine)
     said += [doubt] if doubt else []
     without = found["link"]["without_force_s"]
     if without > 0.0:

@@ -14,8 +14,11 @@ ALIVE_APART = 4e-3
 Each costs it 300 cycles.
 """
 _HALF_FRAME = 0.5e-3
-AT_ONCE = 2
-"""Pieces of a law that go out together: the board has room for 128 bytes that wait while it works on some."""
+AT_ONCE = 3
+"""Pieces of a law that may go out together, one for each frame that has come.
+
+The board works one off in a millisecond, and has room for 128 bytes that wait.
+"""
 WINDOW = 16 * PIECE
 """Bytes of a law that may be under way."""
 REPEAT = 0.02
@@ -183,7 +186,7 @@ def pieces(conn, k, now, frame):
     elif now - n[way.MOVED_AT] > REPEAT + n[way.ROUND_TRIP]:
         words[way.SENT], n[way.MOVED_AT] = received, now
     length = 0
-    for _ in range(AT_ONCE):
+    for _ in range(min(k + 1, AT_ONCE)):
         sent = words[way.SENT]
         if sent < min(whole, received + WINDOW):
             generation = words[way.LAW_GENERATION]

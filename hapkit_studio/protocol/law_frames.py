@@ -17,8 +17,8 @@ ALIVE = Alive.ID
 HELLO_REQUEST = HelloRequest.ID
 LEAVE = Leave.ID
 
-ROOM = 3 * (CRC_SIZE + 3) + Board.size() + 2 * (Piece.size() + CRC_SIZE + 3) + 2 * codec.FRAME_SIZE
-"""Bytes that one answer takes at most: settings, or two pieces, a stop, one word more."""
+ROOM = Board.size() + 3 * (Piece.size() + CRC_SIZE + 3) + 2 * codec.FRAME_SIZE
+"""Bytes that one answer takes at most: settings, or three pieces, a stop, one word more."""
 
 BOARD_BODY = 1 + Board.size()
 AT_ZERO = Board.offset("zero")

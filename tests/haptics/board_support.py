@@ -1,54 +1,101 @@
 """A scripted board that seems to render by itself: what it is told, and frames as the test wants them."""
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
-from hapkit_studio import environments
+import numpy as np
+
 from hapkit_studio.haptics import rows, way
-from hapkit_studio.haptics.board_offer import fingerprint
-from hapkit_studio.protocol.framing import encode
+from hapkit_studio.laws.machine import Refusal
+from hapkit_studio.protocol.framing import crc16, encode
 from hapkit_studio.protocol.messages import (
-    NO_LAW,
     Board,
-    LawName,
-    LawRequest,
+    Law,
+    Leave,
+    Piece,
     Sample,
-    Scene,
     Settings,
     Stream,
     Telemetry,
+    Tune,
 )
 from tests.devices.fake_board import FakeBoard
-from tests.devices.fake_kit import KIT, FakeKit
+from tests.devices.fake_kit import ARENA, KIT, FakeKit
 from tests.haptics.serial_support import read
 from tests.lateness import ATTEMPTS
 
-LAWS = tuple(environments.discover())
 ZERO = 1000
 SILENCE = 30.0
 """s after which a loop that has not taken a frame has given the board up."""
 
 
+@dataclass
+class Loaded:
+    """A law as far as it has come: its data, and what its constants were set to since."""
+
+    law: Law
+    data: bytearray = field(default_factory=bytearray)
+    numbers: np.ndarray = field(default_factory=lambda: np.zeros(0, np.float32))
+
+    @property
+    def whole(self):
+        return len(self.data) == self.size
+
+    @property
+    def size(self):
+        return 4 * self.law.given + self.law.code
+
+
 class RendersItself(FakeKit):
-    """Takes scenes, and does what its test says: ``law`` is what it renders, None where the computer does."""
+    """Takes a law in pieces and its changes, and renders once it is whole, or refuses it.
 
-    def __init__(self, changed=(), **options):
-        super().__init__(settings=replace(KIT, **options), laws=LAWS)
-        self.changed, self.scene, self.hears = changed, None, True
+    refuses: why; deaf: kinds of message and how many of each it does not hear; moving: constants that it has
+    room to move.
+    """
 
-    def _lawrequest(self, message: LawRequest):
-        environment = environments.named(LAWS[message.law])
-        mark = fingerprint(environment) ^ (environment.key in self.changed)
-        numbers = len(environment.parameters), len(environment.state_names)
-        return encode(LawName(message.law, *numbers, mark, environment.key))
+    def __init__(self, arena=ARENA, refuses=Refusal.NONE, moving=255, **options):
+        super().__init__(settings=replace(KIT, **options), arena=arena)
+        self.refuses, self.moving = refuses, moving
+        self.loaded, self.generation, self.tuned = None, 0, []
 
-    def _scene(self, message: Scene):
-        if self.hears:
-            self.scene = message
+    def _law(self, message: Law):
+        if message.generation != self.generation:
+            self.loaded, self.generation = Loaded(message), message.generation
+
+    def _piece(self, message: Piece):
+        if self.loaded is None or message.at != len(self.loaded.data) or self.loaded.whole:
+            return
+        left = self.loaded.size - message.at
+        self.loaded.data += bytes(message.data[:left])
+        if self.loaded.whole:
+            assert crc16(bytes(self.loaded.data)) == self.loaded.law.check
+            self.loaded.numbers = np.frombuffer(
+                self.loaded.data[: 4 * self.loaded.law.given], np.float32
+            ).copy()
+
+    def _tune(self, message: Tune):
+        if not self.renders or message.law != self.generation or message.count > self.moving:
+            return
+        for slot, value in zip(message.slots[: message.count], message.values, strict=False):
+            self.loaded.numbers[slot - 2] = value
+        self.tuned.append(message)
+
+    def _leave(self, _message: Leave):
+        self.loaded = None
 
     @property
     def renders(self):
-        return self.scene is not None and self.scene.law != NO_LAW
+        return self.loaded is not None and self.loaded.whole and self.refuses == Refusal.NONE
+
+    @property
+    def told(self):
+        """Return the generation that telemetry says: the last change's, or the law's."""
+        since = [t.generation for t in self.tuned if t.law == self.generation]
+        return since[-1] if since else self.generation
+
+    @property
+    def received(self):
+        return 0 if self.loaded is None else len(self.loaded.data)
 
     def _stream(self, message: Stream):
         return None
@@ -66,7 +113,7 @@ class Desk:
         while not any(isinstance(m, Stream) and m.on for m in self.board.received):
             time.sleep(0.001)
         self.seq = 0
-        self.count, self.telemetry = ZERO, {}
+        self.count, self.telemetry, self.sample = ZERO, {}, {}
 
     def frame(self):
         """Return the next frame: a sample, or telemetry where the board renders."""
@@ -74,10 +121,13 @@ class Desk:
         time_us = 1000 * self.seq
         if not self.kit.renders:
             count = self.count - self.kit.settings.zero
-            return encode(Sample(self.seq, time_us, count, 0, self.seq - 1, 500, 0, 0, 0))
+            why = self.kit.refuses if self.kit.loaded is not None else 0
+            said = {"generation": self.kit.generation, "received": self.kit.received, "refusal": int(why)}
+            said |= {"flags": 0, "pwm": 0, "rx_errors": 0, "stale": 0} | self.sample
+            return encode(Sample(self.seq, time_us, count, 0, self.seq - 1, 500, **said))
         known = {
             "velocity": 0.0, "asked": 0.0, "pwm": 0, "delay_us": 100, "flags": 0, "rx_errors": 0,
-            "overruns": 0, "generation": self.kit.scene.generation, "state_at": 0, "state": 0.0,
+            "overruns": 0, "generation": self.kit.told, "state_at": 0, "state": 0.0,
         }  # fmt: skip
         count = self.count - self.kit.settings.zero
         return encode(Telemetry(seq=self.seq, time_us=time_us, count=count, **known | self.telemetry))
@@ -109,6 +159,7 @@ class Desk:
 
     def go(self, rate=None):
         """Let the board render; return the rows until it does."""
+        assert self.engine.board_refusal(wait=True) == ""
         self.engine.set_where("board", rate)
         return self.until(lambda: self.engine.rendering == "board")
 
@@ -116,18 +167,26 @@ class Desk:
         """Return what the board was told of some kinds of message."""
         return [m for m in list(self.board.received) if isinstance(m, kinds)]
 
+    def compiled(self):
+        """Wait until what is wanted is compiled for the board."""
+        self.engine.board_refusal(wait=True)
+        over = time.monotonic() + SILENCE
+        while self.engine.board_way != self.engine.offered_way:
+            assert time.monotonic() < over
+            time.sleep(0.001)
+
     def clean(self):
         """Tell whether nothing came late; else the test is done again."""
         return self.engine.health().stale_count == 0
 
 
-def undisturbed(environment="spring", values=None, changed=(), stale=False, **options):
+def undisturbed(environment="spring", values=None, stale=False, **options):
     """Run a scenario at a desk; again where the machine got in its way."""
 
     def decorated(scenario):
         def test(connect):
             for left in reversed(range(ATTEMPTS)):
-                desk = Desk(connect, RendersItself(changed, **options), environment, values=values)
+                desk = Desk(connect, RendersItself(**options), environment, values=values)
                 try:
                     scenario(desk)
                 except AssertionError:
@@ -142,4 +201,4 @@ def undisturbed(environment="spring", values=None, changed=(), stale=False, **op
     return decorated
 
 
-__all__ = ["LAWS", "NO_LAW", "ZERO", "Board", "Desk", "Settings", "read", "rows", "undisturbed", "way"]
+__all__ = ["ZERO", "Board", "Desk", "Settings", "read", "rows", "undisturbed", "way"]

@@ -1,25 +1,31 @@
 """Who renders: handing over to a board and back, what it is told meanwhile, and what its rows hold."""
 
+import re
+
 import numpy as np
 import pytest
 
+from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import design
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rig, rows
+from hapkit_studio.laws import board
+from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.messages import (
-    NO_LAW,
     Alive,
     Board,
     BoardFlag,
     Force,
     HelloRequest,
-    Loop,
+    Law,
+    Leave,
+    Piece,
     Release,
-    Scene,
     Stop,
+    Tune,
 )
-from tests.devices.fake_kit import KIT
-from tests.haptics.board_support import LAWS, ZERO, undisturbed
+from tests.devices.fake_kit import ARENA, KIT
+from tests.haptics.board_support import ZERO, undisturbed
 from tests.haptics.serial_support import wait_for
 from tests.haptics.support import CONSTANT
 
@@ -44,22 +50,52 @@ def test_the_force_fades_out_before_the_board_is_told(desk):
     np.testing.assert_allclose(-np.diff(fading), 1.0 / 30.0, atol=1e-9)
     told = [type(m) for m in desk.board.received]
     last = max(i for i, kind in enumerate(told) if kind is Force)
-    assert told.index(Scene) > told.index(Loop) > told.index(Board) > 0
-    assert last < told.index(Scene)
+    assert told.index(Piece) > told.index(Law) > told.index(Board) > 0
+    assert last < told.index(Law)
     assert desk.told(Force)[-1].force == 0.0
 
 
 @undisturbed(values=SPRING)
-def test_the_scene_and_the_loop_are_those_in_force(desk):
+def test_the_law_and_the_loop_are_those_in_force(desk):
     desk.engine.set_loop(estimator="kalman")
     desk.go(rate=500)
-    (loop,), (scene,) = desk.told(Loop), desk.told(Scene)
+    (law,) = desk.told(Law)
     coefs = design("kalman", 500, desk.engine.device.quantum)[1]
-    assert (loop.rate, loop.estimator) == (500, 2)
-    assert (loop.first, loop.second) == pytest.approx((coefs[0], coefs[1] * 500.0), rel=1e-6)
-    assert LAWS[scene.law] == "spring"
-    wanted = [desk.engine.values[p.key] for p in desk.engine.environment.parameters]
-    assert scene.values == pytest.approx((*wanted, *(16 - len(wanted)) * (0.0,)))
+    assert (law.rate, law.estimator) == (500, 2)
+    assert (law.first, law.second) == pytest.approx((coefs[0], coefs[1] * 500.0), rel=1e-6)
+    spring = environments.named("spring")
+    program = board.compile(spring.force, spring.values(SPRING), 1.0 / 500.0, ARENA)
+    assert desk.kit.loaded.data == program.data
+    assert (law.states, law.given, law.slots, law.code) == (
+        program.states, len(program.given), program.slots, len(program.code)
+    )  # fmt: skip
+
+
+@undisturbed(environment="mass_spring_damper")
+def test_a_long_law_comes_whole_though_pieces_get_lost(desk):
+    desk.run(10)
+    desk.kit.deaf = {Law: 1, Piece: 3}
+    desk.go()
+    pieces = desk.told(Piece)
+    assert len(desk.told(Law)) == 2
+    assert len(pieces) > desk.kit.loaded.size / 32 + 3
+    assert desk.kit.loaded.data == desk.engine.board_way.program.data
+
+
+@undisturbed(environment="mass_spring_damper")
+def test_a_board_without_a_law_is_sent_it_anew(desk):
+    """So after a reset in the middle, and where a piece was damaged and the whole does not fit its check."""
+    desk.engine.board_refusal(wait=True)
+    desk.engine.set_where("board")
+    desk.until(lambda: desk.kit.received > 64)
+    desk.kit.loaded.data.clear()
+    desk.until(lambda: desk.engine.rendering == "board")
+    desk.run(5)
+    desk.kit.loaded, desk.kit.generation = None, 0
+    desk.run(2)
+    assert desk.engine.rendering == "computer"
+    desk.until(lambda: desk.engine.rendering == "board")
+    assert desk.kit.loaded.data == desk.engine.board_way.program.data
 
 
 @undisturbed(values=SPRING)
@@ -115,29 +151,99 @@ def test_the_board_hears_every_few_milliseconds_and_no_force(desk):
 
 
 @undisturbed(values=SPRING)
-def test_a_changed_parameter_is_one_scene_more(desk):
+def test_a_changed_parameter_is_one_constant_more(desk):
     desk.go()
     desk.run(20)
-    scenes = len(desk.told(Scene))
     desk.engine.set_parameter("stiffness", 120.0)
+    desk.compiled()
     desk.run(20)
-    new = desk.told(Scene)[scenes:]
-    assert [s.values[0] for s in new] == [120.0]
-    assert new[0].generation != desk.told(Scene)[0].generation
+    (tune,) = desk.told(Tune)
+    assert (tune.law, tune.count, tune.values[0]) == (desk.told(Law)[0].generation, 1, -120.0)
+    assert desk.kit.loaded.numbers.tolist() == list(desk.engine.board_way.program.given)
     desk.engine.move_hand(0.01)
     desk.run(20)
-    assert len(desk.told(Scene)) == scenes + 1
+    assert (len(desk.told(Tune)), len(desk.told(Law))) == (1, 1)
+
+
+@undisturbed(environment="hard_surface")
+def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(desk):
+    desk.go()
+    values = desk.engine.values
+    numbers = [p for p in desk.engine.environment.parameters if not p.discrete]
+    desk.engine.set_environment("hard_surface", values | {p.key: 0.9 * values[p.key] for p in numbers})
+    desk.compiled()
+    wanted = np.array(desk.engine.board_way.program.given, np.float32)
+    assert np.count_nonzero(wanted != desk.kit.loaded.numbers) > 6
+    desk.until(lambda: np.array_equal(wanted, desk.kit.loaded.numbers))
+    assert len(desk.told(Law)) == 1
 
 
 @undisturbed(values=SPRING)
-def test_a_scene_that_got_lost_is_said_again(desk):
+def test_a_change_that_got_lost_is_said_again_with_the_newest_value(desk):
     desk.go()
     desk.run(10)
-    desk.kit.hears = False
+    desk.kit.deaf = {Tune: 1}
     desk.engine.set_parameter("stiffness", 120.0)
-    desk.run(20)
-    desk.kit.hears = True
-    desk.until(lambda: desk.kit.scene.values[0] == 120.0, 1000)
+    desk.compiled()
+    desk.until(lambda: len(desk.told(Tune)) == 1)
+    desk.engine.set_parameter("stiffness", 130.0)
+    desk.compiled()
+    desk.until(lambda: desk.kit.tuned)
+    assert [t.values[0] for t in desk.told(Tune)] == [-120.0, -130.0]
+    desk.run(80)
+    assert len(desk.told(Tune)) == 2
+
+
+@undisturbed(environment="button", arena=345)
+def test_more_moving_constants_than_there_is_room_for_are_a_law(desk):
+    desk.go()
+    way, values = desk.engine.board_way, desk.engine.values
+    numbers = [p for p in desk.engine.environment.parameters if not p.discrete]
+    desk.engine.set_environment("button", values | {p.key: 0.9 * values[p.key] for p in numbers})
+    desk.compiled()
+    assert desk.engine.board_way.form == way.form
+    desk.until(lambda: len(desk.told(Law)) == 2)
+    desk.until(lambda: desk.engine.rendering == "board")
+    assert not desk.told(Tune)
+    assert desk.kit.loaded.data == desk.engine.board_way.program.data
+
+
+@undisturbed(values=SPRING)
+def test_another_law_or_rate_or_filter_is_sent_whole(desk):
+    desk.go()
+    for change in (
+        lambda: desk.engine.set_environment("wall"),
+        lambda: desk.engine.set_parameter("side", "left"),
+        lambda: desk.engine.set_loop(estimator="kalman"),
+        lambda: desk.engine.set_where("board", 1000.0),
+    ):
+        laws = len(desk.told(Law))
+        change()
+        desk.compiled()
+        desk.until(lambda laws=laws: len(desk.told(Law)) == laws + 1)
+        desk.until(lambda: desk.engine.rendering == "board")
+        assert desk.kit.loaded.law.rate == desk.engine.board_way.rate
+        assert desk.kit.loaded.data == desk.engine.board_way.program.data
+    generations = [law.generation for law in desk.told(Law)]
+    assert len(set(generations)) == len(generations)
+
+
+@undisturbed(refuses=Refusal.JUMP)
+def test_what_the_board_refuses_the_computer_renders_and_says_so(desk):
+    desk.engine.board_refusal(wait=True)
+    desk.engine.set_where("board")
+    desk.until(lambda: desk.engine.board_refusal() != "")
+    assert desk.engine.board_refusal() == "The board refuses this law (jump). The computer renders."
+    assert (desk.engine.where, desk.engine.where_wanted) == ("computer", "board")
+    desk.run(150)
+    assert desk.engine.rendering == "computer"
+    assert len(desk.told(Law)) == 1
+    with pytest.raises(ParameterError, match="refuses this law"):
+        desk.engine.set_where("board")
+    desk.kit.refuses = Refusal.NONE
+    desk.engine.set_environment("damping")
+    desk.compiled()
+    desk.until(lambda: desk.engine.rendering == "board")
 
 
 @undisturbed(values=SPRING)
@@ -147,7 +253,7 @@ def test_the_computer_comes_back_with_a_fade(desk):
     desk.go()
     desk.engine.set_where("computer")
     found = desk.until(lambda: desk.engine.rendering == "computer" and not desk.kit.renders)
-    wait_for(lambda: desk.told(Scene)[-1].law == NO_LAW)
+    wait_for(lambda: desk.told(Leave))
     back = desk.run(36)
     found = [row[rows.APPLIED] for row in back]
     assert found[-1] == pytest.approx(-100.0 * 100 * QUANTUM)
@@ -166,12 +272,13 @@ def test_the_stop_goes_out_first(desk):
     row = desk.run(2)[-1]
     assert int(row[rows.FLAGS]) & rows.STOPPED
     wait_for(lambda: desk.told(Stop))
-    told = desk.told(Stop, Scene)
-    assert told.index(Stop()) < len(told) - 1 or told[-1] == Stop()
+    laws = len(desk.told(Law))
     desk.engine.release_stop()
     desk.telemetry = {}
     desk.run(2)
     wait_for(lambda: desk.told(Stop, Release)[-1] == Release())
+    desk.until(lambda: len(desk.told(Law)) == laws + 1)
+    desk.until(lambda: desk.engine.rendering == "board")
     desk.run(40)
     assert not flags(desk.run(1))[-1]
 
@@ -194,17 +301,17 @@ def test_over_speed_on_the_board_is_latched_here_and_stops_it(desk):
 
 
 @undisturbed()
-def test_a_force_that_is_no_number_needs_another_scene(desk):
+def test_a_force_that_is_no_number_needs_the_law_anew(desk):
     desk.go()
     desk.telemetry = {"flags": int(BoardFlag.REFUSED), "asked": float("nan")}
     row = desk.run(2)[-1]
     assert desk.engine.fault.code == rig.NOT_A_NUMBER
     assert row[rows.ASKED] == 0.0
-    scenes = len(desk.told(Scene))
+    laws = len(desk.told(Law))
     desk.engine.clear_fault()
     desk.telemetry = {}
-    desk.run(15)
-    assert len(desk.told(Scene)) == scenes + 1
+    desk.until(lambda: len(desk.told(Law)) == laws + 1)
+    desk.until(lambda: desk.engine.rendering == "board")
     assert desk.engine.fault is None
 
 
@@ -217,7 +324,7 @@ def test_values_of_state_take_turns(desk):
         row = desk.run(1)[-1]
     assert row[rows.STATE : rows.STATE + len(names)].tolist() == [0.5 + at for at in range(len(names))]
     desk.engine.set_environment("friction")
-    desk.telemetry = {"state_at": 0, "state": 9.0, "generation": desk.kit.scene.generation}
+    desk.telemetry = {"state_at": 0, "state": 9.0}
     first = desk.engine.environment.force.compiled().initial_state[0]
     assert desk.run(1)[-1][rows.STATE] == first
 
@@ -240,9 +347,8 @@ def test_a_silent_board_is_no_more_told_that_someone_is_there(desk):
 def test_the_last_act_takes_the_law_away_and_commands_zero(desk):
     desk.go()
     desk.engine.close()
-    wait_for(lambda: desk.told(Scene, Force)[-1] == Force(0, 0.0))
-    told = desk.told(Scene, Force)
-    assert [m.law for m in told if isinstance(m, Scene)][-1] == NO_LAW
+    wait_for(lambda: desk.told(Leave, Force)[-1] == Force(0, 0, 0.0))
+    assert desk.told(Leave, Force)[-3:] == [Leave(), Leave(), Force(0, 0, 0.0)]
 
 
 @undisturbed()
@@ -266,25 +372,33 @@ def test_skipped_ticks_are_counted(desk):
     assert desk.engine.overruns == 259
 
 
-@undisturbed(changed=("wall",))
+@undisturbed(arena=150)
 def test_what_the_board_cannot_render_stays_here(desk):
-    assert desk.engine.board_refusal() == ""
     desk.go()
-    desk.engine.set_environment("wall")
-    assert "another version" in desk.engine.board_refusal()
+    desk.engine.set_environment("cat")
+    words = r"Cat needs \d+ bytes, the board has 150"
+    assert re.match(words, desk.engine.board_refusal(wait=True))
     desk.until(lambda: desk.engine.rendering == "computer")
     assert (desk.engine.where, desk.engine.where_wanted) == ("computer", "board")
-    with pytest.raises(ParameterError, match="Update firmware"):
+    with pytest.raises(ParameterError, match=words):
         desk.engine.set_where("board")
-    desk.engine.set_environment(CONSTANT)
-    assert "Export it as a sketch" in desk.engine.board_refusal()
     desk.engine.set_environment("damping")
+    desk.until(lambda: desk.engine.rendering == "board")
+
+
+@undisturbed()
+def test_a_law_of_ones_own_needs_nothing_on_the_board(desk):
+    desk.go()
+    desk.engine.set_environment(CONSTANT)
+    desk.compiled()
+    desk.until(lambda: desk.kit.loaded.data == desk.engine.board_way.program.data)
     desk.until(lambda: desk.engine.rendering == "board")
 
 
 @undisturbed()
 def test_the_boards_own_estimators_and_rates(desk):
     desk.engine.set_loop(estimator="butterworth")
+    desk.engine.board_refusal(wait=True)
     desk.engine.set_where("board")
     assert desk.engine.board_way.estimator == 2
     with pytest.raises(ParameterError, match="500, 1,000, 2,000, 4,000 Hz"):
@@ -292,9 +406,3 @@ def test_the_boards_own_estimators_and_rates(desk):
     desk.engine.limit_force(1.0)
     assert desk.engine.where == "computer"
     assert "force limit" in desk.engine.board_refusal()
-
-
-@undisturbed()
-def test_a_rate_that_the_board_missed_is_said_again(desk):
-    desk.go(rate=500)  # but its frames go on as at 1 kHz
-    desk.until(lambda: len(desk.told(Loop)) >= 2, 1000)
