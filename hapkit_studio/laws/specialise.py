@@ -63,7 +63,7 @@ def specialise(
     """
     inlined: set[str] = set()
     while True:
-        walk = _Specialiser(law, known, period, inlined)
+        walk = Specialiser(law, known, period, inlined)
         made = Specialised(walk.law(), list(walk.functions.values()))
         more = _worth_writing_in(walk, small)
         if not more:
@@ -73,7 +73,7 @@ def specialise(
     return made
 
 
-def _worth_writing_in(walk: "_Specialiser", small: int) -> set[str]:
+def _worth_writing_in(walk: "Specialiser", small: int) -> set[str]:
     """Return the keys of the functions left that are called once, or are small with all that they call."""
     sizes: dict[str, int] = {}
     for key, function in walk.functions.items():
@@ -82,7 +82,7 @@ def _worth_writing_in(walk: "_Specialiser", small: int) -> set[str]:
     return {key for key, size in sizes.items() if walk.calls[key] == 1 or size <= small}
 
 
-class _Specialiser:
+class Specialiser:
     """Walks a law as it would run, with what is known of every name."""
 
     def __init__(self, law: CheckedLaw, known: Mapping[int, float], period: float | None, inlined: set[str]):
@@ -197,7 +197,7 @@ class _Specialiser:
         match node:
             case ast.Assign(targets=[ast.Tuple(elts=targets)], value=value):
                 self.assign_several(targets, value)
-            case ast.Assign(targets=[ast.Name(id=name)], value=value) if _is_test(value):
+            case ast.Assign(targets=[ast.Name(id=name)], value=value) if is_test(value):
                 self.bind(name, self.truth(value, self.reads(name) == 1))
             case ast.Assign(targets=[target], value=value):
                 self.assign(target, self.value(value))
@@ -258,10 +258,7 @@ class _Specialiser:
                 if target.id in self.pinned[-1]:
                     found.append(self.pinned[-1][target.id])
             else:
-                place = self.place(target)
-                size = place.size if isinstance(place, At) else 1
-                start = place.start if isinstance(place, At) else int(place.name[2:-1])
-                found += [f"s[{start + i}]" for i in range(size)]
+                found += [f"s[{place}]" for place in _places(target)]
         return found
 
     def branch(self, node: ast.If) -> bool:
@@ -701,7 +698,7 @@ def _is_cheap(value: Expr) -> bool:
     return isinstance(inner, Num | Var)
 
 
-def _is_test(node: ast.expr) -> bool:
+def is_test(node: ast.expr) -> bool:
     return isinstance(node, ast.Compare | ast.BoolOp) or (
         isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
     )
@@ -713,6 +710,18 @@ def _is_fuel(test: ast.expr) -> bool:
 
 def _is_fault(node: ast.expr) -> bool:
     return isinstance(node, ast.Name) and node.id == "_fault"
+
+
+def _places(node: ast.expr) -> range:
+    """Return the numbers of the values of state that a subscript may mean."""
+    match node:
+        case ast.Subscript(slice=ast.Constant(value=int() as place)):
+            return range(place, place + 1)
+        case ast.Subscript(
+            slice=ast.BinOp(left=ast.Constant(value=int() as start), right=ast.Call(args=[_, size, *_]))
+        ):
+            return range(start, start + ast.literal_eval(size))
+    raise AssertionError(ast.dump(node))
 
 
 def _targets(node: ast.AST) -> list[ast.expr]:

@@ -129,12 +129,13 @@ def _translate_one(
 class CheckedLaw:
     """A law and the functions that it calls as checked trees: p, s and helpers by their numbers and names.
 
-    own: names of the functions that stand in the law's own file.
+    own: names of the functions that stand in the law's own file; documents: what the functions say of themselves.
     """
 
     tree: ast.FunctionDef
     helpers: dict[str, ast.FunctionDef]
     own: frozenset[str]
+    documents: dict[str, str]
 
 
 def checked(
@@ -155,7 +156,8 @@ def checked(
             wanted += more
     same = function.__code__.co_filename
     own = frozenset(name for f, name in helpers.names.items() if f.__code__.co_filename == same)
-    return CheckedLaw(tree, trees, own)
+    documents = {name: f.__doc__ or "" for f, name in helpers.names.items()}
+    return CheckedLaw(tree, trees, own, documents)
 
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:

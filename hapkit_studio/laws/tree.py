@@ -42,11 +42,11 @@ class At:
 
 @dataclass(frozen=True)
 class Select:
-    """One of two known numbers, by a test whose operands stay."""
+    """One of two values, by a test whose operands stay; for the board both are known."""
 
     test: "Test"
-    yes: Num
-    no: Num
+    yes: "Expr"
+    no: "Expr"
 
 
 Expr = Num | Var | Op | At | Select
@@ -188,8 +188,8 @@ def mentions(value: object, names: frozenset[str]) -> bool:
             return name in names
         case Op(_, args):
             return any(mentions(a, names) for a in args)
-        case Select(test):
-            return mentions(test, names)
+        case Select(test, yes, no):
+            return any(mentions(part, names) for part in (test, yes, no))
         case At(index, start, size):
             return mentions(index, names) or any(f"s[{start + i}]" in names for i in range(size))
         case Compare(_, left, right):

@@ -1,0 +1,366 @@
+"""A law as plain C for a sketch, from the tree that reads as the source does."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio.laws.law import Law
+from hapkit_studio.laws.readable import parts, specialise
+from hapkit_studio.laws.translate import checked
+from hapkit_studio.laws.tree import (
+    Assign, At, Break, Compare, Continue, Expr, Function, If, Leave, Logic, Loop, Not, Num, Op, Return, Select,
+    SetAt, Statement, Test, Var, literal,
+)  # fmt: skip
+from hapkit_studio.parameters import Choice
+
+# What C++ or an Arduino core has taken; its core defines some of them as macros, which know no scope.
+_TAKEN = frozenset("""
+alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr
+continue decltype default delete do double dynamic_cast else enum explicit export extern false final float
+for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq
+override private protected public register reinterpret_cast return short signed sizeof static static_assert
+static_cast struct switch template this thread_local throw true try typedef typeid typename union unsigned
+using virtual void volatile wchar_t while xor xor_eq
+abs bit bitClear bitRead bitSet bitWrite boolean byte cli constrain degrees highByte interrupts lowByte map
+max min noInterrupts radians random round sei sq word main setup loop assert errno
+j0 j1 jn y0 y1 yn sin cos tan exp log pow sqrt floor ceil fabs gamma
+p s law stopped smaller larger modulo floorDivide divisor index expMinusOne logOnePlus
+""".split())  # fmt: skip
+WIDTH = 105
+_LEVELS = {"?": 1, "or": 2, "and": 3, "==": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5}
+_SUM, _PRODUCT, _SIGN, _ATOM = 6, 7, 8, 9
+# What C has under another name, and what the sketch's helpers do.
+_NAMES = {"abs": "fabsf", "**": "powf", "min": "smaller", "max": "larger", "//": "floorDivide", "%": "modulo"}
+_NAMES |= {"expm1": "expMinusOne", "log1p": "logOnePlus"}
+_HELPERS = frozenset((*_NAMES.values(), "divisor", "index")) - {"fabsf", "powf"}
+_BREAKS = (", ", " + ", " - ", " * ", " ? ", " : ", " && ", " || ")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A law in C: its text, the call of it, the helpers that it needs and the places of its parameters."""
+
+    text: str
+    call: str
+    helpers: frozenset[str]
+    parameters: frozenset[int]
+
+
+def translate(law: Law, values: Sequence[float]) -> Source:
+    """Return a law's C for the choices among its parameters' values; raise LawError."""
+    trees = checked(law.function, law.parameters, law.state)
+    choices = frozenset(i for i, p in enumerate(law.parameters) if isinstance(p, Choice))
+    made = specialise(trees, values, choices)
+    names = {f"p[{i}]": f"p.{mangled(p.key)}" for i, p in enumerate(law.parameters)} | _states(law)
+    functions = {f.name: f for f in made.functions}
+    used = {n.name for n in parts([made.body, [f.body for f in made.functions]]) if isinstance(n, Var)}
+    given = [n for n in ("x", "v") if n in used]
+    writer = _Writer(names, functions)
+    sizes = sorted({len(f.results) for f in made.functions} - {1})
+    pieces = [f"struct Values{n} {{ float {', '.join('abcdefghijklmnop'[:n])}; }};" for n in sizes]
+    text = ["\n".join(["// What a function gives back that has several results.", *pieces])] if pieces else []
+    for function in made.functions:
+        result = "float" if len(function.results) == 1 else f"Values{len(function.results)}"
+        about = trees.documents[function.key]
+        text.append(writer.function(about, result, function.name, function.parameters, function.body.body))
+    about = law.function.__doc__ or "Return the force in N, positive to the right."
+    text.append(writer.function(about, "float", "force", given, made.body))
+    if writer.states:
+        text.insert(0, _memory(law, writer.states))
+    places = frozenset(int(n[2:-1]) for n in used if n.startswith("p["))
+    return Source("\n\n".join(text), f"law::force({', '.join(given)})", frozenset(writer.helpers), places)
+
+
+def _states(law: Law) -> dict[str, str]:
+    names: dict[str, str] = {}
+    for key, value in law.state.items():
+        rows = [f"[{i}]" for i in range(len(value))] if isinstance(value, tuple) else [""]
+        names |= {f"s[{len(names) + i}]": f"s.{mangled(key)}{row}" for i, row in enumerate(rows)}
+    return names
+
+
+def _memory(law: Law, used: set[str]) -> str:
+    rows = []
+    for key, value in law.state.items():
+        name = mangled(key)
+        if isinstance(value, tuple) and any(u.startswith(f"s.{name}[") for u in used):
+            rows.append(f"{name}[{len(value)}] = {{{', '.join(map(number, value))}}}")
+        elif not isinstance(value, tuple) and f"s.{name}" in used:
+            rows.append(f"{name} = {number(value)}")
+    head = "// What the law remembers from one time to the next."
+    return "\n".join([head, "struct {", *wrapped(f"  float {', '.join(rows)};"), "} s;"])
+
+
+class _Writer:
+    """Writes functions in C, and notes which helpers and which state they use."""
+
+    def __init__(self, names: Mapping[str, str], functions: Mapping[str, Function]):
+        self.names, self.functions = names, functions
+        self.helpers: set[str] = set()
+        self.states: set[str] = set()
+        self.sets: Counter[str] = Counter()  # how often each name is set
+        self.truths: set[str] = set()  # names that are true or false
+    def function(
+        self, about: str | None, result: str, name: str, given: Sequence[str], body: list[Statement]
+    ) -> str:
+        sets = [n for n in parts(body) if isinstance(n, Assign)]
+        self.sets = Counter(n.to for n in sets)
+        self.truths = {n.to for n in sets if self.sets[n.to] == 1 and _is_truth(n.value)}
+        head = f"{result} {mangled(name)}({', '.join(f'float {mangled(n)}' for n in given)}) {{"
+        lines = self.block(body, "  ", {*given, "dt"})
+        whole = f"{head} {lines[0].lstrip()} }}"
+        made = [whole] if len(lines) == 1 and len(whole) <= WIDTH else [head, *lines, "}"]
+        return "\n".join([*comment(about), *(line for long in made for line in wrapped(long))])
+
+    # --- statements
+    def block(self, statements: Sequence[Statement], indent: str, outside: set[str]) -> list[str]:
+        """Return the lines of statements; a name is declared where it is first set, or before a branch."""
+        declared, lines = set(outside), []
+        for i, s in enumerate(statements):
+            if isinstance(s, If | Loop):
+                inner = [n.to for n in parts(s) if isinstance(n, Assign)]
+                names = [n for n in dict.fromkeys(inner) if self.is_new(n, declared) and self.is_read(n, statements[i + 1 :])]
+                lines += [f"{indent}float {', '.join(map(mangled, names))};"] if names else []
+                declared.update(names)
+            following = statements[i + 1] if i + 1 < len(statements) else None
+            counts = isinstance(following, Loop) and following.after
+            if isinstance(s, Assign) and counts and s.to == following.after[0].to:  # type: ignore
+                kind = "float " if self.is_new(s.to, declared) and not self.is_read(s.to, statements[i + 2 :]) else ""
+                if self.is_new(s.to, declared) and not kind:
+                    lines.append(f"{indent}float {mangled(s.to)};")
+                    declared.add(s.to)
+                start = f"{kind}{mangled(s.to)} = {self.text(s.value)}"
+                lines += self.loop(following, start, s, indent, declared)
+            elif isinstance(s, Loop):
+                if not s.after:
+                    lines += self.loop(s, "", None, indent, declared)
+            elif isinstance(s, If):
+                lines += self.branch(s, indent, declared)
+            else:
+                self.join(lines, f"{indent}{self.simple(s, declared)}", s, statements[i - 1] if i else None)
+        return lines
+
+    def join(self, lines: list[str], line: str, s: Statement, before: Statement | None) -> None:
+        """Add a line, or what it says to the line before where both take results of one call, or begin names."""
+        kind = next((k for k in ("const float ", "float ") if line.lstrip().startswith(k)), "")
+        if _is_short(s) and _is_short(before) and lines:
+            last = lines[-1].lstrip()
+            rest = line.lstrip()
+            if kind and last.startswith(kind):
+                joined = f"{lines[-1][:-1]}, {rest.removeprefix(kind)}"
+            elif not kind and not last.startswith(("const ", "float ")) and _is_taken(s) and _is_taken(before):
+                joined = f"{lines[-1]} {rest}"
+            else:
+                joined = ""
+            if joined and len(joined) <= WIDTH:
+                lines[-1] = joined
+                return
+        lines.append(line)
+
+    def is_new(self, name: str, declared: set[str]) -> bool:
+        return name not in declared and name not in self.names and not name.startswith("@")
+
+    def is_read(self, name: str, statements: Sequence[Statement]) -> bool:
+        """Return whether statements begin with another use of a name than setting it anew."""
+        first = next((s for s in statements if name in _mentioned(s)), None)
+        anew = isinstance(first, Assign) and Var(name) not in parts(first.value)
+        return first is not None and not anew
+
+    def simple(self, s: Statement, declared: set[str]) -> str:
+        match s:
+            case Assign(to, Op("+" | "-" | "*" | "/" as op, (Var(same), value))) if to == same:
+                return f"{self.place(to)} {op}= {self.text(value)};"
+            case Assign(to, Select(test)) if to in self.truths:
+                declared.add(to)
+                return f"const bool {mangled(to)} = {self.test(test)[0]};"
+            case Assign(to, value):
+                kind = ""
+                if self.is_new(to, declared):
+                    declared.add(to)
+                    kind = f"{'const ' if self.sets[to] == 1 else ''}{self.kind(value)} "
+                return f"{kind}{self.place(to)} = {self.text(value)};"
+            case SetAt(place, value):
+                return f"{self.text(place)} = {self.text(value)};"
+            case Return(value):
+                return f"return {self.text(value)};"
+            case Leave(_, moves):
+                words = ", ".join(self.text(m.value) for m in moves)
+                return f"return {words};" if len(moves) == 1 else f"return {{{words}}};"
+            case Break():
+                return "break;"
+            case Continue():
+                return "continue;"
+        raise AssertionError(s)
+
+    def kind(self, value: Expr) -> str:
+        if isinstance(value, Op) and value.name[:-2] in self.functions:
+            results = len(self.functions[value.name[:-2]].results)
+            return "float" if results == 1 else f"Values{results}"
+        return "float"
+
+    def branch(self, s: If, indent: str, declared: set[str], short: bool = True) -> list[str]:
+        test, then, other = (s.test, s.then, s.other) if s.then else (Not(s.test), s.other, s.then)
+        head = f"{indent}if ({self.test(test)[0]})"
+        lines, rest = (self.block(one, f"{indent}  ", declared) for one in (then, other))
+        whole = f"{head} {lines[0].lstrip()}"
+        if not rest:
+            short = short and len(lines) == 1 and len(whole) <= WIDTH and not lines[0].lstrip().startswith(("if (", "for ("))
+            return [whole] if short else [f"{head} {{", *lines, f"{indent}}}"]
+        if len(other) == 1 and isinstance(other[0], If):
+            rest = self.branch(other[0], indent, declared, False)
+            return [f"{head} {{", *lines, f"{indent}}} else {rest[0].lstrip()}", *rest[1:]]
+        return [f"{head} {{", *lines, f"{indent}}} else {{", *rest, f"{indent}}}"]
+
+    def loop(self, s: Loop, start: str, first: Assign | None, indent: str, declared: set[str]) -> list[str]:
+        if first is None:
+            kind = "uint16_t" if s.times < 2**16 else "uint32_t"
+            head = f"for ({kind} turn_ = 0; turn_ < {s.times}; turn_++)"
+            return [f"{indent}{head} {{", *self.block(s.body, f"{indent}  ", declared), f"{indent}}}"]
+        assert isinstance(first.value, Num)
+        (after,) = s.after
+        assert isinstance(after, Assign)
+        assert isinstance(after.value, Op)
+        step = after.value.args[1]
+        assert isinstance(step, Num)
+        name, end = mangled(first.to), first.value.value + s.times * step.value
+        sign = "<" if step.value > 0.0 else ">"
+        head = f"for ({start}; {name} {sign} {number(end)}; {name} += {number(step.value)})"
+        body = self.block(s.body, f"{indent}  ", declared | {first.to})
+        return [f"{indent}{head} {{", *body, f"{indent}}}"]
+
+    # --- values
+    def place(self, name: str) -> str:
+        found = self.names.get(name)
+        if found is None:
+            return "kPeriod" if name == "dt" else mangled(name)
+        if name.startswith("s["):
+            self.states.add(found)
+        return found
+
+    def text(self, value: Expr, level: int = 0) -> str:
+        """Return an expression, in brackets where it binds less than that level."""
+        words, own = self.value(value)
+        return words if own >= level else f"({words})"
+
+    def value(self, value: Expr) -> tuple[str, int]:
+        """Return an expression and how closely it binds."""
+        match value:
+            case Num():
+                words = number(value.value)
+                return words, _SIGN if words.startswith("-") else _ATOM
+            case Var(name) if name in self.truths:
+                return f"{mangled(name)} ? 1.0f : 0.0f", _LEVELS["?"]
+            case Var(name):
+                return self.place(name), _ATOM
+            case At(index, start, size):
+                self.helpers.add("index")
+                name = self.place(f"s[{start}]").removesuffix("[0]")
+                return f"{name}[index({self.text(index)}, {size})]", _ATOM
+            case Select(test, yes, no):
+                one, level = self.test(test)
+                words = one if level > _LEVELS["?"] else f"({one})"
+                return f"{words} ? {self.text(yes, 2)} : {self.text(no, 2)}", _LEVELS["?"]
+            case Op("+" | "-" as name, (left, right)):
+                return f"{self.text(left, _SUM)} {name} {self.text(right, _PRODUCT)}", _SUM
+            case Op("*" | "/" as name, (left, right)):
+                return f"{self.text(left, _PRODUCT)} {name} {self.text(right, _SIGN)}", _PRODUCT
+            case Op("neg", (operand,)):
+                words = self.text(operand, _SIGN)
+                return f"-({words})" if words.startswith("-") else f"-{words}", _SIGN
+            case Op("**", (Var() as base, Num(value=2.0))):
+                return f"{self.text(base)} * {self.text(base)}", _PRODUCT
+            case Op(name, args) if name.startswith("."):
+                return f"{self.text(args[0])}{name}", _ATOM
+            case Op(name, args):
+                return f"{self.called(name)}({', '.join(map(self.text, args))})", _ATOM
+        raise AssertionError(value)
+
+    def called(self, name: str) -> str:
+        if name[:-2] in self.functions:
+            return mangled(name[:-2])
+        made = _NAMES.get(name, name.removesuffix("()") if name.endswith("()") else f"{name}f")
+        self.helpers |= {made} & _HELPERS
+        return made
+
+    def test(self, test: Test) -> tuple[str, int]:
+        match test:
+            case Compare("!=", Var(name), Num(value=0.0)) if name in self.truths:
+                return mangled(name), _ATOM
+            case Compare(op, left, right):
+                level = _LEVELS[op]
+                return f"{self.text(left, level + 1)} {op} {self.text(right, level + 1)}", level
+            case Logic(op, tests):
+                level = _LEVELS[op]
+                made = (self.test(t) for t in tests)
+                sign = " && " if op == "and" else " || "
+                return sign.join(w if own >= 4 or own == level else f"({w})" for w, own in made), level
+            case Not(Compare("==" | "!=" as op, left, right)) if left not in map(Var, self.truths):
+                return self.test(Compare("!=" if op == "==" else "==", left, right))
+            case Not(inner):
+                words, level = self.test(inner)
+                return f"!{words}" if level == _ATOM else f"!({words})", _SIGN
+        raise AssertionError(test)
+
+
+def _is_taken(s: Statement | None) -> bool:
+    """Return whether a statement takes one of several results of a call."""
+    return isinstance(s, Assign) and isinstance(s.value, Op) and s.value.name.startswith(".")
+
+
+def _is_short(s: Statement | None) -> bool:
+    return _is_taken(s) or (isinstance(s, Assign) and isinstance(s.value, Num | Var))
+
+
+def _is_truth(value: Expr) -> bool:
+    return isinstance(value, Select) and (value.yes, value.no) == (literal(1.0), literal(0.0))
+
+
+def _mentioned(statement: Statement) -> set[str]:
+    found = list(parts(statement))
+    return {n.name for n in found if isinstance(n, Var)} | {n.to for n in found if isinstance(n, Assign)}
+
+
+# --- words
+def mangled(name: str) -> str:
+    """Return a Python name as C++ can use it; different names stay different."""
+    plain = "".join(c if c.isascii() else f"_u{ord(c):x}" for c in name)
+    taken = plain in _TAKEN or plain.endswith("_") or plain.upper() == plain
+    return plain + "_" if taken else plain
+
+
+def number(value: float) -> str:
+    """Return a number as single precision has it: beyond its range INFINITY, below it 0."""
+    with np.errstate(over="ignore", under="ignore"):
+        single = np.float32(value)
+    if math.isnan(single):
+        return "NAN"
+    if math.isinf(single):
+        return "INFINITY" if single > 0 else "-INFINITY"
+    return "0.0f" if abs(single) < np.finfo(np.float32).tiny else f"{single!s}f"
+
+
+def comment(text: str | None) -> list[str]:
+    """Return the first paragraph of a docstring as a comment, in lines."""
+    lines: list[str] = []
+    for word in (text or "").split("\n\n")[0].split():
+        if not lines or len(lines[-1]) + 1 + len(word) > WIDTH:
+            lines.append("//")
+        lines[-1] += f" {word.strip(chr(92))}"
+    return lines
+
+
+def wrapped(line: str) -> list[str]:
+    """Return a line broken after commas, or before operators, where it is too long."""
+    lines, indent = [], line[: len(line) - len(line.lstrip())] + "    "
+    while len(line) > WIDTH:
+        ends = [at for at in range(len(indent) + WIDTH // 2, WIDTH) if line.startswith(_BREAKS, at)]
+        if not ends:
+            break
+        depths = {at: line.count("(", 0, at) - line.count(")", 0, at) for at in ends}
+        cut = min(ends, key=lambda at: (depths[at], line[at : at + 3] in (" * ", " / "), -at))
+        lines.append(line[: cut + line.startswith(",", cut)])
+        line = indent + line[cut + 1 + line.startswith(",", cut) :]
+    return [*lines, line]

@@ -1,0 +1,375 @@
+"""A law specialised for a reader: only choices are known, names and functions are the source's."""
+
+import ast
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+from hapkit_studio.laws.algebra import beyond_single, computed, negated, simpler
+from hapkit_studio.laws.specialise import Specialiser, is_test
+from hapkit_studio.laws.translate import CheckedLaw
+from hapkit_studio.laws.tree import (
+    MOST_FLOAT, Assign, At, Block, Compare, Expr, Function, If, Leave, Logic, Loop, Not, Num, Op, Return,
+    Select, SetAt, Specialised, Statement, Test, Var, drop_unused, is_single, literal, mentions,
+)  # fmt: skip
+
+_ONE, _ZERO = literal(1.0), literal(0.0)
+_PERIOD = Var("dt")
+
+
+def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]) -> Specialised:
+    """Return a law whose choices are known by their places; a call is an operation named ``name()``.
+
+    What such an operation gives beside its first value are operations ``.a``, ``.b`` … of it.
+    """
+    inlined: set[str] = set()
+    moving: set[tuple[str, str]] = set()
+    while True:
+        walk = _Readable(law, values, choices, inlined, moving)
+        made = Specialised(walk.law(), [])
+        if not moving >= walk.differing:
+            moving |= walk.differing
+            continue
+        more = {k for k, f in walk.functions.items() if walk.calls[k] == 1 and _is_straight(f.body)}
+        if not more:
+            break
+        inlined |= more
+    _drop_unread_state(made.body)
+    drop_unused(made)
+    _join_copies(made.body)
+    needed = _called(made.body)
+    for function in reversed(walk.functions.values()):
+        if function.name in needed:
+            made.functions.insert(0, function)
+            needed |= _called(function.body)
+    return made
+
+
+class _Readable(Specialiser):
+    """Lets every name of the source be one variable, and every function stay one."""
+
+    def __init__(
+        self,
+        law: CheckedLaw,
+        values: Sequence[float],
+        choices: frozenset[int],
+        inlined: set[str],
+        moving: set[tuple[str, str]],
+    ):
+        super().__init__(law, {i: values[i] for i in choices}, None, inlined)
+        self.values, self.moving = values, moving
+        self.differing: set[tuple[str, str]] = set()  # functions and parameters that are not always the same
+        self.given: dict[str, dict[str, Expr]] = {}  # what functions know of their parameters
+        self.own: set[str] = set()  # what the function that begins is given in variables of its own
+        self.changing: dict[int, set[str]] = {}  # names that are set more than once, by function
+        self.truths: set[Expr] = set()  # variables that are 1 or 0 by a test
+        # by functions: those of their results that are always the same number
+        self.known_results: dict[str, list[Num | None]] = {}
+
+    def walk(self, statements: Sequence[ast.stmt]) -> bool:
+        if statements is self.trees[-1].body:
+            self.pin_changing(statements)
+        return super().walk(statements)
+
+    def pin_changing(self, statements: Sequence[ast.stmt]) -> None:
+        """Give names that are set more than once, or were given, one variable for the whole function."""
+        stores = Counter(
+            n.id
+            for s in statements
+            for n in ast.walk(s)
+            if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+        )
+        heads = [n.body[0] for s in statements for n in ast.walk(s) if isinstance(n, ast.For)]
+        counters = {n.targets[0].id for n in heads if isinstance(n, ast.Assign)}  # type: ignore[attr-defined]
+        changing = {n for n, times in stores.items() if times > 1 and n != "_"}
+        self.changing[id(self.trees[-1])] = changing | counters
+        for name in stores:
+            if name in self.own:
+                self.pinned[-1][name] = name
+                self.fixed.add(name)
+            elif name in self.env or name in changing - counters:
+                self.pin(name)
+
+    def pin(self, name: str) -> None:
+        """Give a name one variable, unless it has the same value for as long as it is known."""
+        if name in self.env or name in self.changing[id(self.trees[-1])]:
+            super().pin(name)
+
+    def fresh(self, name: str) -> str:
+        return super().fresh(name.strip("_") or "value")
+
+    def bind(self, name: str, value: Expr) -> None:
+        if name == "_" and not self.reads(name):
+            return
+        if name in self.pinned[-1] or isinstance(value, Num | Var):
+            super().bind(name, value)
+        else:
+            self.env[name] = self.keep(value, name)
+            if isinstance(value, Select) and (value.yes, value.no) == (_ONE, _ZERO):
+                self.truths.add(self.env[name])
+
+    def emit(self, statement: Statement) -> None:
+        if not _changes_nothing(statement):
+            super().emit(statement)
+
+    def keep_unless_select(self, value: Expr) -> Expr:
+        return value
+
+    def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
+        values = [self.value(v) for v in value.elts] if isinstance(value, ast.Tuple) else self.call(value)
+        for i, target in enumerate(targets):
+            # what this one sets must not be read by those behind it
+            written = frozenset(self.written([target]))
+            for j, other in enumerate(values[i + 1 :], i + 1):
+                if mentions(other, written):
+                    target_name = targets[j]
+                    made = self.fresh(f"new_{target_name.id}" if isinstance(target_name, ast.Name) else "new")
+                    self.emit(Assign(made, other))
+                    values[j] = Var(made)
+            self.assign(target, values[i])
+
+    # --- functions
+    def call(self, node: ast.expr) -> list[Expr]:
+        assert isinstance(node, ast.Call)
+        assert isinstance(node.func, ast.Name)
+        tree = self.source.helpers[node.func.id]
+        key, names = tree.name, [a.arg for a in tree.args.args if a.arg != "_fault"]
+        given = {n: self.value(a) for n, a in zip(names, node.args, strict=False)}
+        if key in self.inlined:
+            self.own = set()
+            return self.write_in(tree, {n: self.keep_unless_constant(v, n) for n, v in given.items()})
+        known = {n: v for n, v in given.items() if _is_constant(v) and (key, n) not in self.moving}
+        before = self.given.setdefault(key, known)
+        self.differing |= {(key, n) for n in {*before, *known} if before.get(n) != known.get(n)}
+        if key not in self.functions:
+            self.functions[key] = self.made(key, tree, given, [n for n in names if n not in known])
+        self.calls[key] += 1
+        function = self.functions[key]
+        made = Op(f"{function.name}()", tuple(given[n] for n in function.parameters))
+        known_results = self.known_results[key]
+        if len(known_results) == 1:
+            return [known_results[0] or made]
+        got = self.keep(made, "got")
+        return [r or Op(f".{'abcdefghijklmnop'[i]}", (got,)) for i, r in enumerate(known_results)]
+
+    def keep_unless_constant(self, value: Expr, name: str) -> Expr:
+        return value if _is_constant(value) else self.keep(value, name)
+
+    def made(self, key: str, tree: ast.FunctionDef, given: dict[str, Expr], moving: list[str]) -> Function:
+        name = tree.name.removeprefix("_of_").lstrip("_")
+        while name in ("force", *(f.name for f in self.functions.values())):
+            name += "_"
+        outside = self.frames, self.states, self.used, self.truths
+        self.frames, self.states, self.used, self.truths = [], {}, Counter(["dt", *moving]), set()
+        block, self.own = Block(), set(moving)
+        found = self.enter(tree, given | {n: Var(n) for n in moving}, block)
+        self.frames, self.states, self.used, self.truths = outside
+        results = tuple(f"@{i}" for i in range(len(found[0])))
+        for leave, values in zip(self._leaves, found, strict=True):
+            leave.moves += [Assign(r, v) for r, v in zip(results, values, strict=True)]
+        function = Function(key, name, (), results, block)
+        drop_unused(Specialised([], [function]))
+        _join_copies(block.body)
+        read = {n.name for n in parts(block) if isinstance(n, Var)}
+        function.parameters = tuple(n for n in moving if n in read)
+        self.known_results[key] = [
+            v[0] if isinstance(v[0], Num) and all(o == v[0] for o in v) else None
+            for v in zip(*found, strict=True)
+        ]
+        return function
+
+    # --- values
+    def value(self, node: ast.expr) -> Expr:
+        match node:
+            case ast.Call(func=ast.Name(id="_divisor"), args=[inner, *_]):
+                value = self.value(inner)
+                return value if self.never_zero(value) else Op("divisor()", (value,))
+            case ast.Call(func=ast.Attribute(attr=name), args=args):
+                return self.op("abs" if name == "fabs" else name, *(self.value(a) for a in args))
+        return super().value(node)
+
+    def never_zero(self, value: Expr) -> bool:
+        found = self.evaluated(value)
+        return isinstance(found, Num) and found.value != 0.0
+
+    def evaluated(self, value: Expr) -> Expr:
+        """Return a value with the parameters' in it, and a period like any other."""
+        match value:
+            case Var(name) if name.startswith("p["):
+                return literal(self.values[int(name[2:-1])])
+            case Var("dt"):
+                return literal(1e-3)
+            case Op(name, args) if _is_constant(value):
+                return self.op(name, *map(self.evaluated, args))
+        return value
+
+    def op(self, name: str, *args: Expr) -> Expr:
+        numbers = [a for a in args if isinstance(a, Num)]
+        found = computed(name, numbers) if len(numbers) == len(args) else None
+        if args[0] == _ZERO and (name == "copysign" or (name == "/" and self.never_zero(args[1]))):
+            return _ZERO
+        if found is None and any(abs(n.value) > MOST_FLOAT for n in numbers):
+            found = _beside_huge(name, *args)
+        if found is None and any(abs(n.value) in (0.0, 1.0) for n in numbers):
+            found = simpler(name, args)
+        return found or Op(name, args)
+
+    def truth(self, node: ast.expr, once: bool = False) -> Expr:
+        if isinstance(node, ast.BoolOp) and not all(map(self.is_truth, node.values)):
+            # `a or b` of numbers is one of the two
+            first, *others = node.values
+            value = self.keep(self.value(first))
+            rest = self.value(others[0] if len(others) == 1 else ast.BoolOp(node.op, others))
+            holds = self.compare("!=", value, _ZERO)
+            first, second = (value, rest) if isinstance(node.op, ast.Or) else (rest, value)
+            return self.select(holds, first, second)
+        return self.select(self.test(node), _ONE, _ZERO)
+
+    def is_truth(self, node: ast.expr) -> bool:
+        """Return whether a value is 1 or 0 by a test."""
+        if isinstance(node, ast.Name):
+            return self.env[node.id] in self.truths
+        return all(map(self.is_truth, node.values)) if isinstance(node, ast.BoolOp) else is_test(node)
+
+    def either(self, node: ast.IfExp) -> Expr:
+        test = self.test(node.test)
+        if isinstance(test, bool):
+            return self.value(node.body if test else node.orelse)
+        outside, self.out = self.out, []
+        yes = self.value(node.body)
+        then, self.out = self.out, []
+        no = self.value(node.orelse)
+        other, self.out = self.out, outside
+        if not then and not other:
+            return Select(test, yes, no)
+        made = self.fresh("t")
+        self.emit(If(test, [*then, Assign(made, yes)], [*other, Assign(made, no)]))
+        return Var(made)
+
+    def select(self, test: Test | bool, yes: Expr, no: Expr) -> Expr:
+        return Select(test, yes, no) if not isinstance(test, bool) else yes if test else no
+
+    def compare(self, op: str, left: Expr, right: Expr) -> Test | bool:
+        test = left.test if isinstance(left, Select) else Compare("!=", left, _ZERO) if left in self.truths else None
+        if test is not None and isinstance(right, Num):
+            arms = (left.yes, left.no) if isinstance(left, Select) else (_ONE, _ZERO)
+            yes, no = (self.compare(op, arm, right) if isinstance(arm, Num) else None for arm in arms)
+            if isinstance(yes, bool) and isinstance(no, bool):
+                return yes if yes == no else test if yes else negated(test)
+        made = super().compare(op, left, right)
+        if isinstance(made, Compare) and isinstance(made.right, Num):
+            if not is_single(made.right.value):
+                return beyond_single(made.op, made.left, made.right.value)
+            if made.left == _PERIOD and made.right.value == 0.0:
+                return made.op in (">", ">=", "!=")
+        return made
+
+
+def _changes_nothing(statement: Statement) -> bool:
+    """Return whether a statement only makes 0 what is 0."""
+    match statement:
+        case If(Compare("==", Var(name), Num(value=0.0)), [Assign(to, Num(value=0.0))], []):
+            return name == to
+    return False
+
+
+def _beside_huge(name: str, *args: Expr) -> Expr | None:
+    """Return a sum, or the least or most, of a number beyond single precision and another value."""
+    huge, other = args if isinstance(args[0], Num) else args[::-1]
+    assert isinstance(huge, Num)
+    if name in ("min", "max"):
+        return other if (huge.value > 0.0) == (name == "min") else huge
+    if name not in ("+", "-"):
+        return None
+    return computed("neg", [huge]) if name == "-" and huge is args[1] else huge
+
+
+def _is_constant(value: Expr) -> bool:
+    """Return whether a value is a number or made of parameters and the period alone."""
+    match value:
+        case Op(name, args):
+            return not name.endswith("()") and not name.startswith(".") and all(map(_is_constant, args))
+        case Var(name):
+            return name == "dt" or name.startswith("p[")
+    return isinstance(value, Num)
+
+
+def parts(value: object) -> Iterator[object]:
+    """Yield a statement, test or expression, or several, and all that they are made of."""
+    if isinstance(value, list | tuple):
+        for one in value:
+            yield from parts(one)
+    elif not isinstance(value, str | int | float):
+        yield value
+        for one in vars(value).values() if not isinstance(value, Leave) else [value.moves]:
+            yield from parts(one)
+
+
+def _called(value: object) -> set[str]:
+    """Return the names of the functions that are called."""
+    return {n.name[:-2] for n in parts(value) if isinstance(n, Op) and n.name.endswith("()")}
+
+
+def _state_read(value: object) -> Counter[str]:
+    """Return how often each place of state is read."""
+    found: Counter[str] = Counter()
+    for part in parts(value):
+        if isinstance(part, At):
+            found.update(f"s[{part.start + i}]" for i in range(part.size))
+        elif isinstance(part, Var):
+            found[part.name] += 1
+    return found
+
+
+def _drop_unread_state(statements: list[Statement]) -> None:
+    """Leave out what is written into state for a drawing only."""
+    read = _state_read(statements)
+    sets = [n for n in parts(statements) if isinstance(n, Assign) and n.to.startswith("s[")]
+    for one in sets:
+        read[one.to] -= _state_read(one.value)[one.to]
+    for one in sets:
+        if not read[one.to]:
+            one.to = "unread"
+
+
+def _join_copies(statements: list[Statement]) -> None:
+    """Let two names that are set once, one to the other, be one."""
+    sets = [n for n in parts(statements) if isinstance(n, Assign)]
+    times = Counter(s.to for s in sets)
+    for s in sets:
+        if isinstance(s.value, Var) and times[s.to] == 1 == times[s.value.name]:
+            _rename(statements, s.value.name, s.to)
+            _drop(statements, s)
+
+
+def _drop(statements: list[Statement], which: Statement) -> None:
+    statements[:] = [s for s in statements if s is not which]
+    for s in statements:
+        if isinstance(s, If | Loop):
+            for inner in (s.then, s.other) if isinstance(s, If) else (s.body,):
+                _drop(inner, which)
+
+
+def _rename(value: Any, old: str, new: str) -> Any:
+    """Give a variable another name; expressions are made anew."""
+    match value:
+        case list() | tuple():
+            made = [_rename(one, old, new) for one in value]
+            if isinstance(value, tuple):
+                return tuple(made)
+            value[:] = made
+        case Var():
+            return Var(new) if value.name == old else value
+        case Op() | At() | Select() | Compare() | Logic() | Not():
+            return replace(value, **{k: _rename(v, old, new) for k, v in vars(value).items()})
+        case Assign() | SetAt() | If() | Loop() | Leave() | Return():
+            for key, one in vars(value).items():
+                if key != "block":
+                    setattr(value, key, new if key == "to" and one == old else _rename(one, old, new))
+    return value
+
+
+def _is_straight(block: Block) -> bool:
+    """Return whether nothing leaves a function before its end."""
+    return [n for n in parts(block.body) if isinstance(n, Leave)] == block.body[-1:]
