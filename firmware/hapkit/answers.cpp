@@ -39,10 +39,8 @@ bool Answers::send_hello(Sender& sender) {
 }
 
 bool Answers::send_settings(Sender& sender) {
-  protocol::Settings answer;
-  static_assert(sizeof(answer) == sizeof(protocol::Board) + 2, "Settings begins as Board");
-  memcpy(&answer, &settings::now(), sizeof(protocol::Board));
-  answer.origin = settings::origin();
-  answer.refused = refused_;
-  return sender.send(answer);
+  const uint8_t rest[] = {settings::origin(), refused_};
+  static_assert(offsetof(protocol::Settings, origin) == sizeof(protocol::Board), "Settings begins as Board");
+  static_assert(offsetof(protocol::Settings, refused) == sizeof(protocol::Board) + 1, "and ends with these two");
+  return sender.send<protocol::Settings>(settings::now(), rest);
 }

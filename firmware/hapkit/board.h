@@ -9,7 +9,7 @@ namespace board {
 
 constexpr uint32_t kCpu = 16000000;  // cycles in a second
 constexpr float kTickUs = 0.5f;  // resolution of the clock [us]
-constexpr uint8_t kQueue = 152;  // bytes that can wait to be sent
+constexpr uint8_t kQueue = 112;  // bytes that can wait to be sent
 
 // One reading of the sensor.
 struct Sampling {
@@ -47,9 +47,10 @@ uint16_t age_us();
 // Take the next received byte; false if there is none.
 bool read(uint8_t* byte);
 
-// Queue the frame of an identifier and a payload, and delimiters behind it up to a whole number of bytes; false, and
-// nothing queued, if there is no room now. Main program only.
-bool send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t whole);
+// Return a place in the queue for so many bytes, or nothing if there is no room now; send() hands over what was
+// written there. Main program only.
+uint8_t* room_for(uint8_t size);
+void send(uint8_t* end);
 
 // From now on a byte that is received, or wake() in an interrupt, ends the next sleep(), also before it has begun;
 // and it does not begin while there is something to read.

@@ -24,6 +24,17 @@ uint8_t quarters_of(uint16_t rate) {
 
 }  // namespace
 
+#ifndef __AVR__
+uint32_t share(uint32_t value, uint32_t half) {
+  const uint16_t high = value >> 16, low = static_cast<uint16_t>(value);
+  const uint16_t large = half >> 16, small = static_cast<uint16_t>(half);
+  const auto product = [](uint16_t a, uint16_t b) { return static_cast<uint32_t>(a) * b; };
+  uint32_t sum = product(high, large) + (product(low, large) >> 16) + (product(high, small) >> 16);
+  if (high & 0x8000) sum -= half;  // a negative value
+  return sum << 1;
+}
+#endif
+
 bool design(const Loop& loop, float quantum, float fastest, Design* made) {
   const uint8_t quarters = quarters_of(loop.rate);
   const float period = quarters * 0.25e-3f;
@@ -44,6 +55,32 @@ bool design(const Loop& loop, float quantum, float fastest, Design* made) {
   const float limit = fastest * period / quantum;
   made->fastest = limit < kMostCounts ? static_cast<int16_t>(limit) + 1 : kMostCounts;
   return true;
+}
+
+void Estimator::change(uint8_t quarters_before, uint8_t quarters) {
+  for (; quarters_before < quarters; quarters_before <<= 1) speed_ <<= 1;
+  for (; quarters_before > quarters; quarters_before >>= 1) speed_ = static_cast<uint32_t>(speed() >> 1);
+  rest_ = 0;
+}
+
+// After a single one, a division would take so long that the next one might be missed for its sake.
+void Estimator::miss(uint8_t periods, int32_t count) {
+  const int32_t moved = count - last_;
+  last_ = count - (periods == 1 ? moved >> 1 : moved / (periods + 1));
+}
+
+bool Estimator::update(const Design& design, int32_t count) {
+  const int32_t steps = count - last_;
+  last_ = count;
+  if (steps > kMostCounts || steps < ~kMostCounts) {
+    rest_ = speed_ = 0;
+    return false;
+  }
+  const uint32_t all = (static_cast<uint32_t>(steps) << 16) - speed_ + rest_;
+  rest_ = all - share(all, design.first);
+  speed_ += share(all, design.second);
+  const int16_t whole = static_cast<int16_t>(speed_ >> 16);
+  return whole < design.fastest && whole >= -design.fastest;
 }
 
 }  // namespace estimator

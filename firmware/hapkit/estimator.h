@@ -31,6 +31,10 @@ constexpr float kOne = 65536.0f;       // a count
 // Fill a design; return false, with nothing changed, for what no loop can have. quantum in m, fastest in m/s.
 bool design(const Loop& loop, float quantum, float fastest, Design* made);
 
+// Return a value times twice a half coefficient, up to four units too low: the product of the two lower halves counts
+// for nothing. Both are numbers of 32 bits in two's complement, and so is the result. On the board in assembler.
+uint32_t share(uint32_t value, uint32_t half) __asm__("estimator_share");
+
 class Estimator {
  public:
   // Start as if the handle had rested at this count.
@@ -49,18 +53,18 @@ class Estimator {
   void miss(uint8_t periods, int32_t count);
 
   // Take the count one period later; return whether the handle is within its limit.
-  bool update(const Design& design, int32_t count) { return step(this, &design, count); }
+  bool update(const Design& design, int32_t count);
 
   // Return the velocity in m/s.
-  float velocity(const Design& design) const { return times(speed_, design.scale); }
+  float velocity(const Design& design) const { return times(speed(), design.scale); }
 
  private:
-  // On the board in assembler, which knows the order of the numbers here and in Design.
-  static bool step(Estimator* self, const Design* design, int32_t count) __asm__("estimator_step");
+  int32_t speed() const { return static_cast<int32_t>(speed_); }
 
+  // Sums wrap: coefficients that make a filter swing up are no reason for undefined steps.
   int32_t last_ = 0;
-  int32_t rest_ = 0;   // last count less the filter's own, 2^-16 counts
-  int32_t speed_ = 0;  // 2^-16 counts per period
+  uint32_t rest_ = 0;   // last count less the filter's own, 2^-16 counts
+  uint32_t speed_ = 0;  // 2^-16 counts per period
 };
 
 }  // namespace estimator

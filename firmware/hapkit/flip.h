@@ -32,7 +32,15 @@ class FlipTracker {
   void shift(int32_t by) { position_ += by; }
 
   // Take a reading that goes on with the motion; false, and nothing is changed, for any other.
-  bool follow(uint16_t raw) { return follow(this, raw); }
+  bool follow(uint16_t raw) {
+    const int16_t jump = nearest(raw - last_);
+    if (!alike(jump, going_)) return false;
+    going_ = common(step_, jump);
+    step_ = jump;
+    last_ = raw;
+    position_ += jump;
+    return true;
+  }
 
   // Take any reading; return the first place plus all that was passed and shifted since.
   int32_t update(uint16_t raw) {
@@ -47,21 +55,6 @@ class FlipTracker {
   bool doubtful() const { return bridged_ != 0; }
 
  private:
-  // On the board in assembler, which knows the order of the numbers below.
-#ifdef __AVR__
-  static bool follow(FlipTracker* self, uint16_t raw) __asm__("flip_follow");
-#else
-  static bool follow(FlipTracker* self, uint16_t raw) {
-    const int16_t jump = self->nearest(raw - self->last_);
-    if (!self->alike(jump, self->going_)) return false;
-    self->going_ = common(self->step_, jump);
-    self->step_ = jump;
-    self->last_ = raw;
-    self->position_ += jump;
-    return true;
-  }
-#endif
-
   static constexpr uint8_t kPatience = 8;  // readings bridged in a row; then the next one is believed
 
   // The same difference less whole ranges: half the range at most.

@@ -1,6 +1,38 @@
 #include "frame.h"
 
 namespace frame {
+
+// COBS: a zero becomes the distance to the next one, written before the bytes between them.
+#ifndef __AVR__
+void Writer::put(Writer* self, const void* bytes, uint8_t size) {
+  const uint8_t* from = static_cast<const uint8_t*>(bytes);
+  crc::Crc crc = self->crc_;
+  uint8_t* code = self->code_;
+  uint8_t* end = self->end_;
+  for (; size; --size) {
+    const uint8_t byte = *from++;
+    crc.add(byte);
+    if (byte) {
+      *end++ = byte;
+    } else {
+      *code = static_cast<uint8_t>(end - code);
+      code = end++;
+    }
+  }
+  self->crc_ = crc;
+  self->code_ = code;
+  self->end_ = end;
+}
+#endif
+
+uint8_t* Writer::finish() {
+  const uint8_t check[] = {crc_.high, crc_.low};
+  put(check, sizeof(check));
+  *code_ = static_cast<uint8_t>(end_ - code_);
+  *end_++ = 0;
+  return end_;
+}
+
 uint8_t Parser::push(uint8_t byte) {
   if (byte == 0) return finish();
   if (left_ == 0) {

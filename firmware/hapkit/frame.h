@@ -12,60 +12,23 @@ constexpr uint8_t kLargestBody = 1 + protocol::kLargestFromBoard;
 constexpr uint8_t kOverhead = 4;  // CRC, one COBS code (a body stays below 252 bytes), delimiter
 static_assert(kLargestBody + kOverhead < 256, "a frame needs more than one COBS block");
 
-// Writes one frame to a sink, any callable that takes bytes and their number. The first blocks go out while the
-// rest is still being coded.
-template <class Sink>
+// Writes one frame into memory that has room for its body and kOverhead more.
 class Writer {
  public:
-  explicit Writer(Sink sink) : sink_(sink) {}
+  explicit Writer(uint8_t* to) : code_(to), end_(to + 1) {}
 
-  void put(uint8_t byte) { put(&byte, 1); }
+  void put(const void* bytes, uint8_t size) { put(this, bytes, size); }
 
-  void put(const void* bytes, uint8_t size) {
-    crc_ = stuff(static_cast<const uint8_t*>(bytes), size, crc_);
-  }
-
-  void finish() {
-    const uint8_t check[] = {crc_.high, crc_.low};
-    stuff(check, sizeof(check), crc_);
-    *code_ = static_cast<uint8_t>(end_ - code_);
-    *end_++ = 0;
-    sink_(unsent_, static_cast<uint8_t>(end_ - unsent_));
-  }
+  // Put the CRC and the delimiter; return the end.
+  uint8_t* finish();
 
  private:
-  static constexpr uint8_t kWorthIt = 8;  // bytes for a call of the sink
+  // On the board in assembler, which knows the order of what is below.
+  static void put(Writer* self, const void* bytes, uint8_t size) __asm__("frame_put");
 
-  // COBS: a zero becomes the distance to the next one, written before the bytes between them. Return the CRC
-  // after these bytes.
-  crc::Crc stuff(const uint8_t* bytes, uint8_t size, crc::Crc crc) {
-    uint8_t* end = end_;
-    uint8_t* code = code_;
-    for (; size; --size) {
-      const uint8_t byte = *bytes++;
-      crc.add(byte);
-      if (byte) {
-        *end++ = byte;
-        continue;
-      }
-      *code = static_cast<uint8_t>(end - code);
-      code = end++;
-      if (static_cast<uint8_t>(code - unsent_) >= kWorthIt) {
-        sink_(unsent_, static_cast<uint8_t>(code - unsent_));
-        unsent_ = code;
-      }
-    }
-    end_ = end;
-    code_ = code;
-    return crc;
-  }
-
-  Sink sink_;
   crc::Crc crc_;
-  uint8_t* unsent_ = coded_;
-  uint8_t* code_ = coded_;     // of the block that is being filled
-  uint8_t* end_ = coded_ + 1;  // behind its last byte
-  uint8_t coded_[kLargestBody + kOverhead];
+  uint8_t* code_;  // of the block that is being filled
+  uint8_t* end_;   // behind its last byte
 };
 
 // Takes received bytes one by one and tells when a whole valid frame is there. What fits is far shorter than

@@ -4,15 +4,13 @@
 
 #include "motor_map.h"
 
-#ifdef __AVR__
-#pragma GCC optimize("O2")
-#endif
-
 namespace motor {
 namespace {
 
 constexpr uint32_t kSign = 0x80000000;
 constexpr uint32_t kInfinite = 0x7f800000;
+constexpr uint16_t kSignHigh = kSign >> 16;
+constexpr uint16_t kSmallest = 0x0080;  // upper half of the smallest float whose mantissa is whole
 
 // The board's float operations take 100 to 500 cycles each; on the bits, a quarter of that is enough.
 uint32_t bits_of(float value) {
@@ -27,20 +25,25 @@ float float_of(uint32_t bits) {
   return value;
 }
 
+// A float's bits, as the chip deals with them best.
+struct Halves {
+  uint16_t low, high;
+};
+
 // A force times the factor is value / 2^places.
 struct Product {
   uint16_t value;
   int16_t places;
 };
 
-Product times_factor(uint32_t force) {
-  const uint16_t mantissa = static_cast<uint16_t>(0x8000 | (force >> 8));
-  const uint32_t product = static_cast<uint32_t>(mantissa) * map.factor.mantissa;
-  const int16_t exponent = static_cast<uint16_t>(force >> 16) >> 7;
-  const int16_t places = 2 * 127 + 14 - exponent - map.factor.exponent;
-  const uint16_t value = product >> 16;
+Product times_factor(Halves force) {
+  const uint16_t mantissa = 0x8000 | static_cast<uint8_t>(force.high) << 8 | force.low >> 8;
+  const uint32_t whole = static_cast<uint32_t>(mantissa) * map.factor.mantissa;
+  const uint8_t exponent = (force.high & ~kSignHigh) >> 7;
+  const int16_t places = map.factor.places - exponent;
+  const uint16_t value = whole >> 16;
   if (value & 0x8000) return {value, places};
-  const bool next_bit = static_cast<int16_t>(product) < 0;
+  const bool next_bit = static_cast<int16_t>(whole) < 0;
   return {static_cast<uint16_t>(value << 1 | next_bit), static_cast<int16_t>(places + 1)};
 }
 
@@ -55,29 +58,11 @@ uint16_t shifted(uint16_t value, uint8_t places) {
 // below, and (step - 1/2)^2 = step (step - 1) + 1/4.
 uint8_t nearest_root(uint16_t square_less_quarter) {
   uint8_t root = 0;
-#ifdef __AVR__  // the compiler takes half as long again
-  uint8_t bit = 0x80, larger, below;
-  __asm__(
-      "1:\tmov %2, %0\n\t"
-      "or %2, %1\n\t"
-      "mov %3, %2\n\t"
-      "dec %3\n\t"
-      "mul %2, %3\n\t"
-      "cp %A4, r0\n\t"
-      "cpc %B4, r1\n\t"
-      "brlo 2f\n\t"
-      "mov %0, %2\n"
-      "2:\tlsr %1\n\t"
-      "brne 1b\n\t"
-      "clr __zero_reg__"
-      : "+&r"(root), "+&r"(bit), "=&r"(larger), "=&r"(below)
-      : "r"(square_less_quarter));
-#else
-  for (uint8_t bit = 0x80; bit; bit >>= 1) {
+  uint8_t bit = 0x80;
+  do {
     const uint8_t larger = root | bit;
     if (static_cast<uint16_t>(larger * static_cast<uint8_t>(larger - 1)) <= square_less_quarter) root = larger;
-  }
-#endif
+  } while (bit >>= 1);
   return root;
 }
 
@@ -117,13 +102,14 @@ Limited limit(float force) {
 }
 
 int16_t pwm_of(float force) {
-  const uint32_t bits = bits_of(force);
-  if (!(bits & kInfinite)) return 0;
-  const Product product = times_factor(bits & ~kSign);
+  Halves bits;
+  memcpy(&bits, &force, sizeof(bits));
+  if ((bits.high & ~kSignHigh) < kSmallest) return 0;
+  const Product product = times_factor(bits);
   const uint8_t wanted = map.straight ? straight_steps(product) : square_steps(product);
   if (!wanted) return 0;
   const int16_t pwm = (wanted < map.top ? wanted : map.top) + map.dead_band;
-  return bits & kSign ? -pwm : pwm;
+  return bits.high & kSignHigh ? -pwm : pwm;
 }
 
 }  // namespace motor

@@ -1,8 +1,3 @@
-// Runs when a person changes something: made small, not fast.
-#ifdef __AVR__
-#pragma GCC optimize("Os")
-#endif
-
 #include "motor_map.h"
 
 #include <string.h>
@@ -24,7 +19,8 @@ uint32_t bits_of(float value) {
 
 Factor factor_of(float value) {
   const uint32_t bits = bits_of(value) + 0x80;  // to the nearest
-  return {static_cast<uint16_t>(0x8000 | (bits >> 8)), static_cast<int16_t>(bits >> 23)};
+  const int16_t exponent = bits >> 23;
+  return {static_cast<uint16_t>(0x8000 | (bits >> 8)), static_cast<int16_t>(2 * 127 + 14 - exponent)};
 }
 
 void add_piece(uint16_t duty, uint16_t width, uint8_t low, uint8_t high) {

@@ -7,10 +7,10 @@
 
 namespace motor {
 
-// What multiplies a force: mantissa / 2^16 * 2^exponent, the exponent as a float writes it.
+// What multiplies a force: mantissa / 2^16, and so many places less the force's exponent.
 struct Factor {
   uint16_t mantissa;
-  int16_t exponent;
+  int16_t places;
 };
 
 // A straight piece of the map. Torque is in 255ths of that at full duty, duty in 256ths of a step.

@@ -1,5 +1,3 @@
-#pragma GCC optimize("O2")  // also for what is included
-
 #include "sender.h"
 
 // How many bytes a frame takes with its filling. A frame is below 128 bytes, so this cannot pass 255.
@@ -10,6 +8,16 @@ uint8_t Sender::filled(uint8_t size) const {
   return whole <= board::kQueue ? whole : size;
 }
 
-bool Sender::send(uint8_t id, const void* payload, uint8_t size) {
-  return board::send_frame(id, payload, size, filled(1 + size + frame::kOverhead));
+bool Sender::send(uint8_t id, const void* payload, uint8_t size, const void* more, uint8_t more_size) {
+  const uint8_t whole = filled(1 + size + more_size + frame::kOverhead);
+  uint8_t* const begin = board::room_for(whole);
+  if (!begin) return false;
+  frame::Writer writer(begin);
+  writer.put(&id, 1);
+  writer.put(payload, size);
+  writer.put(more, more_size);
+  uint8_t* at = writer.finish();
+  while (at != begin + whole) *at++ = 0;
+  board::send(at);
+  return true;
 }

@@ -16,11 +16,18 @@ class Sender {
   template <class Message>
   bool send(const Message& message) {
     static_assert(1 + sizeof(Message) + frame::kOverhead <= board::kQueue, "the frame never fits the queue");
-    return send(Message::kId, &message, sizeof(message));
+    return send(Message::kId, &message, sizeof(message), nullptr, 0);
+  }
+
+  // The same of one that is made up of two parts.
+  template <class Message, class First, class Second>
+  bool send(const First& first, const Second& second) {
+    static_assert(sizeof(First) + sizeof(Second) == sizeof(Message), "the parts are not the whole message");
+    return send(Message::kId, &first, sizeof(first), &second, sizeof(second));
   }
 
  private:
-  bool send(uint8_t id, const void* payload, uint8_t size);
+  bool send(uint8_t id, const void* payload, uint8_t size, const void* more, uint8_t more_size);
   uint8_t filled(uint8_t size) const;
 
   uint8_t multiple_ = 0;

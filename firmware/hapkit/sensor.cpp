@@ -10,28 +10,6 @@ constexpr uint16_t kLowestReading = 8;
 constexpr uint16_t kHighestReading = 1015;
 constexpr uint16_t kAnyReading = 65535;
 
-}  // namespace
-
-// What every reading needs, in an order that the board's assembler knows.
-struct Watched {
-  FlipTracker flips;
-  uint16_t lowest;  // of the readings that can be right
-  uint16_t span;    // how far above it they go
-  bool wary;  // not started, or in doubt
-  int8_t sense;
-};
-
-#ifdef __AVR__
-#define SEEN_BY_ASSEMBLER __attribute__((externally_visible))
-static_assert(sizeof(FlipTracker) == 23, "the assembler looks behind it");
-#else
-#define SEEN_BY_ASSEMBLER
-#endif
-
-SEEN_BY_ASSEMBLER Watched watched __asm__("sensor_watched") = {FlipTracker(), 0, kAnyReading, true, 1};
-
-namespace {
-
 // Doubt grows by 4 with a doubtful reading and shrinks by 1 with a good one: 8 in a row are a fault.
 constexpr uint8_t kFault = 32;
 
@@ -41,7 +19,11 @@ int32_t zero = 0;     // as the settings write it; flips counts from its repeat 
 bool started = false;
 uint8_t doubt = 0;
 
-FlipTracker& flips = watched.flips;
+FlipTracker flips;
+uint16_t lowest = 0;          // of the readings that can be right
+uint16_t span = kAnyReading;  // how far above it they go
+bool wary = true;             // not started, or in doubt
+int8_t sense = 1;
 
 // How far ahead of the nearest repeat of the settings' zero the first reading is.
 int32_t ahead_of_zero(int32_t first) {
@@ -60,10 +42,10 @@ void weigh(bool doubtful) {
   }
   if (doubt == kFault) news = news | kFaulty;
   if (!doubt) news = news & ~kFaulty;
-  watched.wary = doubt;
+  wary = doubt;
 }
 
-inline bool possible(uint16_t raw) { return static_cast<uint16_t>(raw - watched.lowest) <= watched.span; }
+inline bool possible(uint16_t raw) { return static_cast<uint16_t>(raw - lowest) <= span; }
 
 }  // namespace
 
@@ -72,15 +54,15 @@ volatile uint8_t news = kMoved;
 void start(const protocol::Board& kit) {
   kind = kit.sensor;
   range = kit.counts_per_flip;
-  watched.sense = kit.sense;
+  sense = kit.sense;
   zero = kit.zero;
   const bool rails = kind == protocol::kSensorMagnetoresistive;
-  watched.lowest = rails ? kLowestReading : 0;
-  watched.span = rails ? kHighestReading - kLowestReading : kAnyReading;
+  lowest = rails ? kLowestReading : 0;
+  span = rails ? kHighestReading - kLowestReading : kAnyReading;
   flips.start(kind == protocol::kSensorQuadrature ? 0 : range);
   started = false;
   doubt = 0;
-  watched.wary = true;
+  wary = true;
   news = kMoved;
 }
 
@@ -88,13 +70,12 @@ void change(const protocol::Board& kit) {
   if (kit.sensor != kind || kit.counts_per_flip != range) return start(kit);
   flips.shift(zero - kit.zero);
   zero = kit.zero;
-  watched.sense = kit.sense;
+  sense = kit.sense;
   news = news | kMoved;
 }
 
 // Take a reading that does not go on with a motion, or is in doubt; return the position, not knowing the sense.
-SEEN_BY_ASSEMBLER int32_t consider(uint16_t raw, bool failed) __asm__("sensor_consider");
-int32_t consider(uint16_t raw, bool failed) {
+static __attribute__((noinline)) int32_t consider(uint16_t raw, bool failed) {
   const bool counted = kind == protocol::kSensorQuadrature;  // a slip of its counter does not spoil the rest
   bool doubtful = true;
   if (possible(raw) && (!failed || counted)) {
@@ -111,12 +92,10 @@ int32_t consider(uint16_t raw, bool failed) {
   return flips.position();
 }
 
-#ifndef __AVR__
 int32_t count(uint16_t raw, bool failed) {
-  const bool plain = !failed && !watched.wary && possible(raw) && flips.follow(raw);
+  const bool plain = !failed && !wary && possible(raw) && flips.follow(raw);
   const int32_t position = plain ? flips.position() : consider(raw, failed);
-  return watched.sense < 0 ? -position : position;
+  return sense < 0 ? -position : position;
 }
-#endif
 
 }  // namespace sensor

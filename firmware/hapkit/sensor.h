@@ -17,7 +17,7 @@ void change(const protocol::Board& kit);
 
 // Take one reading, in the sample interrupt; failed: the sensor's own check says that it is wrong. Return
 // counts from the zero, positive to the right; what cannot be right is bridged.
-int32_t count(uint16_t raw, bool failed) __asm__("sensor_count");
+int32_t count(uint16_t raw, bool failed);
 
 // What the three below tell: nothing, nearly always.
 extern volatile uint8_t news;

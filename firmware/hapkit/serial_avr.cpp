@@ -1,7 +1,5 @@
 // Serial port of the Hapkit board.
 #ifdef __AVR__
-#pragma GCC optimize("O2")  // also for what is included
-
 #include <avr/interrupt.h>
 #include <avr/io.h>
 
@@ -10,9 +8,6 @@
 #include "lock.h"
 #include "protocol.h"
 #include "ring.h"
-
-// Write a frame and return its end: frame_avr.S.
-extern "C" uint8_t* write_frame(uint8_t* to, const void* payload, uint8_t size, uint8_t id);
 
 namespace {
 
@@ -137,17 +132,18 @@ void hardware::begin_serial() {
 
 bool board::read(uint8_t* byte) { return received.pop(byte); }
 
-bool board::send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t whole) {
-  uint8_t* const begin = all_sent() ? queue : end;
-  if (queue + kQueue - begin < whole) return false;
-  uint8_t* const filled = begin + whole;
-  for (uint8_t* at = write_frame(begin, payload, size, id); at != filled; ++at) *at = 0;
-  end = filled;
+uint8_t* board::room_for(uint8_t size) {
+  if (all_sent()) end = queue;
+  return queue + kQueue - end < size ? nullptr : end;
+}
+
+// What is at the beginning again may have waited for the last bytes to go.
+void board::send(uint8_t* filled) {
   const Lock lock;
-  if (all_sent()) from = begin;
+  if (all_sent()) from = end;
+  end = filled;
   stop = low(filled);
   UCSR0B = kSending;
-  return true;
 }
 
 // Whatever has something to do for the main program takes the permission to sleep away.

@@ -1,8 +1,3 @@
-// Runs when a person changes something: made small, not fast.
-#ifdef __AVR__
-#pragma GCC optimize("Os")
-#endif
-
 #include "settings.h"
 
 #include <stddef.h>

@@ -1,7 +1,5 @@
 #include "fake_board.h"
 
-#include "frame.h"
-
 #include <cstddef>
 
 namespace fake {
@@ -18,6 +16,7 @@ uint8_t quarters = 4;
 uint16_t age_us = 0;
 int pats = 0;
 std::vector<uint8_t> sent;
+static uint8_t queue[256];
 
 void reset() {
   now_us = 0;
@@ -112,16 +111,8 @@ void board::hold(bool on) {
   happening();
 }
 bool board::read(uint8_t*) { return false; }
-bool board::send_frame(uint8_t id, const void* payload, uint8_t size, uint8_t whole) {
-  if (fake::room < whole) return false;
-  const auto queue = [](const uint8_t* bytes, uint8_t n) { fake::sent.insert(fake::sent.end(), bytes, bytes + n); };
-  frame::Writer<decltype(queue)> writer(queue);
-  writer.put(id);
-  writer.put(payload, size);
-  writer.finish();
-  fake::sent.insert(fake::sent.end(), whole - (1 + size + frame::kOverhead), 0);
-  return true;
-}
+uint8_t* board::room_for(uint8_t size) { return fake::room < size ? nullptr : fake::queue; }
+void board::send(uint8_t* end) { fake::sent.insert(fake::sent.end(), fake::queue, end); }
 void board::wake() {}
 void board::set_motor(int16_t pwm) { fake::pwm = pwm; }
 uint32_t board::now_us() { return fake::now_us; }
