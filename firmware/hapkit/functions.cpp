@@ -43,6 +43,29 @@ uint32_t series(uint32_t y, const uint32_t* table, uint8_t terms) {
   return found;
 }
 
+uint32_t moved(uint32_t m, int16_t up) {
+  if (up <= -32 || up >= 32) return 0;
+  return up < 0 ? m >> -up : m << up;
+}
+
+uint32_t fixed(float x, int8_t up) {
+  const uint32_t m = moved(mantissa(x), static_cast<int16_t>(exponent(x) - 127 - 31 + up));
+  return is_negative(x) ? 0 - m : m;
+}
+
+float assembled(uint32_t m, int16_t e, uint8_t sign) {
+  const uint32_t top = static_cast<uint32_t>(sign & 0x80) << 24;
+  if (m == 0) return number(top);
+  for (; m < kSign; e--) m <<= 1;
+  if (e >= 255 || e <= 0) return number(top | (e > 0 ? 0x7f800000UL : 0));
+  // the rounding may carry into the exponent, rightly
+  return number(top | ((static_cast<uint32_t>(e) << 23) + (((m & ~kSign) + 0x80) >> 8)));
+}
+
+float times(float x, uint32_t f) {
+  return assembled(fraction(mantissa(x), f), static_cast<int16_t>(exponent(x) + 1), sign_of(x));
+}
+
 #endif
 
 namespace {
@@ -71,42 +94,6 @@ constexpr float kPi = 3.1415926535897932f;
 constexpr float kLog2 = 0.69314718055994531f;
 constexpr uint8_t kOne = 127;  // exponent of 1
 
-// |x| = mantissa / 2^31 * 2^(exponent - 127).
-uint32_t mantissa(float x) { return bits(x) << 8 | kSign; }
-
-// m 2^up
-uint32_t moved(uint32_t m, int16_t up) {
-  if (up <= -32 || up >= 32) return 0;
-  int8_t left = static_cast<int8_t>(up);
-  for (; left >= 8; left -= 8) m <<= 8;
-  for (; left <= -8; left += 8) m >>= 8;
-  for (; left > 0; left--) m <<= 1;
-  for (; left < 0; left++) m >>= 1;
-  return m;
-}
-
-// The lower 32 bits of x 2^up, cut off.
-uint32_t fixed(float x, int8_t up) {
-  const uint32_t m = moved(mantissa(x), static_cast<int16_t>(exponent(x)) - kOne - 31 + up);
-  return is_negative(x) ? 0 - m : m;
-}
-
-// m / 2^31 * 2^(e - 127), with a sign: rounded.
-float assembled(uint32_t m, int16_t e, uint32_t sign) {
-  if (m == 0) return number(sign);
-  for (; m < 0x1000000UL; e -= 8) m <<= 8;
-  for (; m < kSign; e--) m <<= 1;
-  if (e >= 255 || e <= 0) return number(sign | (e > 0 ? 0x7f800000UL : 0));
-  // the rounding may carry into the exponent, rightly
-  const uint32_t head = static_cast<uint32_t>(static_cast<uint16_t>(e) << 7) << 16;
-  return number(sign | (head + (((m & ~kSign) + 0x80) >> 8)));
-}
-
-// x times f / 2^31 times 2^more
-float times(float x, uint32_t f, int8_t more = 0) {
-  return assembled(fraction(mantissa(x), f), exponent(x) + 1 + more, bits(x) & kSign);
-}
-
 // Below 2^-12 sin, tan, asin and atan are x, to the last bit but one.
 bool is_small(float x) { return exponent(x) < kOne - 12; }
 
@@ -122,7 +109,7 @@ constexpr uint32_t kQuarter = 0x40000000UL;
 
 float sine_of(uint32_t phase) {
   const uint32_t z = (phase & kQuarter ? ~phase : phase) << 2;
-  return assembled(fraction(z, of(fraction(z, z), kSine)), kOne, phase & kSign);
+  return assembled(fraction(z, of(fraction(z, z), kSine)), kOne, static_cast<uint8_t>(phase >> 24));
 }
 
 // e^x 2^more
@@ -154,7 +141,8 @@ float small_atan(float z) {
 float small_acos(float z) {
   const float rest = sum(1.0f, -z);  // exact
   if (rest == 0.0f) return rest;
-  return times(functions::sqrt(product(rest, 0.5f)), of(0 - fixed(rest, 33), kAsin), 1);
+  const float half = times(functions::sqrt(product(rest, 0.5f)), of(0 - fixed(rest, 33), kAsin));
+  return sum(half, half);
 }
 
 // Those bits of a number of 1 to 2^23 that stand behind the point.
@@ -190,12 +178,12 @@ Division divided(float a, float b) {
     if (n == 0) break;
     rest <<= 1;
   }
-  return {assembled(rest << 8, exponent(b), bits(a) & kSign), quotient};
+  return {assembled(rest << 8, exponent(b), sign_of(a)), quotient};
 }
 
 }  // namespace
 
-float sqrt(float x) { return ::sqrtf(x); }
+float sqrt(float x) { return is_zero(x) ? signed_as(0.0f, x) : ::sqrtf(x); }
 
 float floor(float x) {
   const uint8_t e = exponent(x);
@@ -227,7 +215,7 @@ float floor_divide(float a, float b) {
   const Division division = divided(a, b);
   if (is_nan(division.rest)) return NAN;
   if (division.quotient == kBeyond) return quotient(a, b);
-  const uint32_t sign = (bits(a) ^ bits(b)) & kSign;
+  const uint8_t sign = (sign_of(a) ^ sign_of(b)) & 0x80;
   const uint8_t more = sign && !is_zero(division.rest) ? 1 : 0;
   return assembled(division.quotient + more, kOne + 31, sign);
 }
@@ -296,7 +284,7 @@ float log(float x) {
   const bool high = m > 0xb504f333UL;  // sqrt(2): halved, it lies nearer to 1
   const int8_t whole = static_cast<int8_t>(exponent(x) - kOne + high);
   const uint32_t u = high ? m : m << 1;
-  const float rest = assembled(high ? 0 - u : u, kOne - 1, high ? kSign : 0);
+  const float rest = assembled(high ? 0 - u : u, kOne - 1, high ? 0x80 : 0);
   const float found = is_zero(rest) ? rest : times(rest, log_slope(u));
   return whole ? sum(product(static_cast<float>(whole), kLog2), found) : found;
 }

@@ -30,7 +30,8 @@ inline uint8_t exponent(float x) {
 
 inline bool is_zero(float x) { return exponent(x) == 0; }
 inline bool is_finite(float x) { return exponent(x) != 255; }
-inline bool is_negative(float x) { return bits(x) & kSign; }
+inline uint8_t sign_of(float x) { return static_cast<uint8_t>(bits(x) >> 24); }  // in bit 7
+inline bool is_negative(float x) { return sign_of(x) & 0x80; }
 inline float negative(float x) { return number(bits(x) ^ kSign); }
 inline float magnitude(float x) { return number(bits(x) & ~kSign); }
 inline float signed_as(float x, float other) { return number((bits(x) & ~kSign) | (bits(other) & kSign)); }
@@ -51,6 +52,21 @@ uint32_t fraction(uint32_t a, uint32_t b);
 
 // With y and the table's numbers in 2^-32: t0 - y (t1 - y (t2 - ...)); the table, in flash, begins with the last.
 uint32_t series(uint32_t y, const uint32_t* table, uint8_t terms);
+
+// |x| = mantissa / 2^31 * 2^(exponent - 127).
+inline uint32_t mantissa(float x) { return bits(x) << 8 | kSign; }
+
+// m 2^up
+uint32_t moved(uint32_t m, int16_t up);
+
+// The lower 32 bits of x 2^up, cut off.
+uint32_t fixed(float x, int8_t up);
+
+// m / 2^31 * 2^(e - 127), with the sign in bit 7: rounded.
+float assembled(uint32_t m, int16_t e, uint8_t sign);
+
+// x times f / 2^31, for an x other than 0.
+float times(float x, uint32_t f);
 
 float sqrt(float x);
 float floor(float x);

@@ -143,59 +143,59 @@ constexpr uint8_t kSingle = 0x33;
 constexpr uint8_t kMasked = 0x40;
 // The operations of one code, below kSingle; then those from kMasked on, of 16 codes each.
 static const Operation kTable[53] PROGMEM = {
-  {kNone, 20},  // RETURN
+  {kNone, 11},  // RETURN
   {kNone, 0},  // SUBROUTINE
   {kNone, 0},  // MAIN
-  {kFar, 40},  // CALL
-  {kNear, 20},  // JUMP
-  {kFar, 25},  // FAR_JUMP
-  {kCounter, 30},  // LOOP
+  {kFar, 23},  // CALL
+  {kNear, 11},  // JUMP
+  {kFar, 13},  // FAR_JUMP
+  {kCounter, 20},  // LOOP
   {kCounter, 30},  // NEXT
-  {kSlot, 30},  // LOAD
-  {kSlot, 30},  // STORE
-  {kIndexed, 90},  // LOAD_AT
-  {kIndexed, 90},  // STORE_AT
+  {kSlot, 23},  // LOAD
+  {kSlot, 23},  // STORE
+  {kIndexed, 97},  // LOAD_AT
+  {kIndexed, 97},  // STORE_AT
   {kUnknown, 0},
   {kUnknown, 0},
   {kUnknown, 0},
   {kUnknown, 0},
-  {kSlot, 220},  // ADD
-  {kSlot, 220},  // SUBTRACT
-  {kSlot, 225},  // SUBTRACT_FROM
-  {kSlot, 160},  // MULTIPLY
-  {kSlot, 600},  // DIVIDE
-  {kSlot, 600},  // DIVIDE_INTO
-  {kSlot, 80},  // MINIMUM
-  {kSlot, 80},  // MAXIMUM
-  {kSlot, 9000},  // FLOOR_DIVIDE
-  {kSlot, 9000},  // MODULO
-  {kSlot, 9000},  // REMAINDER
-  {kSlot, 9000},  // POWER
-  {kSlot, 4000},  // ATAN2
-  {kSlot, 2000},  // HYPOT
-  {kSlot, 35},  // COPYSIGN
+  {kSlot, 185},  // ADD
+  {kSlot, 190},  // SUBTRACT
+  {kSlot, 190},  // SUBTRACT_FROM
+  {kSlot, 135},  // MULTIPLY
+  {kSlot, 490},  // DIVIDE
+  {kSlot, 490},  // DIVIDE_INTO
+  {kSlot, 81},  // MINIMUM
+  {kSlot, 81},  // MAXIMUM
+  {kSlot, 1305},  // FLOOR_DIVIDE
+  {kSlot, 1260},  // MODULO
+  {kSlot, 1105},  // REMAINDER
+  {kSlot, 2840},  // POWER
+  {kSlot, 1790},  // ATAN2
+  {kSlot, 1685},  // HYPOT
+  {kSlot, 25},  // COPYSIGN
   {kUnknown, 0},
-  {kNone, 15},  // NEGATE
-  {kNone, 15},  // ABSOLUTE
-  {kNone, 600},  // SQRT
-  {kNone, 150},  // FLOOR
-  {kNone, 160},  // CEIL
-  {kNone, 150},  // TRUNCATE
-  {kNone, 1000},  // SIN
-  {kNone, 1000},  // COS
-  {kNone, 4000},  // TAN
-  {kNone, 4000},  // ASIN
-  {kNone, 4000},  // ACOS
-  {kNone, 3500},  // ATAN
-  {kNone, 3500},  // EXP
-  {kNone, 7000},  // EXPM1
-  {kNone, 3500},  // LOG
-  {kNone, 5000},  // LOG1P
-  {kNone, 5000},  // SINH
-  {kNone, 5000},  // COSH
-  {kNone, 5000},  // TANH
-  {kSlotNear, 80},  // COMPARE
-  {kNear, 40},  // TEST
+  {kNone, 8},  // NEGATE
+  {kNone, 8},  // ABSOLUTE
+  {kNone, 700},  // SQRT
+  {kNone, 185},  // FLOOR
+  {kNone, 195},  // CEIL
+  {kNone, 155},  // TRUNCATE
+  {kNone, 930},  // SIN
+  {kNone, 930},  // COS
+  {kNone, 2020},  // TAN
+  {kNone, 1890},  // ASIN
+  {kNone, 1845},  // ACOS
+  {kNone, 1695},  // ATAN
+  {kNone, 865},  // EXP
+  {kNone, 1020},  // EXPM1
+  {kNone, 1480},  // LOG
+  {kNone, 1700},  // LOG1P
+  {kNone, 1665},  // SINH
+  {kNone, 1430},  // COSH
+  {kNone, 1680},  // TANH
+  {kSlotNear, 83},  // COMPARE
+  {kNear, 33},  // TEST
 };
 
 }  // namespace machine
