@@ -23,7 +23,7 @@ def longest(code: bytes) -> int:
     """Return the cycles of one call on the longest way through the code, as the board's verifier counts."""
     reached: dict[int, int] = {}
     subroutines: dict[int, int] = {}
-    loops: list[tuple[int, int, int, int]] = []
+    loops: list[tuple[int, int, dict[int, int]]] = []
     here, section = 0, 0
     for at, operation, _ in instructions(code):
         here = max(here, reached.get(at, 0))
@@ -51,13 +51,16 @@ def longest(code: bytes) -> int:
             case "CALL":
                 cost += subroutines[word]
             case "LOOP":
-                loops.append((end, cost, word, 0))
+                loops.append((word, cost, reached))
+                reached = {}
             case "NEXT":
-                start, before, times, _ = loops.pop()
-                # every other turn takes as long as this one at most
+                times, before, outside = loops.pop()
+                # every other turn takes as long as this one at most, also where one leads out
                 more = (times - 1) * (cost - before)
                 cost += more
-                reached = {aim: c + more if start < aim else c for aim, c in reached.items()}
+                for aim, c in reached.items():
+                    outside[aim] = max(outside.get(aim, 0), c + more)
+                reached = outside
         here = cost
     return subroutines[section]
 
