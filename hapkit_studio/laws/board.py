@@ -200,6 +200,7 @@ class _Section:
         self._numbers: dict[str, int] = {}  # of variables, for sets of bits
         self._ends: dict[int, Label] = {}
         self._loops: list[tuple[Label, Label]] = []
+        self._starts: dict[int, Label] = {}  # of LOOP instructions
         self._extra = self._line = 0
         if function is None:
             assert body is not None
@@ -277,6 +278,7 @@ class _Section:
         turn, end, start = Label(), Label(), Label()
         at = len(self.code)
         self.put("LOOP", 0, loop.times)
+        self._starts[id(self.code[at])] = start
         self.label(start)
         self._loops.append((turn, end))
         outside, self.counter = self.counter, 0
@@ -398,6 +400,7 @@ class _Section:
             size = len(self.code)
             self._shorten()
             self._drop_dead()
+            self._drop_loops()
             self._join()
 
     def _shorten(self) -> None:
@@ -445,6 +448,11 @@ class _Section:
                 continue
             kept.append(code)
         self.code = kept
+
+    def _drop_loops(self) -> None:
+        """Drop the beginning of loops whose end is not reached: they run once."""
+        turned = {id(c.operands[-1]) for c in self.code if c.name == "NEXT"}
+        self.code = [c for c in self.code if c.name != "LOOP" or id(self._starts[id(c)]) in turned]
 
     def _join(self) -> None:
         """Give two variables one slot where one is only a copy of the other."""

@@ -277,18 +277,34 @@ def _read(value: object, found: set[str]) -> None:
                 _read(one, found)
 
 
+def may_fail(value: object) -> bool:
+    """Return whether to work out an expression or a test may end the law: a divisor of zero, an index outside."""
+    match value:
+        case At():
+            return True
+        case Op("/" | "//" | "%" | "fmod", (left, right)):
+            return not (isinstance(right, Num) and right.value) or may_fail(left)
+        case Op(_, parts) | Logic(_, parts):
+            return any(map(may_fail, parts))
+        case Compare(_, left, right):
+            return may_fail(left) or may_fail(right)
+        case Select(test) | Not(test):
+            return may_fail(test)
+    return False
+
+
 def _without(statements: list[Statement], read: set[str]) -> bool:
     """Take assignments to what is not read out of statements; return whether there were any."""
     dropped = False
     kept: list[Statement] = []
     for s in statements:
         match s:
-            case Assign(to) if to not in read and not to.startswith("s["):
+            case Assign(to, value) if to not in read and not to.startswith("s[") and not may_fail(value):
                 dropped = True
                 continue
             case If(_, first, second) | Loop(_, first, second):
                 dropped |= _without(first, read) | _without(second, read)
-                if isinstance(s, If) and not first and not second:
+                if isinstance(s, If) and not first and not second and not may_fail(s.test):
                     dropped = True
                     continue
             case Block(body) | Leave(_, body):
