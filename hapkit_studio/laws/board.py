@@ -121,6 +121,7 @@ _OPERATIONS = {o.name: o for o in machine.OPERATIONS}
 # These leave A as it was.
 _KEEPING = frozenset(("STORE", "COMPARE", "TEST", "STORE_AT", "LABEL"))
 _ENDING = frozenset(("RETURN", "JUMP"))
+_FORWARD = frozenset(("JUMP", "TEST", "COMPARE"))
 # These give A another value and do nothing else.
 _FILLING = frozenset(("LOAD", *_UNARY.values()))
 
@@ -197,6 +198,7 @@ class _Section:
         self.base = self.top = 0
         self.called: list[Function] = []
         self._held: set[Expr] = set()  # what A is equal to
+        self._brought: dict[Label, set[Expr]] = {}  # the same at every jump to a place ahead
         self._numbers: dict[str, int] = {}  # of variables, for sets of bits
         self._ends: dict[int, Label] = {}
         self._loops: list[tuple[Label, Label]] = []
@@ -212,12 +214,20 @@ class _Section:
 
     def put(self, name: str, *operands: object, mask: int = 0) -> None:
         self.code.append(Code(name, operands, mask, self._line))
+        if name in _FORWARD:
+            aim = operands[-1]
+            self._brought[aim] = self._brought.get(aim, self._held) & self._held  # type: ignore[index, arg-type]
         if name not in _KEEPING:
             self._held = set()
 
     def label(self, label: Label) -> None:
+        """Mark a place: A is there what it is on every way to it."""
+        brought = self._brought.get(label)
+        if self.code and self.code[-1].name in _ENDING:
+            self._held = set(brought or ())
+        elif brought is not None:
+            self._held = self._held & brought
         self.code.append(Code("LABEL", (label,)))
-        self._held = set()
 
     def extra(self) -> Var:
         """Return a variable of our own."""
@@ -443,7 +453,7 @@ class _Section:
         for i, code in enumerate(self.code):
             if code.name == "STORE" and not live[i + 1] & self.bit(code.operands[0]):
                 continue
-            following = self.code[i + 1].name if i + 1 < len(self.code) else ""
+            following = next((c.name for c in self.code[i + 1 :] if c.name != "LABEL"), "")
             if code.name in _FILLING and following in ("LOAD", "CALL"):
                 continue
             kept.append(code)
@@ -514,7 +524,9 @@ class _Section:
                 continue
             before = self.code[i - 1]
             copied = self.bit(before.operands[0]) if before.name == "LOAD" and self._is_var(before) else 0
-            for name in [code.operands[0].name] if code.name == "STORE" else self.overwritten(code.operands[0]):
+            for name in (
+                [code.operands[0].name] if code.name == "STORE" else self.overwritten(code.operands[0])
+            ):
                 bit = self.bit(name)
                 others = live[i + 1] & ~bit & ~(copied if code.name == "STORE" else 0)
                 found[bit] = found.get(bit, 0) | others
