@@ -4,6 +4,32 @@
 
 namespace functions {
 
+// Each is the polynomial of its length that comes closest to its function for y from 0 to 1, times 2^31.
+extern const uint32_t kSine[] PROGMEM = {  // sin(z pi/2) / z, y = z^2, within 7e-9
+    0x0004f85f, 0x009929ad, 0x0a33478f, 0x52aef0c7, 0xc90fda94};
+extern const uint32_t kPower[] PROGMEM = {  // 2^-y, within 2e-9
+    0x0003961a, 0x0029cef5, 0x0139ed03, 0x071a5567, 0x1ebfac27, 0x58b90ae2, 0x80000000};
+extern const uint32_t kLog[] PROGMEM = {  // log(1 + u) / u, u = y sqrt(1/2) - (1 - sqrt(1/2)), within 3e-8
+    0x00b77f39, 0x040380d8, 0x0a94bafc, 0x126e6dab, 0x19d5ad83, 0x21e3bbf4, 0x2e344b96, 0x475d0e63, 0x9775986a};
+extern const uint32_t kAtan[] PROGMEM = {  // atan(z) / z, y = z^2, within 2e-8
+    0x005f247f, 0x02158ebe, 0x05824ecd, 0x09a4a14e, 0x0da35297, 0x122f64a2, 0x199752ed, 0x2aaa9696, 0x80000000};
+extern const uint32_t kAsin[] PROGMEM = {  // asin(z) / z, y = 1 - 4 z^2, within 5e-9
+    0x00015db8, 0x0009e142, 0x00312f2e, 0x00ff6b40, 0x06e1515d, 0x860a91b8};
+extern const uint32_t kExpm1[] PROGMEM = {  // (e^x - 1) / x, y = 1/2 - x, within 4e-9
+    0x00068d74, 0x0041868f, 0x019c4ca5, 0x07fa746f, 0x1f2e54be, 0x59ed6492, 0xa61298db};
+
+namespace {
+
+constexpr uint8_t kOne = 127;  // exponent of 1
+constexpr uint32_t kQuarter = 0x40000000UL;  // of a turn
+
+template <uint8_t terms>
+uint32_t of(uint32_t y, const uint32_t (&table)[terms]) {
+  return series(y, table, terms);
+}
+
+}  // namespace
+
 #ifndef __AVR__
 
 namespace {
@@ -66,53 +92,16 @@ float times(float x, uint32_t f) {
   return assembled(fraction(mantissa(x), f), static_cast<int16_t>(exponent(x) + 1), sign_of(x));
 }
 
-#endif
-
-namespace {
-
-// Each is the polynomial of its length that comes closest to its function for y from 0 to 1, times 2^31.
-const uint32_t kSine[] PROGMEM = {  // sin(z pi/2) / z, y = z^2, within 7e-9
-    0x0004f85f, 0x009929ad, 0x0a33478f, 0x52aef0c7, 0xc90fda94};
-const uint32_t kPower[] PROGMEM = {  // 2^-y, within 2e-9
-    0x0003961a, 0x0029cef5, 0x0139ed03, 0x071a5567, 0x1ebfac27, 0x58b90ae2, 0x80000000};
-const uint32_t kLog[] PROGMEM = {  // log(1 + u) / u, u = y sqrt(1/2) - (1 - sqrt(1/2)), within 3e-8
-    0x00b77f39, 0x040380d8, 0x0a94bafc, 0x126e6dab, 0x19d5ad83, 0x21e3bbf4, 0x2e344b96, 0x475d0e63, 0x9775986a};
-const uint32_t kAtan[] PROGMEM = {  // atan(z) / z, y = z^2, within 2e-8
-    0x005f247f, 0x02158ebe, 0x05824ecd, 0x09a4a14e, 0x0da35297, 0x122f64a2, 0x199752ed, 0x2aaa9696, 0x80000000};
-const uint32_t kAsin[] PROGMEM = {  // asin(z) / z, y = 1 - 4 z^2, within 5e-9
-    0x00015db8, 0x0009e142, 0x00312f2e, 0x00ff6b40, 0x06e1515d, 0x860a91b8};
-const uint32_t kExpm1[] PROGMEM = {  // (e^x - 1) / x, y = 1/2 - x, within 4e-9
-    0x00068d74, 0x0041868f, 0x019c4ca5, 0x07fa746f, 0x1f2e54be, 0x59ed6492, 0xa61298db};
-
-template <uint8_t terms>
-uint32_t of(uint32_t y, const uint32_t (&table)[terms]) {
-  return series(y, table, terms);
-}
-
-constexpr float kHalfPi = 1.5707963267948966f;
-constexpr float kPi = 3.1415926535897932f;
-constexpr float kLog2 = 0.69314718055994531f;
-constexpr uint8_t kOne = 127;  // exponent of 1
-
-// Below 2^-12 sin, tan, asin and atan are x, to the last bit but one.
-bool is_small(float x) { return exponent(x) < kOne - 12; }
-
-bool is_nan(float x) { return (bits(x) & ~kSign) > 0x7f800000UL; }
-
-// Turns in 2^-32, without the whole ones.
 uint32_t phase_of(float x) {
   const uint32_t m = moved(fraction(mantissa(x), 0xa2f9836eUL), static_cast<int16_t>(exponent(x)) - kOne - 1);
   return is_negative(x) ? 0 - m : m;
 }
-
-constexpr uint32_t kQuarter = 0x40000000UL;
 
 float sine_of(uint32_t phase) {
   const uint32_t z = (phase & kQuarter ? ~phase : phase) << 2;
   return assembled(fraction(z, of(fraction(z, z), kSine)), kOne, static_cast<uint8_t>(phase >> 24));
 }
 
-// e^x 2^more
 float exp_times(float x, int8_t more) {
   if (is_nan(x)) return x;
   if (exponent(x) >= kOne + 7) return is_negative(x) ? 0.0f : INFINITY;
@@ -123,6 +112,36 @@ float exp_times(float x, int8_t more) {
   if (is_negative(x)) return assembled(of(part, kPower), kOne - whole + more, 0);
   return assembled(of(0 - part, kPower), kOne + 1 + whole + more, 0);
 }
+
+Division divided(float a, float b) {
+  if (!is_finite(a) || is_nan(b)) return {0, NAN};
+  const int16_t places = static_cast<int16_t>(exponent(a)) - exponent(b);
+  if (places < 0 || is_zero(a)) return {0, a};
+  if (places >= 24) return {kBeyond, signed_as(0.0f, a)};
+  const uint32_t divisor = mantissa(b) >> 8;
+  uint32_t rest = mantissa(a) >> 8, quotient = 0;
+  for (int8_t n = static_cast<int8_t>(places);; n--) {
+    quotient <<= 1;
+    if (rest >= divisor) {
+      rest -= divisor;
+      quotient++;
+    }
+    if (n == 0) break;
+    rest <<= 1;
+  }
+  return {quotient, assembled(rest << 8, exponent(b), sign_of(a))};
+}
+
+#endif
+
+namespace {
+
+constexpr float kHalfPi = 1.5707963267948966f;
+constexpr float kPi = 3.1415926535897932f;
+constexpr float kLog2 = 0.69314718055994531f;
+
+// Below 2^-12 sin, tan, asin and atan are x, to the last bit but one.
+bool is_small(float x) { return exponent(x) < kOne - 12; }
 
 // log(1 + u) / u in 2^-31, for u 2^32 with u from sqrt(1/2) - 1 to sqrt(2) - 1
 uint32_t log_slope(uint32_t u) {
@@ -152,33 +171,6 @@ uint32_t behind_point(float x) {
   for (uint8_t n = places & 7; n; n--) top <<= 1;
   const uint32_t mask = static_cast<uint8_t>(~top);
   return places < 8 ? mask : places < 16 ? mask << 8 | 0xff : mask << 16 | 0xffff;
-}
-
-struct Division {
-  float rest;         // signed as the dividend
-  uint32_t quotient;  // cut off
-};
-
-constexpr uint8_t kMostPlaces = 24;
-constexpr uint32_t kBeyond = 0xffffffffUL;  // in place of a quotient: the dividend is too many times as large
-
-Division divided(float a, float b) {
-  if (!is_finite(a) || is_nan(b)) return {NAN, 0};
-  const int16_t places = static_cast<int16_t>(exponent(a)) - exponent(b);
-  if (places < 0 || is_zero(a)) return {a, 0};
-  if (places > kMostPlaces) return {signed_as(0.0f, a), kBeyond};
-  const uint32_t divisor = mantissa(b) >> 8;
-  uint32_t rest = mantissa(a) >> 8, quotient = 0;
-  for (int8_t n = static_cast<int8_t>(places);; n--) {
-    quotient <<= 1;
-    if (rest >= divisor) {
-      rest -= divisor;
-      quotient++;
-    }
-    if (n == 0) break;
-    rest <<= 1;
-  }
-  return {assembled(rest << 8, exponent(b), sign_of(a)), quotient};
 }
 
 }  // namespace

@@ -31,6 +31,7 @@ inline uint8_t exponent(float x) {
 inline bool is_zero(float x) { return exponent(x) == 0; }
 inline bool is_finite(float x) { return exponent(x) != 255; }
 inline uint8_t sign_of(float x) { return static_cast<uint8_t>(bits(x) >> 24); }  // in bit 7
+inline bool is_nan(float x) { return (bits(x) & ~kSign) > 0x7f800000UL; }
 inline bool is_negative(float x) { return sign_of(x) & 0x80; }
 inline float negative(float x) { return number(bits(x) ^ kSign); }
 inline float magnitude(float x) { return number(bits(x) & ~kSign); }
@@ -68,13 +69,28 @@ float assembled(uint32_t m, int16_t e, uint8_t sign);
 // x times f / 2^31, for an x other than 0.
 float times(float x, uint32_t f);
 
+// Turns of an angle in 2^-32, without the whole ones; and their sine.
+uint32_t phase_of(float x);
+float sine_of(uint32_t phase);
+
+// e^x 2^more
+float exp_times(float x, int8_t more);
+
+struct Division {
+  uint32_t quotient;  // cut off
+  float rest;         // signed as the dividend
+};
+constexpr uint32_t kBeyond = 0xffffffffUL;  // in place of a quotient of 2^24 or more; the rest is 0 then
+
+Division divided(float a, float b);
+
 float sqrt(float x);
 float floor(float x);
 float ceil(float x);
 float trunc(float x);
 
-// Python's a // b, a % b and math.fmod(a, b), for a b other than 0. Where a is 2^32 times as large as b, a float32 says
-// nothing about the rest: it is 0.
+// Python's a // b, a % b and math.fmod(a, b), for a b other than 0. Where a is more than 2^24 times as large as b, a
+// float32 says nothing about the rest: it is 0.
 float floor_divide(float a, float b);
 float modulo(float a, float b);
 float remainder(float a, float b);

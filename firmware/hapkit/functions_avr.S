@@ -104,6 +104,7 @@ _ZN9functions5fixedEfa:
   sbci r21, 0
   rcall _ZN9functions5movedEmi
   brtc 1f
+negated:
   com r25
   com r24
   com r23
@@ -175,16 +176,235 @@ _ZN9functions5movedEmi:
   movw r22, r24
   ret
 
-; float times(float x, uint32_t f): x f / 2^31
-  .global _ZN9functions5timesEfm
-  .type _ZN9functions5timesEfm, @function
-_ZN9functions5timesEfm:
-  push r25
+; r25..r22 = |x| times the fraction r21..r18, in 2^-31 2^(r20 - 127).
+scaled:
   rcall split
   push r26
   rcall _ZN9functions8fractionEmm
   pop r20
   clr r21
+  ret
+
+; uint32_t phase_of(float x)
+  .global _ZN9functions8phase_ofEf
+  .type _ZN9functions8phase_ofEf, @function
+_ZN9functions8phase_ofEf:
+  push r25
+  ldi r18, 0x6e       ; 2 / pi
+  ldi r19, 0x83
+  ldi r20, 0xf9
+  ldi r21, 0xa2
+  rcall scaled
+  subi r20, 127 + 1
+  sbc r21, r21
+  rcall _ZN9functions5movedEmi
+  pop r26
+  sbrc r26, 7
+  rjmp negated
+  ret
+
+; float sine_of(uint32_t phase)
+  .global _ZN9functions7sine_ofEm
+  .type _ZN9functions7sine_ofEm, @function
+_ZN9functions7sine_ofEm:
+  push r25
+  sbrs r25, 6
+  rjmp 1f
+  com r25
+  com r24
+  com r23
+  com r22
+1:ldi r26, 2
+2:lsl r22
+  rol r23
+  rol r24
+  rol r25
+  dec r26
+  brne 2b
+  push r22
+  push r23
+  push r24
+  push r25
+  movw r18, r22
+  movw r20, r24
+  rcall _ZN9functions8fractionEmm
+  ldi r20, lo8(_ZN9functions5kSineE)
+  ldi r21, hi8(_ZN9functions5kSineE)
+  ldi r18, 5
+  rcall _ZN9functions6seriesEmPKmh
+  pop r21
+  pop r20
+  pop r19
+  pop r18
+  rcall _ZN9functions8fractionEmm
+  pop r18
+  ldi r20, 127
+  clr r21
+  rjmp _ZN9functions9assembledEmih
+
+; float exp_times(float x, int8_t more): e^x 2^more
+  .global _ZN9functions9exp_timesEfa
+  .type _ZN9functions9exp_timesEfa, @function
+_ZN9functions9exp_timesEfa:
+  mov r26, r24
+  lsl r26
+  mov r26, r25
+  rol r26
+  cpi r26, 127 + 7
+  brsh 4f
+  push r20
+  push r25
+  ldi r18, 0x29       ; log2(e) / 2
+  ldi r19, 0x3b
+  ldi r20, 0xaa
+  ldi r21, 0xb8
+  rcall scaled
+  subi r20, 127 + 6
+  sbc r21, r21
+  rcall _ZN9functions5movedEmi
+  mov r27, r25        ; whole places, and the rest of one, rounded
+  mov r25, r24
+  mov r24, r23
+  mov r23, r22
+  ldi r22, 128
+  ldi r20, 127
+  clr r21
+  pop r26
+  sbrc r26, 7
+  rjmp 2f
+  rcall negated
+  sec
+  adc r20, r27
+  adc r21, r1
+  rjmp 3f
+2:sub r20, r27
+  sbc r21, r1
+3:pop r26
+  add r20, r26
+  adc r21, r1
+  sbrc r26, 7
+  dec r21
+  push r20
+  push r21
+  ldi r20, lo8(_ZN9functions6kPowerE)
+  ldi r21, hi8(_ZN9functions6kPowerE)
+  ldi r18, 7
+  rcall _ZN9functions6seriesEmPKmh
+  pop r21
+  pop r20
+  clr r18
+  rjmp _ZN9functions9assembledEmih
+4:mov r26, r24        ; no number stays so; else infinite, or nothing
+  lsl r26
+  brcc 5f
+  or r26, r23
+  or r26, r22
+  breq 5f
+  mov r26, r25
+  lsl r26
+  cpi r26, 0xfe
+  breq 6f
+5:mov r26, r25
+  clr r22
+  clr r23
+  ldi r24, 0x80
+  ldi r25, 0x7f
+  sbrs r26, 7
+6:ret
+  clr r24
+  clr r25
+  ret
+
+; Division divided(float a, float b): the quotient in r21..r18, the rest in r25..r22
+  .global _ZN9functions7dividedEff
+  .type _ZN9functions7dividedEff, @function
+_ZN9functions7dividedEff:
+  mov r26, r24
+  lsl r26
+  mov r26, r25
+  rol r26
+  mov r27, r20
+  lsl r27
+  mov r27, r21
+  rol r27
+  cpi r26, 0xff
+  breq 7f
+  cpi r27, 0xff
+  breq 6f
+  mov r30, r26
+  sub r30, r27
+  brlo 5f
+  cpi r30, 24
+  brsh 8f
+  push r25
+  rcall split         ; r25 r24 r23 against r20 r19 r18; the quotient's bits, inverted, go to r31 r21 r22
+  ori r20, 0x80
+  ldi r22, 0xff
+  ldi r21, 0xff
+  ldi r31, 0xff
+1:cp r23, r18
+  cpc r24, r19
+  cpc r25, r20
+  brlo 3f
+2:sub r23, r18
+  sbc r24, r19
+  sbc r25, r20
+  clc
+3:rol r22
+  rol r21
+  rol r31
+  dec r30
+  brmi 4f
+  lsl r23
+  rol r24
+  rol r25
+  brcc 1b
+  rjmp 2b
+4:com r22
+  com r21
+  com r31
+  pop r18
+  push r31
+  push r21
+  push r22
+  clr r22
+  mov r20, r27
+  clr r21
+  rcall _ZN9functions9assembledEmih
+  pop r18
+  pop r19
+  pop r20
+  clr r21
+  ret
+6:lsl r20             ; by infinity, or no number
+  or r20, r19
+  or r20, r18
+  brne 7f
+5:clr r18             ; it is the rest itself
+  clr r19
+  movw r20, r18
+  ret
+7:ldi r24, 0xc0
+  ldi r25, 0x7f
+  rjmp 5b
+8:ldi r18, 0xff
+  ldi r19, 0xff
+  movw r20, r18
+  mov r26, r25
+  clr r22
+  clr r23
+  clr r24
+  ldi r25, 0
+  bst r26, 7
+  bld r25, 7
+  ret
+
+; float times(float x, uint32_t f): x f / 2^31
+  .global _ZN9functions5timesEfm
+  .type _ZN9functions5timesEfm, @function
+_ZN9functions5timesEfm:
+  push r25
+  rcall scaled
   subi r20, -1
   pop r18
 
