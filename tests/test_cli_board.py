@@ -1,8 +1,12 @@
 """Computer or board on the command line."""
 
+import json
 import os
+import threading
+import time
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,15 +16,20 @@ from hapkit_studio.devices import flash
 from hapkit_studio.devices.base import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.probing import probe
-from hapkit_studio.devices.virtual_board import built
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.haptics import rig
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.faults import Fault
+from hapkit_studio.haptics.health import Link
 from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import FakeKit
+from tests.devices.slow_line import SlowLine
 from tests.lateness import ATTEMPTS
 from tests.test_cli import as_json, run
+
+needs_board = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 
 
 @pytest.mark.parametrize(
@@ -196,22 +205,64 @@ def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("rate", "wish", "got", "said"),
+    ("rate", "wish", "said"),
     [
-        (1000.0, 4000.0, 2.0, ["The board renders at 1,000 Hz, not at 4,000 Hz"]),
-        (1000.0, 1000.0, 2.0, []),
-        (4000.0, None, 1.82, []),
-        (4000.0, None, 1.0, ["Only 1.00 s of samples came in 2 s"]),
+        (1000.0, 4000.0, ["The board renders at 1,000 Hz, not at 4,000 Hz"]),
+        (1000.0, 1000.0, []),
+        (None, 1000.0, []),
+        (4000.0, None, []),
     ],
 )
-def test_less_than_was_wished_is_said(rate, wish, got, said):
-    found = rendered.remarks({"board": {"rate_Hz": rate}}, wish, 2.0, got)
-    assert len(found) == len(said)
-    assert all(line.startswith(words) for line, words in zip(found, said, strict=True))
+def test_a_slower_rate_than_was_wished_is_said(rate, wish, said):
+    found = {"board": {"rate_Hz": rate}, "link": {"without_force_s": 0.0}}
+    lines = rendered.remarks(Engine(SimulatedHapkit(), realtime=False), found, wish)
+    assert [line.split(":")[0] for line in lines] == said
+
+
+QUIET = Link(
+    lost_frames=0, crc_errors=0, board_errors=0, stale_forces=0, no_sample=0, away=0, held_up=0, cut=0
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"no_sample": 2}, "The line brought no sample for 20 ms: 2 times."),
+        ({"away": 1}, "This computer was busy elsewhere for 20 ms."),
+        ({"held_up": 1}, "The law held the loop up for 20 ms."),
+        ({"cut": 3}, "The board switched its motor off, as forces came too late or not at all: 3 times."),
+    ],
+)
+def test_time_without_force_is_said_with_its_cause(change, said):
+    assert rendered.reasons(replace(QUIET, **change)) == [said]
+
+
+class Counted:
+    """What a run asks of an engine whose link did so."""
+
+    def __init__(self, device, **counts):
+        self.device, self.counts = device, counts
+
+    def health(self):
+        return SimpleNamespace(link=replace(QUIET, **self.counts))
+
+
+@pytest.mark.parametrize(
+    ("device", "counts", "why"),
+    [
+        (HapkitBoard("x"), {"away": 1}, "this computer was busy elsewhere"),
+        (HapkitBoard("x"), {"no_sample": 1}, "the line brought no more"),
+        (VirtualBoard(), {}, "this computer is too busy for the virtual board, which falls behind"),
+    ],
+)
+def test_too_few_samples_are_blamed_on_what_it_was(device, counts, why):
+    engine = Counted(device, **counts)
+    assert rendered.too_few(engine, 2.0, 1.82) == []
+    assert rendered.too_few(engine, 2.0, 1.0) == [f"Only 1.00 s of samples came in 2 s; {why}."]
 
 
 @pytest.mark.alone
-@pytest.mark.skipif(not built(), reason="the virtual board is not built")
+@needs_board
 def test_the_board_renders_and_answers_sooner(capsys):
     for left in reversed(range(ATTEMPTS)):
         found = as_json(
@@ -225,3 +276,76 @@ def test_the_board_renders_and_answers_sooner(capsys):
     assert found["board"]["rate_Hz"] == 4000.0
     assert found["board"]["stiffness_limit"] > 2.0 * found["computer"]["stiffness_limit"]
     assert found["board_overruns"] == 0
+    assert found["link"]["stale_forces"] == 0
+
+
+@pytest.fixture
+def line():
+    """Return a maker of a line with a delay of so many s to the virtual board and from it, and its path."""
+    made = []
+
+    def make(to, back):
+        board = VirtualBoard(options=["--stop", "0.05"])
+        board.start()
+        made.append((board, SlowLine(board.port, to, back)))
+        return made[-1]
+
+    yield make
+    for board, slow in made:
+        slow.close()
+        board.end()
+
+
+@needs_board
+def test_a_link_too_slow_for_the_computer_is_said_and_the_board_renders(capsys, line):
+    board, slow = line(0.016, 0.016)
+    board.send("hand 0.010 400 8 0.1 0.3")
+    words = ("run", "spring", "-p", "stiffness=120", "--device", slow.path, "--seconds", "3", "--json")
+    code, out, _ = run(capsys, *words)
+    found = json.loads(out)
+    assert code == 2
+    assert found["seconds"] < 1.5
+    assert found["peak_force"] == 0.0
+    assert "the board obeys none after 25 ms. Force is zero. Let the board render" in found["faults"][0]
+    threading.Timer(2.5, board.send, ["hand -0.010 400 8 0.1 0.3"]).start()
+    found = as_json(capsys, *words[:-1], "--render", "board")
+    assert not found["faults"]
+    assert found["peak_force"] > 0.5
+    assert found["link"]["without_force_s"] == 0.0
+
+
+@needs_board
+def test_a_spring_too_stiff_for_the_delay_is_said_at_once_and_in_the_result(capsys, line):
+    _, slow = line(0.005, 0.005)
+    _, out, err = run(
+        capsys, "run", "spring", "-p", "stiffness=300", "--device", slow.path, "--seconds", "1.5", "--json"
+    )
+    words = "300 N/m are in force: it may swing. Lower the stiffness, or let the board render."
+    assert words in err
+    assert any(words in said for said in json.loads(out)["warnings"])
+
+
+@needs_board
+def test_held_back_words_push_nobody_and_are_counted(capsys, line):
+    """Bytes to the board are held back for 0.4 s while the handle is led through the spring's centre."""
+    board, slow = line(0.0, 0.0)
+
+    def hold():
+        board.send("hand 0.012 400 8 0.1 0.3")
+        time.sleep(2.0)
+        slow.held = True
+        board.send("hand -0.012 400 8 0.1 0.3")
+        time.sleep(0.4)
+        slow.held = False
+
+    holding = threading.Thread(target=hold)
+    holding.start()
+    found = as_json(capsys, "run", "spring", "--device", slow.path, "--seconds", "4")
+    holding.join()
+    assert not found["faults"]
+    link = found["link"]
+    assert link["stale_forces"] > 0
+    assert link["motor_off"]["board_watchdog"] >= 1
+    assert link["motor_off"]["computer_busy"] == 0
+    assert 0.3 < link["without_force_s"] < 1.5
+    assert any("The board switched its motor off" in said for said in found["warnings"])

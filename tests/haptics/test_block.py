@@ -14,30 +14,35 @@ WANTED = 5000
 
 
 @compiled
-def publish_same(values, words, new_values, new_words, k):
+def publish_same(values, words, program, new_values, new_words, new_program, k):
     """Publish a block whose every number is k."""
     for i in range(block.VALUES):
         new_values[i] = k
     for i in range(1, block.WORDS):
         new_words[i] = k
+    for i in range(block.PROGRAM_WORDS):
+        new_program[i] = k
     new_words[block.N_PARAMS] = 0
-    block.publish(values, words, new_values, new_words)
+    block.publish(values, words, program, new_values, new_words, new_program)
 
 
 @compiled
-def hammer(values, words, new_values, new_words, control):
+def hammer(values, words, program, new_values, new_words, new_program, control):
     """Publish, counting up, with rests of any length between, until told to stop."""
     k = 1
     while load_acquire(control, STOP) == 0:
         k += 1
-        publish_same(values, words, new_values, new_words, k)
+        publish_same(values, words, program, new_values, new_words, new_program, k)
         for _ in range(k * 37 % 251):
             load_acquire(control, STOP)
 
 
 @compiled
-def is_whole(values, words):
+def is_whole(values, words, program):
     """Return whether a block's numbers are all the same."""
+    for i in range(block.PROGRAM_WORDS):
+        if program[i] != values[0]:
+            return False
     for i in range(block.VALUES):
         if values[i] != values[0]:
             return False
@@ -48,14 +53,14 @@ def is_whole(values, words):
 
 
 @compiled
-def listen(values, words, copy_values, copy_words, wanted):
+def listen(values, words, program, copy_values, copy_words, copy_program, wanted):
     """Take so many blocks; return how many were torn, and how many older than one before."""
     torn = backwards = 0
     newest = 0.0
     while wanted > 0:
-        if block.take(values, words, copy_values, copy_words):
+        if block.take(values, words, program, copy_values, copy_words, copy_program):
             wanted -= 1
-            torn += not is_whole(copy_values, copy_words)
+            torn += not is_whole(copy_values, copy_words, copy_program)
             backwards += copy_values[0] < newest
             newest = copy_values[0]
     return torn, backwards
@@ -69,7 +74,7 @@ def adopt_many(r, wanted):
     while wanted > 0:
         r.real[rig.BLEND] = 1.0
         settings.adopt(r, 0.0)
-        torn += not is_whole(r.values, r.words)
+        torn += not is_whole(r.values, r.words, r.program)
         wanted -= r.values[0] != last
         last = r.values[0]
     return torn
@@ -110,6 +115,17 @@ def test_the_newest_block_wins(shared):
     copy = block.new_block()
     assert block.take(*shared, *copy)
     assert copy[0][0] == 5.0
+
+
+def test_a_law_for_the_board_is_copied_where_it_is_another_one(shared):
+    copy = block.new_block()
+    assert block.take(*shared, *copy)
+    copy[2][:] = -1
+    assert block.take(*shared, *copy)
+    assert (copy[2] == -1).all()
+    publish_same(*shared, *block.new_block(), 2)
+    assert block.take(*shared, *copy)
+    assert (copy[2] == 2).all()
 
 
 def test_a_reader_does_not_wait_for_a_writer(shared):

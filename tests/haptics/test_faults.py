@@ -37,9 +37,35 @@ def words(code, value=0.0, position=0.0, line=0, **wanted):
         (rig.LAW_FUEL, {"line": 3}, "Fault: line 3 of the law does not come to an end. Force is zero."),
         (
             rig.STALE_SENSOR,
-            {"value": 0.020},
-            "Fault: no sensor frame for 20 ms, three times in 10 s. Force is zero.",
+            {"value": rig.NO_SAMPLE},
+            "Fault: no sensor frame for 20 ms, three times in 10 s. Force is zero. Cable or hub loose?",
         ),
+        (
+            rig.STALE_SENSOR,
+            {"value": rig.AWAY},
+            "Fault: this computer was busy elsewhere for 20 ms, three times in 10 s. Force is zero. Close",
+        ),
+        (
+            rig.STALE_SENSOR,
+            {"value": rig.HELD_UP},
+            "Fault: the law held the loop up for 20 ms, three times in 10 s. Force is zero. Simplify the law",
+        ),
+        (
+            rig.STALE_SENSOR,
+            {"value": rig.CUT},
+            "Fault: the board switched its motor off: forces came too late or not at all, three times",
+        ),
+        (
+            rig.SLOW_LAW,
+            {"value": 1.352e-3, "position": 1e-3},
+            "Fault: the law takes 1.35 ms, a period 1.00 ms. Force is zero. Simplify the law",
+        ),
+        (
+            rig.SLOW_LINK,
+            {"value": 0.0334, "position": 0.025},
+            "Fault: 33 ms from a sample to its force; the board obeys none after 25 ms. Force is zero. Let",
+        ),
+        (rig.SLOW_LINK, {"value": 0.0656, "position": 0.025}, "Fault: more than 66 ms from a sample"),
         (rig.RUNAWAY, {"value": 10_000.0}, "Fault: this machine cannot keep 10000 Hz. Force is zero."),
         (rig.DEVICE_GONE, {}, "The device is gone. Force is zero."),
     ],
@@ -51,7 +77,7 @@ def test_every_fault_has_its_words(code, given, said):
 def test_every_code_is_described():
     bench = Bench(CONSTANT)
     assert faults.describe(rig.NO_FAULT, bench.r) is None
-    for code in range(rig.NOT_A_NUMBER, rig.RUNAWAY + 1):
+    for code in range(rig.NOT_A_NUMBER, rig.SLOW_LINK + 1):
         assert faults.describe(code, bench.r).text
 
 
@@ -91,6 +117,6 @@ def test_a_speed_is_written_so_that_it_is_above_its_limit(speed, said):
 def test_no_two_reasons_share_a_code():
     codes = [
         *(rig.NO_FAULT, rig.NOT_A_NUMBER, rig.LAW_INDEX, rig.LAW_FUEL, rig.LAW_DIVISION),
-        *(rig.OVER_SPEED, rig.STALE_SENSOR, rig.DEVICE_GONE, rig.RUNAWAY),
+        *(rig.OVER_SPEED, rig.STALE_SENSOR, rig.DEVICE_GONE, rig.RUNAWAY, rig.SLOW_LAW, rig.SLOW_LINK),
     ]
     assert len(set(codes)) == len(codes)

@@ -141,7 +141,7 @@ def recovered(out):
 def test_a_silent_sensor_recovers_by_itself_after_100_ms():
     bench = Bench(CONSTANT)
     bench.tick()
-    tick.mark_stale(bench.r, 100.0)
+    tick.mark_stale(bench.r, 100.0, rig.NO_SAMPLE)
     assert bench.r.real[rig.APPLIED] == 0.0
     assert recovered(bench.ticks(0.2)) in (100, 101)
     assert bench.r.control[rig.STALE_COUNT] == 1
@@ -152,7 +152,7 @@ def test_frames_that_trickle_are_no_recovery():
     bench = Bench(CONSTANT)
     bench.tick()
     for k in range(20):
-        tick.mark_stale(bench.r, 100.0 + 0.025 * k)
+        tick.mark_stale(bench.r, 100.0 + 0.025 * k, rig.NO_SAMPLE)
         assert bench.tick(period=0.025)[rows.APPLIED] == 0.0
     assert bench.r.control[rig.STALE_COUNT] == 1
     assert recovered(bench.ticks(0.2)) in (99, 100)
@@ -161,7 +161,7 @@ def test_frames_that_trickle_are_no_recovery():
 def test_lost_frames_are_not_good_frames():
     bench = Bench(CONSTANT)
     bench.tick()
-    tick.mark_stale(bench.r, 100.0)
+    tick.mark_stale(bench.r, 100.0, rig.NO_SAMPLE)
     bench.tick(period=0.151)
     assert recovered(bench.ticks(0.2)) in (99, 100)
 
@@ -185,7 +185,7 @@ def test_three_silences_in_ten_seconds_latch(times, latches):
     bench.tick()
     for k, when in enumerate(times):
         assert latched(bench) == rig.NO_FAULT
-        tick.mark_stale(bench.r, 100.0 + when)
+        tick.mark_stale(bench.r, 100.0 + when, rig.NO_SAMPLE)
         last = k == len(times) - 1
         assert latched(bench) == (rig.STALE_SENSOR if latches and last else rig.NO_FAULT)
         out = bench.ticks(0.15)

@@ -138,7 +138,7 @@ def test_settings_are_accepted_once_in_force():
 def test_a_block_in_writing_is_left_for_the_next_tick():
     bench = Bench(CONSTANT, level(1.0))
     bench.ticks(0.002)
-    values, words = bench.block
+    values, words, _ = bench.block
     before = bench.r.values.copy()
     values[:], words[block.SEQUENCE] = np.nan, words[block.SEQUENCE] + 1
     assert bench.tick()[rows.ASKED] == 1.0
