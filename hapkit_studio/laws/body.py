@@ -57,7 +57,10 @@ class Body(Expressions):
 
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.stmt:
         subset.check_operator(node)
-        new = self._arithmetic(self.visit(node.target), node.op, self.visit(node.value), node.lineno)
+        before = self.visit(node.target)
+        if isinstance(before, ast.Name):
+            before = ast.Name(before.id, ast.Load())
+        new = self._arithmetic(before, node.op, self.visit(node.value), node.lineno)
         return ast.Assign([self._target(node.target)], new, lineno=node.lineno)
 
     def visit_If(self, node: ast.If) -> ast.stmt:
