@@ -5,6 +5,7 @@ import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import machine, specialise
@@ -212,11 +213,11 @@ class _Section:
             self.put("RETURN")
         self.tidy()
 
-    def put(self, name: str, *operands: object, mask: int = 0) -> None:
+    def put(self, name: str, *operands: Any, mask: int = 0) -> None:
         self.code.append(Code(name, operands, mask, self._line))
         if name in _FORWARD:
             aim = operands[-1]
-            self._brought[aim] = self._brought.get(aim, self._held) & self._held  # type: ignore[index, arg-type]
+            self._brought[aim] = self._brought.get(aim, self._held) & self._held
         if name not in _KEEPING:
             self._held = set()
 
