@@ -19,6 +19,9 @@ from hapkit_studio.gui.window import MainWindow
 
 FIRST_SIZE = QSize(1440, 900)
 LOOK_MS = 50
+SWITCH_SECONDS = 0.5e-3
+"""s after which one thread lets another have its turn. A law is translated for the board in a thread: with
+Python's 5 ms a picture meanwhile took 0.7 s, so 0.09 s."""
 
 
 def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> int:
@@ -30,6 +33,7 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
     application = QApplication.instance() or QApplication(["hapkit-studio"])
     assert isinstance(application, QApplication)
     application.setApplicationName("hapkit-studio")
+    sys.setswitchinterval(SWITCH_SECONDS)
     application.setApplicationDisplayName("Hapkit Studio")
     theme.mode = options.theme or str(QSettings("hapkit-studio", "hapkit-studio").value("theme", "system"))
     theme.apply(application)

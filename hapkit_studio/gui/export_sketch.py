@@ -146,7 +146,7 @@ class ExportSheet(FormSheet):
 def connected_kit(studio: Studio) -> Kit | None:
     """Return the kit of the board in use, as its settings say; None where nobody says."""
     driver = studio.engine.driver if studio.engine is not None else None
-    if driver is None or driver.offer is None:
+    settings = driver.offer.settings if driver is not None and driver.offer is not None else None
+    if settings is None:
         return None
-    settings = driver.offer.settings
     return Kit(profiles.of_settings(settings), settings.origin in (Origin.STORED, Origin.UNSAVED))

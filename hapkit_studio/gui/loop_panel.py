@@ -37,7 +37,7 @@ GRIP = Choice(
 CONTROLLER = "Adds damping only while the scene gives energy."
 UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
 _ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 885
-_ROOM_FOR_WAYS = 245
+_ROOM_FOR_WAYS = 262
 """What the switch, its facts and a longer verdict take in addition, where there is a board."""
 _LEAST_TARGET = 24
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}

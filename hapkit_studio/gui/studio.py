@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.gui.connector import Build, build_engine
 from hapkit_studio.gui.linked import Linked
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.faults import Fault
+    from hapkit_studio.haptics.health import Health
+
+ANSWER_MS = 30
+"""How often it is looked for what the board says to a law that is being translated for it."""
 
 
 class Studio(Linked):
@@ -32,6 +36,11 @@ class Studio(Linked):
         self.loop = LoopWish()
         self.grip = "medium"
         self.stopped = False
+        self._board_said: tuple = ()
+        self._answer = QTimer(self, interval=ANSWER_MS, singleShot=True)
+        self._answer.timeout.connect(self._hear_board)
+        for changed in (self.values_changed, self.loop_changed, self.engine_changed):
+            changed.connect(self._answer.start)
 
     # loop and hand
 
@@ -90,6 +99,23 @@ class Studio(Linked):
             self.engine.clear_fault()
 
     # devices
+
+    def note_health(self, health: "Health") -> None:
+        super().note_health(health)
+        self._hear_board()  # it may have refused what it was sent
+
+    def _hear_board(self) -> None:
+        """Tell that the loop is another one as soon as it is known how the board would render, or why not."""
+        engine = self.engine
+        if engine is None or engine.device.simulated:
+            return
+        way, refusal = engine.offered_way, engine.board_refusal()
+        said = (way and (way.rate, way.share), refusal)
+        if way is None and not refusal:
+            self._answer.start()
+        elif said != self._board_said:
+            self._board_said = said
+            self.loop_changed.emit()
 
     @property
     def simulated(self) -> bool:

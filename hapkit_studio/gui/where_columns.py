@@ -11,7 +11,7 @@ _SHEET = 'QLabel[on="true"] { color: @accent; font-weight: 650; } QLabel { font-
 
 
 class Facts(QWidget):
-    """Four rows of two columns, the way that renders in the accent."""
+    """A row for each fact, two columns, the way that renders in the accent."""
 
     def __init__(self) -> None:
         super().__init__()

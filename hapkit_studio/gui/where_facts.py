@@ -9,11 +9,12 @@ from hapkit_studio.gui.theme import number
 if TYPE_CHECKING:
     from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.haptics.board_offer import Wish
     from hapkit_studio.haptics.delays import Measured
     from hapkit_studio.haptics.engine import Engine
 
 WAYS = COMPUTER, BOARD = "computer", "board"
-ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed"
+ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed", "Processor, %"
 HINTS = (
     "From a sample to its force in the motor's register, as the board measured it: mean and standard "
     "deviation of the last seconds",
@@ -21,18 +22,20 @@ HINTS = (
     "Stiffness limit: the exact boundary for a released handle at this delay, rate and velocity estimator, "
     "with the scene's own damping",
     "Ticks missed. Computer: answers that came too late. Board: ticks it had no time for, by its own count",
+    "Share of the board's processor that law, rest of the tick and telemetry take as a rule; up to 80",
 )
 UNKNOWN = "–"
 
 
 @dataclass(frozen=True)
 class Way:
-    """One way of rendering: delay and rate in Hz where known, ticks missed, what its limit is for."""
+    """One way of rendering: delay, rate in Hz and share of a processor where known, what its limit is for."""
 
     delay: "Measured | None"
     rate: float | None
     missed: int
     setting: "Setting | None"
+    share: float | None = None
 
 
 @dataclass(frozen=True)
@@ -70,14 +73,25 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     setting = Setting(device.mass, device.viscous, quantum=device.quantum)
     offered = engine.offered_way
     rates = engine.loop.rate, None if offered is None else float(offered.rate)
+    shares = None, None if offered is None else offered.share
     specs = studio.loop.spec, board_offer.spec_on_board(studio.loop.spec)
     found = []
-    for where, rate, spec in zip(WAYS, rates, specs, strict=True):
+    for where, rate, spec, share in zip(WAYS, rates, specs, shares, strict=True):
         delay, own = _steady(engine, where), None
         if delay is not None and rate is not None:
             own = _own(setting, rate, delay.mean, spec)
-        found.append(Way(delay, rate, engine.missed_of(where), own))
+        found.append(Way(delay, rate, engine.missed_of(where), own, share))
     return found[0], found[1]
+
+
+def wish(studio: "Studio") -> "Wish":
+    """Return what the board is asked for, in the words of its offer."""
+    from hapkit_studio.haptics import board_offer
+
+    engine = studio.engine
+    assert engine is not None
+    quantum, rate = engine.device.quantum, studio.loop.board_rate
+    return board_offer.Wish(engine.environment, dict(engine.values), engine.loop.estimator, quantum, rate)
 
 
 def _steady(engine: "Engine", where: str) -> "Measured | None":
@@ -99,7 +113,8 @@ def cells(way: Way, limit: float | None) -> tuple[str, ...]:
         delay = f"{number(1e3 * way.delay.mean, 2)} ± {number(1e3 * way.delay.spread, 2)}"
     stiffness = UNKNOWN if limit is None or way.setting is None else number(limit, 0)
     rate = UNKNOWN if way.rate is None else f"{way.rate:,.0f}"
-    return delay, rate, stiffness, f"{way.missed:,d}"
+    share = UNKNOWN if way.share is None else number(100.0 * way.share, 0)
+    return delay, rate, stiffness, f"{way.missed:,d}", share
 
 
 def short(way: Way, limit: float | None) -> tuple[str, str]:

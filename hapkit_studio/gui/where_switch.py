@@ -20,11 +20,14 @@ from hapkit_studio.gui.where_facts import (
     short,
     solve,
     ways,
+    wish,
 )
 from hapkit_studio.parameters import Choice
 
 if TYPE_CHECKING:
+    from hapkit_studio.analysis.cheaper import Answer, Cheaper, Question
     from hapkit_studio.gui.where_facts import Way
+    from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
 TIP = (
@@ -38,6 +41,12 @@ RATE = Choice(
 )  # fmt: skip
 
 
+def _find(question: "Question") -> "Answer":
+    from hapkit_studio.analysis import cheaper  # off the first picture's way
+
+    return cheaper.find(question)
+
+
 class WhereSwitch(QWidget):
     """Shown for devices with a board. ``compare``: a person wants both ways, one after the other."""
 
@@ -49,6 +58,9 @@ class WhereSwitch(QWidget):
         self._worker = MarginWorker(solve, self)
         self._worker.answered.connect(self._take)
         self._found: Found | None = None
+        self._finder = MarginWorker(_find, self)
+        self._finder.answered.connect(self._take_cheaper)
+        self._cheaper: Cheaper | None = None
         self.label = QLabel("Rendered by")
         self.label.setToolTip(TIP)
         self.switch = Segmented("Rendered by", NAMES)
@@ -59,6 +71,8 @@ class WhereSwitch(QWidget):
         self.rate.changed.connect(lambda _key, index: self._set(board_rate=_rate(int(index))))
         self.button = QPushButton("Compare both")
         self.button.clicked.connect(self.compare)
+        self.instead = QPushButton()
+        self.instead.clicked.connect(self._use_cheaper)
         self.note.setProperty("role", "hint")
         self.note.setWordWrap(True)
         self._told = self._refusal = ""
@@ -80,12 +94,11 @@ class WhereSwitch(QWidget):
         self.show_state()
 
     def note_health(self, _health: "Health") -> None:
-        """Take over what was measured lately, and what the board has said since."""
+        """Take over what was measured lately."""
+        self._look()
         engine = self._studio.engine
-        if engine is not None and engine.board_refusal() != self._refusal:
-            self.show_state()
-        else:
-            self._look()
+        if engine is not None and not self.isHidden():
+            self._look_for_cheaper(engine)
 
     def set_busy(self, words: str) -> None:
         """Say what goes on while both ways are compared; nothing ends it."""
@@ -99,17 +112,23 @@ class WhereSwitch(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show who renders, and why the board cannot where it cannot."""
+        """Show who renders, and why the board cannot where it cannot; until that is known, as it was."""
         engine = self._studio.engine
         board = engine is not None and not engine.device.simulated
         self.setVisible(board)
         if engine is None or not board:
+            self._refusal, self._cheaper, self._ways = "", None, None
             return
-        refusal = self._refusal = engine.board_refusal()
-        self.switch.show_index(WAYS.index(engine.where))
+        if _known(engine) and engine.board_refusal() != self._refusal:
+            self._refusal, self._cheaper = engine.board_refusal(), None
+        refusal, cheaper = self._refusal, self._cheaper
+        self.switch.show_index(0 if refusal else WAYS.index(engine.where))
         self.switch.button(1).setEnabled(not refusal)
         self.rate.show_value(_place(self._studio.loop.board_rate))
-        self.note.setText(refusal or self._told or self._remark(engine))
+        instead = f"{refusal} {cheaper.words}" if cheaper is not None else refusal
+        self.note.setText(instead or self._told or self._remark(engine))
+        self.instead.setVisible(cheaper is not None)
+        self.instead.setText(f"Use {cheaper.choice.word(cheaper.option)}" if cheaper is not None else "")
         able, compare = not refusal, self._studio.hand_is_ours
         self.facts.setVisible(able and not self._folded)
         self.lines.setVisible(able and self._folded)
@@ -117,14 +136,17 @@ class WhereSwitch(QWidget):
         self.button.setVisible(able and compare)
         self.note.setVisible(bool(self.note.text()))
         self._look()
+        self._look_for_cheaper(engine)
 
     def _remark(self, engine) -> str:
-        """Return what of the loop the board does not do."""
+        """Return what of the loop the board does not do, and what it takes where no table says so."""
         from hapkit_studio.haptics import board_offer
 
         loop, parts = self._studio.loop, []
         if engine.where != BOARD:
             return ""
+        if self._folded and engine.offered_way is not None:
+            parts.append(f"{100.0 * engine.offered_way.share:.0f} % of the board's processor.")
         if board_offer.spec_on_board(loop.spec) != loop.spec:
             parts.append("The board has no such velocity filter: Kalman in its place.")
         if loop.delay > 0.0:
@@ -136,6 +158,8 @@ class WhereSwitch(QWidget):
     def _look(self) -> None:
         engine = self._studio.engine
         if engine is None or self.isHidden() or not engine.renders_on_boards:
+            return
+        if self._ways is not None and not _known(engine):
             return
         self._ways = ways(self._studio)
         impedance = self._studio.environment.impedance
@@ -160,19 +184,38 @@ class WhereSwitch(QWidget):
             self.facts.show_way(column, cells(way, limit), where == engine.where)
             self.lines.show_way(column, short(way, limit), where == engine.where)
 
+    def _look_for_cheaper(self, engine: "Engine") -> None:
+        """Have something looked for that the board can render, where this law is too much for it."""
+        offer = engine.driver.offer if engine.driver is not None else None
+        if not self._refusal or offer is None:
+            self._finder.forget()
+        elif _known(engine) and isinstance(offer.known(wish(self._studio)), str):
+            from hapkit_studio.analysis.cheaper import Question
+
+            self._finder.ask(Question(offer, wish(self._studio)))
+
+    def _take_cheaper(self, answer: "Answer") -> None:
+        self._cheaper = answer.found
+        self.show_state()
+
     def _untell(self) -> None:
         if self._told and self.switch.isEnabled():
             self.tell("")
 
     def close_worker(self) -> None:
-        """End the worker's thread."""
+        """End the workers' threads."""
         self._worker.close()
+        self._finder.close()
 
     # what a person does
 
     def _choose(self, index: int) -> None:
         self._told = ""
         self._set(where=WAYS[index])
+
+    def _use_cheaper(self) -> None:
+        if self._cheaper is not None:
+            self._studio.set_value(self._cheaper.choice.key, float(self._cheaper.option))
 
     def _set(self, **change: object) -> None:
         try:
@@ -190,8 +233,13 @@ class WhereSwitch(QWidget):
         column.setContentsMargins(0, 4, 0, 4)
         column.setSpacing(4)
         column.addLayout(head)
-        for part in (self.facts, self.lines, self.rate, self.button, self.note):
+        for part in (self.facts, self.lines, self.rate, self.button, self.note, self.instead):
             column.addWidget(part)
+
+
+def _known(engine: "Engine") -> bool:
+    """Tell whether the board's answer to the law in force is in."""
+    return engine.offered_way is not None or bool(engine.board_refusal())
 
 
 def _rate(index: int) -> float | None:

@@ -29,6 +29,8 @@ CLOCK = 16e6
 _SHARE = 0.8
 """Of its processor, which a law takes as a rule at most."""
 _KEPT = 64
+USUAL_ARENA = 700
+"""Bytes that a board has for one law, for what is counted where no board is open."""
 
 ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
 INSTEAD = "kalman"
@@ -55,10 +57,10 @@ class Wish:
 
 @dataclass(frozen=True)
 class Offer:
-    """The room in bytes that a board has for one law, and its settings; what it was asked for before."""
+    """The room in bytes that a board has for one law, its settings if it is open; what it was asked before."""
 
     arena: int
-    settings: Settings
+    settings: Settings | None = None
     _answers: dict[tuple, BoardWay | str] = field(default_factory=dict, compare=False, repr=False)
 
     def known(self, wish: Wish) -> BoardWay | str | None:

@@ -108,7 +108,7 @@ class SerialDriver:
         self.rate = device.rate
         self.conn = line.new_line(device.quantum, 1e-3 * device.hello.watchdog_ms)
         self.offer = board_offer.offered(device)
-        if self.offer is not None:
+        if self.offer is not None and self.offer.settings is not None:
             board_offer.tell(self.conn, self.offer.settings, device.hello.pwm_top)
         self._spec = serial_loop.new_spec()
 

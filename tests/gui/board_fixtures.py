@@ -1,4 +1,4 @@
-"""Windows on a scripted board that renders by itself; nothing is streamed, so nothing depends on time."""
+"""Windows on a scripted board that takes laws; nothing is streamed, so nothing depends on time."""
 
 import pytest
 
@@ -6,13 +6,13 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.haptics import drivers
 from tests.devices.fake_board import FakeBoard
+from tests.devices.fake_kit import FakeKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
-from tests.haptics.board_support import RendersItself
 
 
 @pytest.fixture
 def scripted():
-    board = FakeBoard(RendersItself(changed=("friction",)))
+    board = FakeBoard(FakeKit())
     yield board
     board.unplug()
 
@@ -25,7 +25,15 @@ def board_window(make_window, qtbot, monkeypatch, scripted):
     window = make_window((SIMULATED, entry))
     window.studio.open(entry)
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    answered(window, qtbot)
     return window
+
+
+def answered(window, qtbot):
+    """Wait until it is known, and shown, what the board says to the law in force."""
+    engine = window.studio.engine
+    qtbot.waitUntil(lambda: bool(engine.offered_way or engine.board_refusal()), timeout=PATIENCE_MS)
+    window.studio._hear_board()
 
 
 @pytest.fixture

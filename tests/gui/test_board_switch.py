@@ -1,16 +1,20 @@
 """The switch between computer and board, and its facts."""
 
+import re
 from types import SimpleNamespace
 
 import pytest
 from PySide6.QtWidgets import QScrollArea
 
+from hapkit_studio.analysis import cheaper
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.gui import where_facts
 from hapkit_studio.gui.comparison import movement
 from hapkit_studio.gui.margin import Question, answer
 from hapkit_studio.haptics import way
+from tests.gui.board_fixtures import answered
 from tests.gui.window_support import PATIENCE_MS
 
 
@@ -34,41 +38,68 @@ def test_a_board_has_one_and_the_engine_follows_it(board_window):
     assert engine.where == "computer"
 
 
-def test_the_boards_rate_is_chosen_beside_it(board_window):
+def test_the_boards_rate_is_chosen_beside_it(board_window, qtbot):
     switch, studio = board_window.loop.where, board_window.studio
     studio.set_loop(where="board")
     switch.rate.changed.emit("board_rate", 4.0)
+    answered(board_window, qtbot)
     assert studio.engine.board_way.rate == 500
     assert column(board_window, 1)[1] == "500"
     assert board_window.loop.summary().startswith("Board 500 Hz")
 
 
-def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window):
+def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, qtbot):
     studio, loop = board_window.studio, board_window.loop
     studio.set_loop(where="board")
     for key, values, rate in (
-        ("cat", {}, "1,000"),
         ("wall", {}, "4,000"),
-        ("puck", {}, "2,000"),
-        ("puck", {"integrator": "rk4"}, "1,000"),
+        ("friction", {}, "2,000"),
+        ("friction", {"model": "lugre"}, "1,000"),
     ):
         studio.choose(key)
         studio.set_values(values)
+        answered(board_window, qtbot)
         assert loop.fold.accessibleName() == f"Loop: Board {rate} Hz · Kalman"
         assert loop.rate.box.text() == rate.replace(",", "")
         assert column(board_window, 1)[1] == rate
+        share = round(100.0 * studio.engine.board_way.share)
+        assert 40 <= share <= 80
+        assert column(board_window, 1)[4] == f"{share}"
+        assert column(board_window, 0)[4] == where_facts.UNKNOWN
 
 
-def test_a_scene_that_the_board_has_not_stays_with_the_computer(board_window):
+def test_what_is_too_much_for_the_board_says_by_how_much_and_what_feels_the_same(board_window, qtbot):
     switch, studio = board_window.loop.where, board_window.studio
     studio.set_loop(where="board")
-    studio.choose("friction")
-    assert studio.environment.key == "friction"
+    studio.choose("mass_spring_damper")
+    studio.set_value("integrator", INTEGRATORS.index("exact"))
+    answered(board_window, qtbot)
     assert switch.switch.index == 0
     assert not switch.switch.button(1).isEnabled()
-    assert "Update firmware" in switch.note.text()
-    studio.choose("wall")
+    assert re.match(r"Mass–spring–damper needs [\d,]+ bytes, the board has 760\.", switch.note.text())
+    qtbot.waitUntil(switch.instead.isVisible, timeout=PATIENCE_MS)
+    found = re.search(r"feels the same: (0\.\d\d) N apart at most, of (\d\.\d) N\.", switch.note.text())
+    assert 0.0 <= float(found[1]) <= cheaper.FELT * float(found[2])
+    switch.instead.click()
+    assert INTEGRATORS[int(studio.values["integrator"])] in ("semi_implicit", "verlet")
+    answered(board_window, qtbot)
     assert switch.switch.index == 1
+    assert switch.instead.isHidden()
+    assert "needs" not in switch.note.text()
+
+
+def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window, qtbot, monkeypatch):
+    switch, studio = board_window.loop.where, board_window.studio
+    before = column(board_window, 1)
+    monkeypatch.setattr(type(studio.engine), "_work_out", lambda *_: None)
+    studio.choose("friction")
+    board_window.live.look()
+    assert column(board_window, 1)[1] == before[1]
+    assert switch.switch.button(1).isEnabled()
+    assert not switch.note.text()
+    monkeypatch.undo()
+    answered(board_window, qtbot)
+    assert column(board_window, 1)[1] == "2,000"
 
 
 def test_what_the_board_does_not_do_is_said(board_window):
@@ -79,6 +110,8 @@ def test_what_the_board_does_not_do_is_said(board_window):
     beside = board_window.loop.controller_words
     assert "in the computer's loop only" in beside.text()
     assert not beside.isHidden()
+    board_window.resize(1280, 720)
+    assert re.match(r"\d\d % of the board's processor\.", note.text())
     studio.set_loop(where="computer")
     assert not note.text()
     assert "computer's loop" not in beside.text()
