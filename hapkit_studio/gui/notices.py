@@ -1,5 +1,6 @@
-"""Which banners stand: stopped, fault, device gone, above the stability limit."""
+"""Which banners stand: stopped, fault, device gone, no delay measured, above the stability limit."""
 
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -7,13 +8,14 @@ import numpy as np
 from PySide6.QtCore import QElapsedTimer, QObject, Signal
 from PySide6.QtGui import QGuiApplication
 
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.banners import BannerStack, Button, Notice
 from hapkit_studio.gui.live import Live
 from hapkit_studio.gui.margin import Answer
 from hapkit_studio.gui.stability_card import StabilityCard, margin_notice, sign_of
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.wishes import Link
-from hapkit_studio.haptics import rows
+from hapkit_studio.haptics import rig, rows
 
 if TYPE_CHECKING:
     from hapkit_studio.haptics.faults import Fault
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 
 _STOP, _FAULT, _DEVICE, _LIMIT = range(4)
 NO_DATA_MS = 2000
+NO_DELAY_MS = 2000
+"""So long forces may go out without one whose delay the board has measured."""
 HOLD_MS = 2000
 """So long a sensor that was silent is told of: what comes and goes can be read, and moves the plots once."""
 _STEPS = {"flash": "Flash firmware", "update": "Update firmware"}
@@ -39,6 +43,8 @@ class Notices(QObject):
         self._studio, self._banners = studio, banners
         self._heard, self._silent, self._stale = False, QElapsedTimer(), QElapsedTimer()
         self._silent.start()
+        self._unmeasured = QElapsedTimer()
+        self._beyond: Answer | None = None
         studio.engine_changed.connect(self._listen)
         studio.stop_changed.connect(self.show_stop)
         studio.link_changed.connect(self.show_link)
@@ -46,6 +52,7 @@ class Notices(QObject):
         live.frame.connect(self.look_at_row)
         live.health.connect(self.look_at_health)
         stability.crossed.connect(self.show_limit)
+        studio.loop_changed.connect(lambda: self.show_limit(self._beyond))
 
     def show_stop(self) -> None:
         """Show or take down the E-stop's banner."""
@@ -65,6 +72,7 @@ class Notices(QObject):
         """Notice a fault, or a sensor that is silent for now, while no rows come."""
         self.show_fault()
         self.show_silence(health)
+        self.show_unmeasured(health)
         if health.stale:
             self._stale.start()
         held = self._stale.isValid() and self._stale.elapsed() < HOLD_MS
@@ -78,7 +86,8 @@ class Notices(QObject):
         if fault is None or self._studio.link.state == "gone":
             self._banners.set("fault", None)
             return
-        buttons = (("Clear fault", self._studio.clear_fault),)
+        slow = fault.code == rig.SLOW_LINK
+        buttons = (*(self._on_board() if slow else ()), ("Clear fault", self._studio.clear_fault))
         self._banners.set(
             "fault", Notice("fault", _FAULT, "danger", "triangle", fault.text, fault.detail, buttons)
         )
@@ -94,12 +103,40 @@ class Notices(QObject):
         )  # fmt: skip
         self._banners.set("silence", notice if silent and link.state == "running" else None)
 
+    def show_unmeasured(self, health: "Health") -> None:
+        """Show that nobody knows the delay, and so the limit, although forces have gone out for a while."""
+        studio = self._studio
+        forces = health.connected and self._heard and not studio.simulated and studio.link.state == "running"
+        if not forces or health.delay > 0.0 or studio.stopped or studio.fault is not None:
+            self._unmeasured.invalidate()
+        elif not self._unmeasured.isValid():
+            self._unmeasured.start()
+        late = self._unmeasured.isValid() and self._unmeasured.elapsed() > NO_DELAY_MS
+        notice = Notice(
+            "delay", _LIMIT, "warn", "triangle", "The delay of the link cannot be measured.",
+            "Nobody knows how stiff a spring it allows: what feels calm may begin to swing.",
+            self._on_board(),
+        )  # fmt: skip
+        self._banners.set("delay", notice if late else None)
+
+    def _on_board(self) -> tuple[Button, ...]:
+        """Return the way out of a slow link, where there is one."""
+        engine = self._studio.engine
+        if engine is None or engine.where == "board" or engine.offered_way is None or engine.board_refusal():
+            return ()
+        return (("Render on the board", self._render_on_board),)
+
+    def _render_on_board(self) -> None:
+        with suppress(ParameterError):  # a setting has changed meanwhile; the switch says what
+            self._studio.set_loop(where="board")
+
     def _listen(self) -> None:
         """Begin to wait for the first row of another engine."""
         self._heard = False
         self._silent.restart()
         self._stale.invalidate()
-        for key in ("silence", "stale"):
+        self._unmeasured.invalidate()
+        for key in ("silence", "stale", "delay"):
             self._banners.set(key, None)
 
     def show_link(self) -> None:
@@ -133,12 +170,13 @@ class Notices(QObject):
 
     def show_limit(self, answer: Answer | None) -> None:
         """Show the limit with its numbers while the rendered impedance is beyond it."""
+        self._beyond = answer
         if answer is None:
             self._banners.set("limit", None)
             return
         title, text = margin_notice(answer)
         icon, tone = sign_of(answer)
-        self._banners.set("limit", Notice("limit", _LIMIT, tone, icon, title, text))
+        self._banners.set("limit", Notice("limit", _LIMIT, tone, icon, title, text, self._on_board()))
 
 
 def _copy(line: str) -> None:
