@@ -9,6 +9,7 @@ from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui import tabs
+from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
@@ -181,6 +182,10 @@ _LAWS = (
     Action(
         "environment.save", "Save law and run", "Environment", lambda w: w.desk.save(), "Ctrl+S",
         enabled=_has_law,
+    ),
+    Action(
+        "environment.cycles", CYCLES, "Environment", lambda w: w.desk.page.count.toggle(), CYCLES_KEY,
+        enabled=_has_law, checked=lambda w: w.desk.page.counting,
     ),
     Action(
         "environment.close", "Close law", "Environment", lambda w: w.desk.leaving.close(), "Ctrl+W",

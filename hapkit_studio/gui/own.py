@@ -59,6 +59,10 @@ class OwnEnvironments(QObject):
         """Return the file of an environment, None for one of the library."""
         return next((path for path, e in self._loaded.items() if e.key == key), None)
 
+    def loaded(self, path: Path) -> OwnEnvironment | None:
+        """Return the environment of a file as it was loaded last, None where it never was."""
+        return self._loaded.get(path)
+
     @property
     def in_force(self) -> Path | None:
         """Return the file of the environment in force, None for one of the library."""

@@ -1,6 +1,6 @@
 """The text of a law: line numbers, the current line, and what is wrong said at its very line."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import (
@@ -43,6 +43,7 @@ class CodeEdit(QPlainTextEdit):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self._marks: list[tuple[QTextCursor, str]] = []
+        self._counts: list[tuple[QTextCursor, float]] | None = None
         self._aim: int | None = None
         self.setObjectName("code")
         self.setFrameShape(QPlainTextEdit.Shape.NoFrame)
@@ -76,6 +77,22 @@ class CodeEdit(QPlainTextEdit):
         self.viewport().update()  # the words may change where the coloured lines do not
         self.gutter.update()
         self.marked.emit()
+
+    @property
+    def counts(self) -> dict[int, float] | None:
+        """Return figures by line as lines now stand; None where there is no column for them."""
+        if self._counts is None:
+            return None
+        return {cursor.blockNumber() + 1: value for cursor, value in self._counts}
+
+    def count(self, by_line: Mapping[int, float] | None) -> None:
+        """Show a figure beside each of these lines, in a column of its own, as it moves; None: no column."""
+        self._counts = None
+        if by_line is not None:
+            blocks = ((self.document().findBlockByNumber(line - 1), value) for line, value in by_line.items())
+            self._counts = [(QTextCursor(block), value) for block, value in blocks if block.isValid()]
+        self._make_room()
+        self.gutter.update()
 
     def bring_into_sight(self, line: int) -> None:
         """Leave the cursor where a person types, unless the line is out of sight."""
@@ -178,6 +195,11 @@ class CodeEdit(QPlainTextEdit):
 
     def _make_room(self) -> None:
         self.setViewportMargins(self.gutter.wanted, 0, 0, 0)
+        self._place_gutter()
+
+    def _place_gutter(self) -> None:
+        inside = self.contentsRect()
+        self.gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter.wanted, inside.height()))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         self._aim = None  # the person looks elsewhere now
@@ -185,8 +207,7 @@ class CodeEdit(QPlainTextEdit):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        inside = self.contentsRect()
-        self.gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter.wanted, inside.height()))
+        self._place_gutter()
         if self._aim is not None:
             self._scroll_to(self._aim)
         elif self.hasFocus():

@@ -1,5 +1,6 @@
 """The page that one law is written on: its name, its text, and one line on how it stands."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal
@@ -13,6 +14,11 @@ from hapkit_studio.gui.parameter_panel import rule
 from hapkit_studio.gui.theme import theme
 
 DRAFT_MS = 800
+CYCLES, CYCLES_KEY = "Cycles by line", "Ctrl+Shift+C"
+_CYCLES_TIP = (
+    "What the law would take of the board's 16 million cycles a second. Beside the lines: on average over a "
+    "motion to and fro. For a call: where that motion makes it work most, and on the longest way through it."
+)
 
 
 def law_line(text: str) -> int:
@@ -22,8 +28,12 @@ def law_line(text: str) -> int:
 
 
 class CodePage(QWidget):
-    """Emits ``save_pressed`` and ``close_pressed``; ``unsaved_changed`` when the marker comes or goes."""
+    """Emits ``save_pressed`` and ``close_pressed``; ``unsaved_changed`` when the marker comes or goes.
 
+    ``opened``: another file's text is shown, or none. ``count`` is pressed while cycles are wanted.
+    """
+
+    opened = Signal()
     save_pressed = Signal()
     close_pressed = Signal()
     unsaved_changed = Signal()
@@ -37,6 +47,14 @@ class CodePage(QWidget):
         self.marker.hide()
         self.save = QPushButton("Save and run", autoDefault=True)
         self.save.setToolTip("Save the file, try the law, put it in force (Ctrl+S)")
+        self.count = QPushButton("Cycles", autoDefault=True)
+        self.count.setCheckable(True)
+        self.count.setToolTip(f"{CYCLES} ({CYCLES_KEY})")
+        self.cycles = QLabel()
+        self.cycles.setProperty("role", "hint")
+        self.cycles.setWordWrap(True)
+        self.cycles.setToolTip(_CYCLES_TIP)
+        self.cycles.hide()
         self.close_law = QToolButton()
         self.close_law.setToolTip("Back to the plots (Ctrl+W)")
         self.close_law.setAccessibleName("Close the law")
@@ -57,6 +75,21 @@ class CodePage(QWidget):
         return self.code.toPlainText()
 
     @property
+    def counting(self) -> bool:
+        """Say whether the board's cycles are wanted beside the lines."""
+        return self.count.isChecked()
+
+    def show_cycles(self, by_line: Mapping[int, float] | None, words: str) -> None:
+        """Show cycles beside their lines, and words on the whole law; None: nothing of it."""
+        self.code.count(by_line)
+        self.say_cycles(words)
+
+    def say_cycles(self, words: str) -> None:
+        """Show other words on the whole law; the figures stay beside their lines."""
+        self.cycles.setText(words)
+        self.cycles.setVisible(bool(words))
+
+    @property
     def unsaved(self) -> bool:
         """Say whether the text differs from the file."""
         return self.path is not None and self.code.document().isModified()
@@ -68,6 +101,7 @@ class CodePage(QWidget):
         self.path = path
         self.code.setPlainText(text)
         self.code.mark(())
+        self.code.count({} if self.counting else None)
         self._show_name()
         if draft is not None and draft != text:
             self.code.selectAll()
@@ -79,6 +113,7 @@ class CodePage(QWidget):
             drafts.drop(path)
             self.strip.say("")
         self.code.go_to(law_line(self.text))
+        self.opened.emit()
 
     def leave(self) -> None:
         """Show nothing any more, the draft kept if there is one."""
@@ -86,6 +121,7 @@ class CodePage(QWidget):
         self.path = None
         self.code.setPlainText("")
         self.code.mark(())
+        self.opened.emit()
 
     def note_saved(self) -> None:
         """Take the text as it stands for what the file holds, or for what nobody wants any more."""
@@ -122,6 +158,7 @@ class CodePage(QWidget):
         head.addWidget(self.name)
         head.addWidget(self.marker)
         head.addStretch(1)
+        head.addWidget(self.count)
         head.addWidget(self.save)
         head.addWidget(self.close_law)
         column = QVBoxLayout(self)
@@ -129,6 +166,7 @@ class CodePage(QWidget):
         column.setSpacing(0)
         column.addLayout(head)
         column.addWidget(rule())
+        column.addWidget(self.cycles)
         column.addWidget(self.code, 1)
         column.addWidget(rule())
         column.addWidget(self.strip)

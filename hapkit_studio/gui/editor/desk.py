@@ -7,6 +7,8 @@ from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.editor import drafts, words
+from hapkit_studio.gui.editor.code_page import CodePage
+from hapkit_studio.gui.editor.cycles import Cycles
 from hapkit_studio.gui.editor.editor import Editor
 from hapkit_studio.gui.editor.leaving import Leaving
 from hapkit_studio.gui.help_dialog import words_sheet
@@ -23,6 +25,7 @@ class Desk(QObject):
     shown = Signal(bool)
     own: OwnEnvironments
     leaving: Leaving
+    page: CodePage
 
     def __init__(self, studio: Studio, own: OwnEnvironments, parent: QObject | None = None):
         super().__init__(parent)
@@ -30,6 +33,7 @@ class Desk(QObject):
         self.editor = Editor(templates.templates())
         self.page, self.strip = self.editor.page, self.editor.page.strip
         self.leaving = Leaving(self.page, self.save, self._leave)
+        self.cycles = Cycles(studio, own, self.page, self)
         self.editor.chooser.made.connect(self.create)
         self.editor.chooser.left.connect(self._back)
         self.editor.source.run_pressed.connect(self.agree)
@@ -136,6 +140,7 @@ class Desk(QObject):
     def end(self) -> None:
         """Keep what is not saved and end a trial, before the window goes."""
         self.page.keep_draft()
+        self.cycles.close()
         self.own.close()
 
     def _write(self, path: Path, text: str) -> None:

@@ -1,4 +1,4 @@
-"""Line numbers beside a text; a marked line carries a cross as well as its colour."""
+"""Line numbers beside a text, and figures where there are some; a marked line carries a cross as well."""
 
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 _SIGN, _SIDE = 16, 8
 _LEAST_DIGITS = 3
+_FIGURE = "99,999"
 
 
 class Gutter(QWidget):
@@ -25,9 +26,17 @@ class Gutter(QWidget):
 
     @property
     def wanted(self) -> int:
-        """Return the width that the last line's number needs."""
+        """Return the width that the last line's number needs, and the figures' column if there is one."""
+        return self._numbers + (0 if self._code.counts is None else self._column)
+
+    @property
+    def _numbers(self) -> int:
         digits = max(_LEAST_DIGITS, len(str(self._code.blockCount())))
         return _SIGN + _SIDE + digits * QFontMetrics(self._code.font()).horizontalAdvance("0")
+
+    @property
+    def _column(self) -> int:
+        return 2 * _SIDE + QFontMetrics(self._code.font()).horizontalAdvance(_FIGURE)
 
     def follow(self, rect: QRect, dy: int) -> None:
         """Scroll, or paint anew beside what of the text is painted anew."""
@@ -41,6 +50,8 @@ class Gutter(QWidget):
         painter.fillRect(event.rect(), theme.color("side"))
         painter.setFont(self._code.font())
         current, marks = self._code.textCursor().blockNumber(), self._code.marks
+        counts = self._code.counts or {}
+        most = max(counts.values(), default=0.0)
         block = self._code.firstVisibleBlock()
         while block.isValid():
             box = self._box(block)
@@ -48,14 +59,26 @@ class Gutter(QWidget):
                 return  # what is cut off has no number
             number = block.blockNumber()
             self._paint_line(painter, box, number + 1, number == current, number + 1 in marks)
+            if most > 0.0 and number + 1 in counts:
+                self._paint_figure(painter, box, counts[number + 1], most)
             block = block.next()
 
     def _box(self, block: QTextBlock) -> QRectF:
         place = self._code.blockBoundingGeometry(block).translated(self._code.contentOffset())
         return QRectF(0, place.top(), self.width(), place.height())
 
-    @staticmethod
-    def _paint_line(painter: QPainter, box: QRectF, number: int, current: bool, marked: bool) -> None:
+    def _paint_figure(self, painter: QPainter, box: QRectF, value: float, most: float) -> None:
+        """Paint a figure with a bar behind it, as long as its share of the largest one."""
+        column = box.adjusted(self._numbers, 0, 0, 0)
+        bar = column.adjusted(_SIDE / 2, 1, -_SIDE / 2, -1)
+        bar.setLeft(bar.right() - bar.width() * value / most)
+        painter.fillRect(bar, theme.color("accentsoft"))
+        painter.setPen(theme.color("ink"))
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(column.adjusted(0, 0, -_SIDE, 0), right, f"{value:,.0f}")
+
+    def _paint_line(self, painter: QPainter, box: QRectF, number: int, current: bool, marked: bool) -> None:
+        box = QRectF(box.left(), box.top(), self._numbers, box.height())
         if marked:
             painter.fillRect(box, theme.color("dangersoft"))
         painter.setPen(theme.color("danger" if marked else "ink" if current else "ink3"))

@@ -1,0 +1,119 @@
+"""What a law takes on the board, line by line: counted beside the window's work, shown while it is wanted."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, QTimer
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.gui.editor.code_page import CodePage
+from hapkit_studio.gui.margin import MarginWorker
+from hapkit_studio.gui.own import OwnEnvironments
+from hapkit_studio.gui.studio import Studio
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.board_offer import Offer, Wish
+    from hapkit_studio.laws.board import Program
+
+SOON_MS = 100
+_NOT_YET = "Not counted yet: save and run the law first."
+
+
+@dataclass(frozen=True)
+class Question:
+    """A law with its values, what the board offers, and the text that its lines are those of."""
+
+    offer: "Offer"
+    wish: "Wish"
+    text: str
+
+
+@dataclass(frozen=True)
+class Count:
+    """The answer: cycles by line from 1, and in a line what a call takes and how fast it can be rendered."""
+
+    question: Question
+    by_line: Mapping[int, float]
+    words: str
+
+
+def count(question: Question) -> Count:
+    """Count a law's cycles, one that the board refuses too."""
+    from hapkit_studio.haptics import board_offer  # off the first picture's way
+
+    offer, wish = question.offer, question.wish
+    found = offer.answer(wish)
+    try:
+        program = _refused(offer, wish) if isinstance(found, str) else found.program
+    except LawError:
+        return Count(question, {}, str(found))
+    cost = f"A call takes about {program.usual:,.0f} cycles on the board, {program.most:,} at most"
+    if isinstance(found, str):
+        words = f"{cost}. {found}"
+    else:
+        share, most = 100.0 * found.share, board_offer.fastest(program)
+        words = f"{cost}: {found.rate:,} Hz with {share:.0f} % of its processor, {most:,.0f} Hz at most."
+    return Count(question, program.cycles_by_line(), words)
+
+
+def _refused(offer: "Offer", wish: "Wish") -> "Program":
+    """Return the program of a law that the board does not render; raise LawError."""
+    from hapkit_studio.haptics import board_offer
+    from hapkit_studio.laws import board
+
+    return board.compile(wish.environment.force, wish.values, 1.0 / board_offer.RATES[-1], offer.arena)
+
+
+class Cycles(QObject):
+    """Counts the law that is open, in the version that was loaded last, with the values it is played with."""
+
+    def __init__(self, studio: Studio, own: OwnEnvironments, page: CodePage, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio, self._own, self._page = studio, own, page
+        self._worker = MarginWorker(count, self)
+        self._worker.answered.connect(self._show)
+        self._soon = QTimer(self, interval=SOON_MS, singleShot=True)
+        self._soon.timeout.connect(self.look)
+        page.count.toggled.connect(lambda _on: self.look())
+        page.opened.connect(self.look)
+        for changed in (studio.values_changed, studio.loop_changed, studio.engine_changed, own.changed):
+            changed.connect(self._soon.start)
+        own.judged.connect(lambda _path, _verdict: self._soon.start())
+
+    def look(self) -> None:
+        """Have the open law counted if that is wanted; a law that is broken keeps what was counted before."""
+        self._worker.forget()  # the same question may be about a text that was opened anew
+        if not self._page.counting:
+            self._page.show_cycles(None, "")
+            return
+        question = self._question()
+        if question is None:
+            self._page.show_cycles({}, _NOT_YET)
+        else:
+            self._worker.ask(question)
+
+    def close(self) -> None:
+        """End the worker's thread."""
+        self._worker.close()
+
+    def _question(self) -> Question | None:
+        from hapkit_studio.haptics import board_offer
+
+        path, studio = self._page.path, self._studio
+        environment = None if path is None else self._own.loaded(path)
+        if environment is None:
+            return None
+        driver = studio.engine.driver if studio.engine is not None else None
+        offer = (driver and driver.offer) or board_offer.Offer(board_offer.USUAL_ARENA)
+        values = studio.values_of(environment.key)
+        wish = board_offer.Wish(environment, values, studio.loop.spec, rate=studio.loop.board_rate)
+        return Question(offer, wish, environment.text)
+
+    def _show(self, found: Count) -> None:
+        if not self._page.counting:
+            return
+        if found.question.text == self._page.text:
+            self._page.show_cycles(found.by_line, found.words)
+        else:
+            self._page.say_cycles(f"As run last: {found.words[0].lower()}{found.words[1:]}")
