@@ -51,6 +51,9 @@ def row_of(r, conn, out, k, now):
     if conn.samples[k, codec.KIND] == codec.TELEMETRY:
         board_line.render(r, conn, out, k, now)
         return True
+    if conn.words[way.WAY] == way.SETTING or conn.words[way.WAY] == way.ASKING:
+        # a board that takes over settings or checks a law leaves a sample out: the line lost none
+        conn.reader[codec.LOST_FRAMES] -= int(conn.samples[k, codec.LOST])
     if conn.words[way.WAY] == way.SETTING:
         conn.words[way.UNSHOWN] = 1
         return False

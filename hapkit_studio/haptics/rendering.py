@@ -52,7 +52,8 @@ class Rendering:
     @property
     def offered_way(self) -> BoardWay | None:
         """Return how the board would render the scene in force; None where it cannot, or nobody knows yet."""
-        found = None if self._no_board() else self._answer(self._wanted)
+        offer = self._offer()
+        found = None if isinstance(offer, str) else self._answer(offer, self._wanted)
         return found if isinstance(found, BoardWay) else None
 
     def board_refusal(self, wait: bool = False) -> str:
@@ -60,26 +61,26 @@ class Rendering:
 
         A law that is new to it is compiled in the background: "" until that is done, unless one can wait.
         """
-        refusal = self._no_board()
-        if refusal:
-            return refusal
-        found = self._answer(self._wanted, wait)
+        offer, driver = self._offer(), self._driver
+        if isinstance(offer, str):
+            return offer
+        found = self._answer(offer, self._wanted, wait)
         if isinstance(found, BoardWay):
-            assert self._driver is not None
-            return self._driver.refusal(found)
+            return "" if driver is None else driver.refusal(found)
         return found or ""
 
-    def _no_board(self) -> str:
-        """Return in one line why there is no board for any law."""
+    def _offer(self) -> Offer | str:
+        """Return what the open board offers, or in one line why there is none for any law."""
+        driver = self._driver
         if self.device.simulated:
             return "The simulated Hapkit has no board: the computer renders."
-        if self._driver is None:
+        if driver is None:
             return "No device is open."
-        if self._driver.offer is None:
+        if driver.offer is None:
             return "This firmware renders no laws. Update firmware."
         if self._wanted.max_force < self.device.max_force:
             return "The force limit is lowered, which only the computer keeps to."
-        return ""
+        return driver.offer
 
     @property
     def renders_on_boards(self) -> bool:
@@ -112,24 +113,23 @@ class Rendering:
 
         While a law is compiled the board goes on with the one that it has.
         """
-        if self._where != BOARD or self._no_board() or wanted.max_force < self.device.max_force:
+        offer = self._offer()
+        if self._where != BOARD or isinstance(offer, str) or wanted.max_force < self.device.max_force:
             return None
-        found = self._answer(wanted)
+        found = self._answer(offer, wanted)
         if found is None:
             return self._wanted.board
         return found if isinstance(found, BoardWay) else None
 
-    def _answer(self, wanted: Wanted, wait: bool = False) -> BoardWay | str | None:
+    def _answer(self, offer: Offer, wanted: Wanted, wait: bool = False) -> BoardWay | str | None:
         """Return what the board says to something wanted, None while that is being worked out."""
-        assert self._driver is not None
-        assert self._driver.offer is not None
         quantum, rate = self.device.quantum, self._board_rate
         wish = Wish(wanted.environment, wanted.values, wanted.loop.estimator, quantum, rate)
         if wait:
-            return self._driver.offer.answer(wish)
-        found = self._driver.offer.known(wish)
+            return offer.answer(wish)
+        found = offer.known(wish)
         if found is None:
-            self._work_out(self._driver.offer, wish)
+            self._work_out(offer, wish)
         return found
 
     def _work_out(self, offer: Offer, wish: Wish) -> None:
@@ -149,7 +149,7 @@ class Rendering:
                 (offer, wish), self._next = self._next, None
             offer.answer(wish)
             with self._lock:
-                if self._where == BOARD and self._driver is not None and self._driver.offer is offer:
+                if self._where == BOARD and self._offer() is offer:
                     self._changed()
 
     # --- what comes back

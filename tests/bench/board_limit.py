@@ -16,8 +16,10 @@ from hapkit_studio.analysis.exact import checked_loop, stiffness_limits
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics.board_offer import coefficients
+from hapkit_studio.laws import board
 from hapkit_studio.protocol.framing import Decoder, encode
-from hapkit_studio.protocol.messages import Alive, Force, LawName, Loop, Sample, Scene, Telemetry
+from hapkit_studio.protocol.messages import Alive, Force, Sample, Telemetry
+from tests.firmware.board_runs import send
 
 MASS, VISCOUS = 0.044, 0.5
 _OFF, _PULL = 1.2e-3, 2.0
@@ -53,7 +55,6 @@ class Bench:
         options += ["--answer-timeout", "60"]  # its clock stands still however long a busy machine thinks
         self.board = VirtualBoard("lockstep", options=options)
         self.board.open()
-        self.laws: dict[str, LawName] = self.board.laws()
         self.board.start_stream()
         self._decoder = Decoder()
 
@@ -113,12 +114,9 @@ def on_board(stiffness: float, damping: float, spec: str, seconds: float, rate: 
     try:
         quantum = bench.board.quantum
         centre = bench.samples(50)[-1].count * quantum - off_centre(stiffness)
-        law = bench.laws["spring"]
-        given = {"stiffness": stiffness, "damping": damping, "center": centre}
-        values = [given[p.key] for p in environments.named("spring").parameters]
-        bench.say(Loop(rate, *coefficients(spec, rate, quantum)))
-        bench.samples(5)
-        bench.say(Scene(law.law, 1, tuple(values) + (0.0,) * (16 - len(values))))
+        values = {"stiffness": stiffness, "damping": damping, "center": centre}
+        law = board.compile(environments.named("spring").force, values, 1.0 / rate, bench.board.hello.arena)
+        send(bench.board, law, rate, coefficients(spec, rate, quantum))
         seen: list[Telemetry] = []
         while len(seen) < 1000 * seconds:
             bench.say(Alive())

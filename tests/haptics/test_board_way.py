@@ -156,8 +156,9 @@ def test_a_changed_parameter_is_one_constant_more(desk):
     desk.run(20)
     desk.engine.set_parameter("stiffness", 120.0)
     desk.compiled()
+    desk.until(lambda: desk.told(Tune))
     desk.run(20)
-    (tune,) = desk.told(Tune)
+    tune = desk.told(Tune)[0]
     assert (tune.law, tune.count, tune.values[0]) == (desk.told(Law)[0].generation, 1, -120.0)
     assert desk.kit.loaded.numbers.tolist() == list(desk.engine.board_way.program.given)
     desk.engine.move_hand(0.01)
