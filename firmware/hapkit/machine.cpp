@@ -1,7 +1,6 @@
 #include "machine.h"
 
 #include "functions.h"
-#include "verifier.h"
 
 namespace machine {
 
@@ -11,24 +10,6 @@ namespace machine {
 #endif
 
 alignas(4) uint8_t arena[kArena];
-Program program;
-
-bool fits(const Shape& shape) {
-  const uint32_t taken = sizeof(float) * shape.slots + static_cast<uint32_t>(shape.code) + kRamps * kRamp;
-  return shape.states <= shape.given && kFirstGiven + shape.given <= shape.slots && taken <= kArena;
-}
-
-Refusal verify(const Shape& shape, uint32_t* cycles) {
-  if (!fits(shape)) return Refusal::kTooLarge;
-  for (uint8_t i = 0; i < shape.given; i++)
-    if (!functions::is_finite(slots()[kFirstGiven + i])) return Refusal::kConstant;
-  Verifier verifier(shape);
-  const Refusal refusal = verifier.check();
-  *cycles = verifier.cycles();
-  program.code = code(shape);
-  program.main = program.code + verifier.entry();
-  return refusal;
-}
 
 // machine_avr.S has the same for the chip; a test there gives this one another name and compares the two.
 #ifndef __AVR__

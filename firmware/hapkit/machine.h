@@ -20,6 +20,7 @@ struct Shape {
 };
 
 constexpr uint16_t kArena = HAPKIT_ARENA;
+constexpr uint8_t kVelocity = 1;
 constexpr uint8_t kFirstGiven = 2;
 constexpr uint8_t kRamp = 6;  // bytes
 
@@ -30,6 +31,7 @@ extern uint8_t arena[kArena];
 struct Program {
   const uint8_t* code;
   const uint8_t* main;
+  bool reads_velocity;
 };
 extern Program program;
 

@@ -132,7 +132,18 @@ enum Opcode : uint8_t {
 };
 
 // What follows an operation: slots, numbers and near distances of one byte, far ones of two.
-enum Operands : uint8_t { kUnknown, kNone, kSlot, kIndexed, kNear, kSlotNear, kFar, kCounter };
+// The lower bits tell how long all of it is.
+enum Operands : uint8_t {
+  kUnknown = 0,
+  kNone = 0x01,
+  kSlot = 0x12,
+  kIndexed = 0x24,
+  kNear = 0x32,
+  kSlotNear = 0x43,
+  kFar = 0x53,
+  kCounter = 0x64,
+};
+constexpr uint8_t kSizeOf = 0x0f;
 
 struct Operation {
   Operands operands;
@@ -141,6 +152,7 @@ struct Operation {
 
 constexpr uint8_t kSingle = 0x33;
 constexpr uint8_t kMasked = 0x40;
+constexpr uint8_t kMasks = 16;
 // The operations of one code, below kSingle; then those from kMasked on, of 16 codes each.
 static const Operation kTable[53] PROGMEM = {
   {kNone, 11},  // RETURN

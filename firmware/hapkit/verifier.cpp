@@ -1,14 +1,25 @@
-#include "verifier.h"
+#include "functions.h"
+#include "machine.h"
 
 namespace machine {
+
+Program program;
+
 namespace {
 
-constexpr uint16_t kSaturated = kMostCycles + 1;
-constexpr uint16_t kEnd = 65535;  // in place of a target: the section's end, where no code can be
-static_assert(kArena < kEnd, "code may reach the place that means its end");
+constexpr uint16_t kSaturated = 65535;
+static_assert(kMostCycles == kSaturated - 1, "costs are counted in 16 bits");
+constexpr uint16_t kEnd = 65535;      // in place of a jump's target: out of the section
+constexpr uint16_t kNowhere = 65534;  // the instruction does not jump
+static_assert(kArena < kNowhere, "code may reach the places that mean others");
 
-uint16_t sum(uint16_t a, uint32_t b) {
-  const uint32_t total = a + b;
+uint16_t sum(uint16_t a, uint16_t b) {
+  const uint16_t total = a + b;
+  return total < a ? kSaturated : total;
+}
+
+uint16_t product(uint16_t a, uint16_t b) {
+  const uint32_t total = static_cast<uint32_t>(a) * b;
   return total < kSaturated ? static_cast<uint16_t>(total) : kSaturated;
 }
 
@@ -17,87 +28,131 @@ uint16_t larger(uint16_t a, uint16_t b) { return a > b ? a : b; }
 uint16_t word(const uint8_t* at) { return static_cast<uint16_t>(at[0] | at[1] << 8); }
 
 Operation operation_of(uint8_t opcode) {
-  if (opcode < kSingle) return flash::read(kTable + opcode);
-  const uint8_t row = static_cast<uint8_t>(opcode - kMasked) >> 4;
-  if (opcode < kMasked || row >= sizeof kTable / sizeof *kTable - kSingle) return {kUnknown, 0};
-  return flash::read(kTable + kSingle + row);
+  if (opcode >= kMasked) opcode = kSingle + (opcode - kMasked) / kMasks;
+  else if (opcode >= kSingle) return {kUnknown, 0};
+  return opcode < sizeof kTable / sizeof *kTable ? flash::read(kTable + opcode) : Operation{kUnknown, 0};
 }
 
-uint8_t size_of(Operands operands) {
-  switch (operands) {
-    case kSlot:
-    case kNear: return 2;
-    case kSlotNear:
-    case kFar: return 3;
-    case kIndexed:
-    case kCounter: return 4;
-    default: return 1;
-  }
-}
+// One pass over the code of a law, forward, as all its jumps are: what it touches, where it goes, what it costs.
+class Verifier {
+ public:
+  explicit Verifier(const Shape& shape) : shape_(shape), code_(code(shape)) {}
 
-}  // namespace
+  Refusal check();
 
-void Verifier::spend(uint16_t cycles) { cost_ = sum(cost_, cycles); }
+  // After kNone: where MAIN stands, what the law takes at most, whether the velocity matters to it.
+  uint16_t entry() const { return section_; }
+  uint16_t cycles() const { return worst_; }
+  bool reads_velocity() const { return velocity_; }
+
+ private:
+  // A jump that is under way, or a return out of a loop.
+  struct Way {
+    uint16_t target;
+    uint16_t cost;
+    uint8_t depth;  // loops around it, but for those that it has left
+  };
+  // A loop that is open: costs inside it count from 0.
+  struct Loop {
+    uint16_t body;
+    uint16_t times;
+    uint16_t before;
+    uint8_t free;  // counters around it that are free
+  };
+  struct Subroutine {
+    uint16_t at;
+    uint16_t cost;
+    uint8_t counters;  // those below this number may be in use
+    uint8_t calls;     // depth
+  };
+
+  Refusal step();
+  Refusal begin_section();
+  Refusal end_section();
+  Refusal arrive();
+  Refusal call(uint16_t at);
+  Refusal open_loop(uint8_t counter, uint16_t times);
+  Refusal close_loop(uint8_t counter, uint16_t back);
+  Refusal leave(uint16_t target);
+  Refusal touch(uint8_t first, uint8_t count, bool written);
+
+  const Shape& shape_;
+  const uint8_t* code_;
+  uint16_t at_ = 0;
+  uint16_t next_ = 0;
+  uint16_t section_ = 0;
+  uint16_t cost_ = 0;
+  uint16_t worst_ = 0;
+  bool inside_ = false;  // of a section
+  bool alive_ = false;   // something leads here
+  bool velocity_ = false;
+  uint8_t counters_ = 0;
+  uint8_t calls_ = 0;
+  uint8_t depth_ = 0;
+  uint8_t free_ = kMostCounters;  // counters below this one
+  Way* end_ = ways_;
+  Subroutine* last_ = subroutines_;
+  Way ways_[kMostJumps];
+  Loop loops_[kMostCounters];
+  Subroutine subroutines_[kMostSubroutines];
+};
 
 Refusal Verifier::check() {
-  while (next_ < shape_.code) {
+  Refusal refusal = Refusal::kNone;
+  while (refusal == Refusal::kNone && next_ < shape_.code) {
     at_ = next_;
-    const Refusal refusal = step();
-    if (refusal != Refusal::kNone) return refusal;
+    refusal = step();
   }
-  at_ = next_;
-  if (!inside_ || code_[section_] != kMain) return Refusal::kEnd;
-  const Refusal refusal = end_section();
   if (refusal != Refusal::kNone) return refusal;
-  return worst_ == kSaturated ? Refusal::kTooSlow : Refusal::kNone;
+  if (!inside_ || code_[section_] != kMain) return Refusal::kEnd;
+  refusal = end_section();
+  return refusal == Refusal::kNone && worst_ == kSaturated ? Refusal::kTooSlow : refusal;
 }
 
 Refusal Verifier::step() {
+  const uint8_t* const given = code_ + at_ + 1;
   const uint8_t opcode = code_[at_];
   const Operation operation = operation_of(opcode);
-  const uint8_t size = size_of(operation.operands);
-  if (operation.operands == kUnknown || size > shape_.code - at_) return Refusal::kOperation;
+  const uint8_t size = operation.operands & kSizeOf;
+  if (size == 0 || size > shape_.code - at_) return Refusal::kOperation;
   next_ = at_ + size;
   if (opcode == kSubroutine || opcode == kMain) return begin_section();
   if (!inside_) return Refusal::kOperation;
   Refusal refusal = arrive();
   if (refusal != Refusal::kNone) return refusal;
-  spend(operation.most);
-  const uint8_t* const given = code_ + at_ + 1;
-  switch (opcode) {
-    case kReturn:
-      refusal = leave(kEnd);
-      alive_ = false;
-      return refusal;
-    case kCall: return call(word(given));
-    case kLoop: return open_loop(given[0], word(given + 1));
-    case kNext: return close_loop(given[0], word(given + 1));
-    case kStore: return range(given[0], 1, true);
-    case kLoadAt:
-    case kStoreAt: return is_slot(given[0]) ? range(given[1], given[2], opcode == kStoreAt) : Refusal::kSlot;
-    case kJump:
-      refusal = jump(given[0]);
-      alive_ = false;
-      return refusal;
-    case kFarJump:
-      refusal = jump(word(given));
-      alive_ = false;
-      return refusal;
-    default: break;
+  cost_ = sum(cost_, operation.most);
+  const uint8_t first = given[0];
+  uint16_t distance = kNowhere;
+  switch (operation.operands) {
+    case kCounter: {
+      const uint16_t number = word(given + 1);
+      return opcode == kLoop ? open_loop(first, number) : close_loop(first, number);
+    }
+    case kSlot: return touch(first, 1, opcode == kStore);
+    case kIndexed:
+      refusal = touch(first, 1, false);
+      return refusal != Refusal::kNone ? refusal : touch(given[1], given[2], opcode == kStoreAt);
+    case kSlotNear:
+      refusal = touch(first, 1, false);
+      distance = given[1];
+      break;
+    case kFar:
+      distance = word(given);
+      if (opcode == kCall) return call(distance);
+      break;
+    case kNear: distance = first; break;
+    default:
+      if (opcode != kReturn) return Refusal::kNone;
   }
-  if (operation.operands == kNone) return Refusal::kNone;
-  if (operation.operands == kNear) return jump(given[0]);
-  if (!is_slot(given[0])) return Refusal::kSlot;
-  return operation.operands == kSlotNear ? jump(given[1]) : Refusal::kNone;
-}
-
-// States and temporaries may be written to.
-Refusal Verifier::range(uint8_t first, uint8_t count, bool written) const {
-  if (count == 0 || first + count > shape_.slots) return Refusal::kSlot;
-  const uint8_t constants = kFirstGiven + shape_.states, others = kFirstGiven + shape_.given;
-  if (!written || first >= others) return Refusal::kNone;
-  const bool inside = first >= kFirstGiven && (first + count <= constants || constants == others);
-  return inside ? Refusal::kNone : Refusal::kSlot;
+  if (refusal != Refusal::kNone) return refusal;
+  uint16_t target = kEnd;
+  if (opcode != kReturn) {
+    if (distance >= shape_.code - next_) return Refusal::kJump;
+    target = next_ + distance;
+  }
+  refusal = leave(target);
+  if (opcode < kMasked) alive_ = false;
+  return refusal;
 }
 
 Refusal Verifier::begin_section() {
@@ -105,8 +160,8 @@ Refusal Verifier::begin_section() {
     if (code_[section_] == kMain) return Refusal::kOperation;
     const Refusal refusal = end_section();
     if (refusal != Refusal::kNone) return refusal;
-    if (subroutines_ == kMostSubroutines) return Refusal::kCall;
-    subroutine_[subroutines_++] = {section_, worst_, counters_, calls_};
+    if (last_ == subroutines_ + kMostSubroutines) return Refusal::kCall;
+    *last_++ = {section_, worst_, counters_, calls_};
   }
   section_ = at_;
   inside_ = alive_ = true;
@@ -118,31 +173,45 @@ Refusal Verifier::begin_section() {
 Refusal Verifier::end_section() {
   if (depth_) return Refusal::kLoop;
   if (alive_) return Refusal::kEnd;
-  for (; ways_; ways_--) {
-    if (way_[ways_ - 1].target != kEnd) return Refusal::kJump;
-    worst_ = larger(worst_, way_[ways_ - 1].cost);
+  while (end_ != ways_) {
+    const Way& way = *--end_;
+    if (way.target != kEnd) return Refusal::kJump;
+    worst_ = larger(worst_, way.cost);
+  }
+  return Refusal::kNone;
+}
+
+// What jumps here joins what comes from above.
+Refusal Verifier::arrive() {
+  for (Way* way = ways_; way != end_;) {
+    if (way->target > at_) {
+      way++;
+      continue;
+    }
+    if (way->target < at_ || way->depth != depth_) return Refusal::kJump;
+    cost_ = alive_ ? larger(cost_, way->cost) : way->cost;
+    alive_ = true;
+    *way = *--end_;
   }
   return Refusal::kNone;
 }
 
 Refusal Verifier::call(uint16_t at) {
-  for (uint8_t i = 0; i < subroutines_; i++) {
-    const Subroutine& called = subroutine_[i];
-    if (called.at != at) continue;
-    if (called.calls >= kMostCalls) return Refusal::kCall;
-    if (called.counters > (depth_ ? loop_[depth_ - 1].counter : kMostCounters)) return Refusal::kLoop;
-    spend(called.cost);
-    if (calls_ <= called.calls) calls_ = called.calls + 1;
-    if (counters_ < called.counters) counters_ = called.counters;
-    return Refusal::kNone;
-  }
-  return Refusal::kCall;
+  const Subroutine* called = subroutines_;
+  while (called != last_ && called->at != at) called++;
+  if (called == last_ || called->calls >= kMostCalls) return Refusal::kCall;
+  if (called->counters > free_) return Refusal::kLoop;
+  cost_ = sum(cost_, called->cost);
+  if (calls_ <= called->calls) calls_ = called->calls + 1;
+  if (counters_ < called->counters) counters_ = called->counters;
+  return Refusal::kNone;
 }
 
 Refusal Verifier::open_loop(uint8_t counter, uint16_t times) {
-  if (times == 0 || counter >= (depth_ ? loop_[depth_ - 1].counter : kMostCounters)) return Refusal::kLoop;
+  if (times == 0 || counter >= free_) return Refusal::kLoop;
   if (counters_ <= counter) counters_ = counter + 1;
-  loop_[depth_++] = {next_, times, cost_, counter};
+  loops_[depth_++] = {next_, times, cost_, free_};
+  free_ = counter;
   cost_ = 0;
   return Refusal::kNone;
 }
@@ -150,49 +219,60 @@ Refusal Verifier::open_loop(uint8_t counter, uint16_t times) {
 // The body has run at most so many times less one when something in it leads out.
 Refusal Verifier::close_loop(uint8_t counter, uint16_t back) {
   if (depth_ == 0) return Refusal::kLoop;
-  const Loop& loop = loop_[--depth_];
-  if (loop.counter != counter || back != next_ - loop.body) return Refusal::kLoop;
-  const uint32_t body = alive_ ? cost_ : 0;
-  const uint16_t until_last = sum(loop.before, body * (loop.times - 1u));
-  for (uint8_t i = 0; i < ways_; i++) {
-    if (way_[i].depth <= depth_) continue;
-    way_[i].depth = depth_;
-    way_[i].cost = sum(until_last, way_[i].cost);
+  const Loop& loop = loops_[--depth_];
+  if (free_ != counter || back != next_ - loop.body) return Refusal::kLoop;
+  free_ = loop.free;
+  const uint16_t body = alive_ ? cost_ : 0;
+  const uint16_t until_last = sum(loop.before, product(body, loop.times - 1));
+  for (Way* way = ways_; way != end_; way++) {
+    if (way->depth <= depth_) continue;
+    way->depth = depth_;
+    way->cost = sum(until_last, way->cost);
   }
   cost_ = sum(until_last, body);
   return Refusal::kNone;
 }
 
-// What jumps here joins what comes from above.
-Refusal Verifier::arrive() {
-  for (uint8_t i = 0; i < ways_;) {
-    if (way_[i].target > at_) {
-      i++;
-      continue;
-    }
-    if (way_[i].target < at_ || way_[i].depth != depth_) return Refusal::kJump;
-    cost_ = alive_ ? larger(cost_, way_[i].cost) : way_[i].cost;
-    alive_ = true;
-    way_[i] = way_[--ways_];
-  }
-  return Refusal::kNone;
-}
-
-Refusal Verifier::jump(uint16_t distance) {
-  if (distance >= shape_.code - next_) return Refusal::kJump;
-  return leave(next_ + distance);
-}
-
 Refusal Verifier::leave(uint16_t target) {
   if (!alive_) return Refusal::kNone;
-  for (uint8_t i = 0; i < ways_; i++) {
-    if (way_[i].target != target || way_[i].depth != depth_) continue;
-    way_[i].cost = larger(way_[i].cost, cost_);
-    return Refusal::kNone;
+  Way* way = ways_;
+  while (way != end_ && (way->target != target || way->depth != depth_)) way++;
+  if (way == end_) {
+    if (end_++ == ways_ + kMostJumps) return Refusal::kJump;
+    *way = {target, 0, depth_};
   }
-  if (ways_ == kMostJumps) return Refusal::kJump;
-  way_[ways_++] = {target, cost_, depth_};
+  way->cost = larger(way->cost, cost_);
   return Refusal::kNone;
+}
+
+// States and temporaries may be written to.
+Refusal Verifier::touch(uint8_t first, uint8_t count, bool written) {
+  const uint8_t last = first + count - 1;
+  if (last < first || last >= shape_.slots) return Refusal::kSlot;
+  if (first <= kVelocity && last >= kVelocity) velocity_ = true;
+  const uint8_t constants = kFirstGiven + shape_.states, others = kFirstGiven + shape_.given;
+  if (!written || first >= others) return Refusal::kNone;
+  return first >= kFirstGiven && (last < constants || constants == others) ? Refusal::kNone : Refusal::kSlot;
+}
+
+}  // namespace
+
+bool fits(const Shape& shape) {
+  const uint32_t taken = sizeof(float) * shape.slots + static_cast<uint32_t>(shape.code) + kRamps * kRamp;
+  return shape.states <= shape.given && kFirstGiven + shape.given <= shape.slots && taken <= kArena;
+}
+
+Refusal verify(const Shape& shape, uint32_t* cycles) {
+  if (!fits(shape)) return Refusal::kTooLarge;
+  for (uint8_t i = 0; i < shape.given; i++)
+    if (!functions::is_finite(slots()[kFirstGiven + i])) return Refusal::kConstant;
+  Verifier verifier(shape);
+  const Refusal refusal = verifier.check();
+  *cycles = verifier.cycles();
+  program.code = code(shape);
+  program.main = program.code + verifier.entry();
+  program.reads_velocity = verifier.reads_velocity();
+  return refusal;
 }
 
 }  // namespace machine

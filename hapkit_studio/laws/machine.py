@@ -160,6 +160,11 @@ def _camel(name: str) -> str:
     return "k" + "".join(word.title() for word in name.split("_"))
 
 
+def _shapes() -> list[tuple[str, int]]:
+    """Return the name of each kind of operands, and the bytes of an instruction with them."""
+    return [(_SHAPES[kind], next(o.size for o in OPERATIONS if o.operands == kind)) for kind in _SHAPES]
+
+
 def text() -> str:
     """Return the whole header: numbers for the assembler, the rest for C++."""
     known = {o.code: o for o in OPERATIONS}
@@ -195,7 +200,12 @@ def text() -> str:
         "};",
         "",
         "// What follows an operation: slots, numbers and near distances of one byte, far ones of two.",
-        f"enum Operands : uint8_t {{ {', '.join(f'k{name}' for name in ('Unknown', *_SHAPES.values()))} }};",
+        "// The lower bits tell how long all of it is.",
+        "enum Operands : uint8_t {",
+        "  kUnknown = 0,",
+        *(f"  k{name} = 0x{16 * n + size:02x}," for n, (name, size) in enumerate(_shapes())),
+        "};",
+        "constexpr uint8_t kSizeOf = 0x0f;",
         "",
         "struct Operation {",
         "  Operands operands;",
@@ -204,6 +214,7 @@ def text() -> str:
         "",
         f"constexpr uint8_t kSingle = 0x{single:02x};",
         f"constexpr uint8_t kMasked = 0x{_MASKED:02x};",
+        f"constexpr uint8_t kMasks = {_MASKS};",
         f"// The operations of one code, below kSingle; then those from kMasked on, of {_MASKS} codes each.",
         f"static const Operation kTable[{len(rows)}] PROGMEM = {{",
         *(f"  {{k{_SHAPES[o.operands]}, {o.most}}},  // {o.name}" if o else "  {kUnknown, 0}," for o in rows),
