@@ -11,13 +11,32 @@ from hapkit_studio.laws.law import Law
 from hapkit_studio.laws.readable import parts, specialise
 from hapkit_studio.laws.translate import checked
 from hapkit_studio.laws.tree import (
-    Assign, At, Break, Compare, Continue, Expr, Function, If, Leave, Logic, Loop, Not, Num, Op, Return, Select,
-    SetAt, Statement, Test, Var, literal,
+    Assign,
+    At,
+    Break,
+    Compare,
+    Continue,
+    Expr,
+    Function,
+    If,
+    Leave,
+    Logic,
+    Loop,
+    Not,
+    Num,
+    Op,
+    Return,
+    Select,
+    SetAt,
+    Statement,
+    Test,
+    Var,
+    literal,
 )  # fmt: skip
 from hapkit_studio.parameters import Choice
 
 # What C++ or an Arduino core has taken; its core defines some of them as macros, which know no scope.
-_TAKEN = frozenset("""
+_WORDS = """
 alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr
 continue decltype default delete do double dynamic_cast else enum explicit export extern false final float
 for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq
@@ -28,7 +47,8 @@ abs bit bitClear bitRead bitSet bitWrite boolean byte cli constrain degrees high
 max min noInterrupts radians random round sei sq word main setup loop assert errno
 j0 j1 jn y0 y1 yn sin cos tan exp log pow sqrt floor ceil fabs gamma
 p s law stopped smaller larger modulo floorDivide divisor index expMinusOne logOnePlus
-""".split())  # fmt: skip
+"""
+_TAKEN = frozenset(_WORDS.split())
 WIDTH = 105
 _LEVELS = {"?": 1, "or": 2, "and": 3, "==": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5}
 _SUM, _PRODUCT, _SIGN, _ATOM = 6, 7, 8, 9
@@ -102,13 +122,17 @@ class _Writer:
         self.helpers: set[str] = set()
         self.states: set[str] = set()
         self.sets: Counter[str] = Counter()  # how often each name is set
+        self.read: set[str] = set()  # names that are read
         self.truths: set[str] = set()  # names that are true or false
+
     def function(
         self, about: str | None, result: str, name: str, given: Sequence[str], body: list[Statement]
     ) -> str:
         sets = [n for n in parts(body) if isinstance(n, Assign)]
         self.sets = Counter(n.to for n in sets)
-        self.truths = {n.to for n in sets if self.sets[n.to] == 1 and _is_truth(n.value)}
+        self.read = {n.name for n in parts(body) if isinstance(n, Var)}
+        once = {n for n, times in Counter([*given, *self.sets.elements()]).items() if times == 1}
+        self.truths = {n.to for n in sets if n.to in once and _is_truth(n.value)}
         head = f"{result} {mangled(name)}({', '.join(f'float {mangled(n)}' for n in given)}) {{"
         lines = self.block(body, "  ", {*given, "dt"})
         whole = f"{head} {lines[0].lstrip()} }}"
@@ -120,23 +144,19 @@ class _Writer:
         """Return the lines of statements; a name is declared where it is first set, or before a branch."""
         declared, lines = set(outside), []
         for i, s in enumerate(statements):
+            behind = statements[i + 1 :]
             if isinstance(s, If | Loop):
-                inner = [n.to for n in parts(s) if isinstance(n, Assign)]
-                names = [n for n in dict.fromkeys(inner) if self.is_new(n, declared) and self.is_read(n, statements[i + 1 :])]
+                inner = dict.fromkeys(n.to for n in parts(s) if isinstance(n, Assign))
+                names = [n for n in inner if self.is_new(n, declared) and _is_read(n, behind)]
                 lines += [f"{indent}float {', '.join(map(mangled, names))};"] if names else []
                 declared.update(names)
-            following = statements[i + 1] if i + 1 < len(statements) else None
-            counts = isinstance(following, Loop) and following.after
-            if isinstance(s, Assign) and counts and s.to == following.after[0].to:  # type: ignore
-                kind = "float " if self.is_new(s.to, declared) and not self.is_read(s.to, statements[i + 2 :]) else ""
-                if self.is_new(s.to, declared) and not kind:
+            if isinstance(s, Assign) and behind and _counter(behind[0]) == s.to:
+                if self.is_new(s.to, declared) and _is_read(s.to, behind[1:]):
                     lines.append(f"{indent}float {mangled(s.to)};")
                     declared.add(s.to)
-                start = f"{kind}{mangled(s.to)} = {self.text(s.value)}"
-                lines += self.loop(following, start, s, indent, declared)
             elif isinstance(s, Loop):
-                if not s.after:
-                    lines += self.loop(s, "", None, indent, declared)
+                begin = statements[i - 1] if s.after else None
+                lines += self.loop(s, begin, indent, declared)
             elif isinstance(s, If):
                 lines += self.branch(s, indent, declared)
             else:
@@ -144,35 +164,34 @@ class _Writer:
         return lines
 
     def join(self, lines: list[str], line: str, s: Statement, before: Statement | None) -> None:
-        """Add a line, or what it says to the line before where both take results of one call, or begin names."""
+        """Add a line, to the one before where both take results of one call, or begin names with little."""
         kind = next((k for k in ("const float ", "float ") if line.lstrip().startswith(k)), "")
-        if _is_short(s) and _is_short(before) and lines:
-            last = lines[-1].lstrip()
-            rest = line.lstrip()
-            if kind and last.startswith(kind):
-                joined = f"{lines[-1][:-1]}, {rest.removeprefix(kind)}"
-            elif not kind and not last.startswith(("const ", "float ")) and _is_taken(s) and _is_taken(before):
-                joined = f"{lines[-1]} {rest}"
-            else:
-                joined = ""
-            if joined and len(joined) <= WIDTH:
-                lines[-1] = joined
-                return
-        lines.append(line)
+        last = lines[-1].lstrip() if lines and _is_short(s) and _is_short(before) else ""
+        joined = ""
+        if kind and last.startswith(kind):
+            joined = f"{lines[-1][:-1]}, {line.lstrip().removeprefix(kind)}"
+        elif (
+            not kind
+            and last
+            and not last.startswith(("const ", "float "))
+            and _is_taken(s)
+            and _is_taken(before)
+        ):
+            joined = f"{lines[-1]} {line.lstrip()}"
+        if joined and len(joined) <= WIDTH:
+            lines[-1] = joined
+        else:
+            lines.append(line)
 
     def is_new(self, name: str, declared: set[str]) -> bool:
         return name not in declared and name not in self.names and not name.startswith("@")
-
-    def is_read(self, name: str, statements: Sequence[Statement]) -> bool:
-        """Return whether statements begin with another use of a name than setting it anew."""
-        first = next((s for s in statements if name in _mentioned(s)), None)
-        anew = isinstance(first, Assign) and Var(name) not in parts(first.value)
-        return first is not None and not anew
 
     def simple(self, s: Statement, declared: set[str]) -> str:
         match s:
             case Assign(to, Op("+" | "-" | "*" | "/" as op, (Var(same), value))) if to == same:
                 return f"{self.place(to)} {op}= {self.text(value)};"
+            case Assign(to, value) if to not in self.read and not to.startswith("s["):
+                return f"(void)({self.text(value)});"  # it may switch the motor off
             case Assign(to, Select(test)) if to in self.truths:
                 declared.add(to)
                 return f"const bool {mangled(to)} = {self.test(test)[0]};"
@@ -205,33 +224,34 @@ class _Writer:
         test, then, other = (s.test, s.then, s.other) if s.then else (Not(s.test), s.other, s.then)
         head = f"{indent}if ({self.test(test)[0]})"
         lines, rest = (self.block(one, f"{indent}  ", declared) for one in (then, other))
-        whole = f"{head} {lines[0].lstrip()}"
+        whole = f"{head} {lines[0].lstrip()}" if lines else ""
         if not rest:
-            short = short and len(lines) == 1 and len(whole) <= WIDTH and not lines[0].lstrip().startswith(("if (", "for ("))
+            short = short and len(lines) == 1 and len(whole) <= WIDTH and not isinstance(then[0], If | Loop)
             return [whole] if short else [f"{head} {{", *lines, f"{indent}}}"]
         if len(other) == 1 and isinstance(other[0], If):
             rest = self.branch(other[0], indent, declared, False)
             return [f"{head} {{", *lines, f"{indent}}} else {rest[0].lstrip()}", *rest[1:]]
         return [f"{head} {{", *lines, f"{indent}}} else {{", *rest, f"{indent}}}"]
 
-    def loop(self, s: Loop, start: str, first: Assign | None, indent: str, declared: set[str]) -> list[str]:
-        if first is None:
+    def loop(self, s: Loop, begin: Statement | None, indent: str, declared: set[str]) -> list[str]:
+        if begin is None:
             kind = "uint16_t" if s.times < 2**16 else "uint32_t"
             head = f"for ({kind} turn_ = 0; turn_ < {s.times}; turn_++)"
             return [f"{indent}{head} {{", *self.block(s.body, f"{indent}  ", declared), f"{indent}}}"]
-        assert isinstance(first.value, Num)
-        (after,) = s.after
-        assert isinstance(after, Assign)
-        assert isinstance(after.value, Op)
-        step = after.value.args[1]
-        assert isinstance(step, Num)
-        name, end = mangled(first.to), first.value.value + s.times * step.value
-        sign = "<" if step.value > 0.0 else ">"
-        head = f"for ({start}; {name} {sign} {number(end)}; {name} += {number(step.value)})"
-        body = self.block(s.body, f"{indent}  ", declared | {first.to})
+        assert isinstance(begin, Assign)
+        assert isinstance(begin.value, Num)
+        step = _step(s)
+        kind = "float " if self.is_new(begin.to, declared) else ""
+        name, end = mangled(begin.to), begin.value.value + s.times * step
+        test = f"{name} {'<' if step > 0.0 else '>'} {number(end)}"
+        head = f"for ({kind}{name} = {number(begin.value.value)}; {test}; {name} += {number(step)})"
+        body = self.block(s.body, f"{indent}  ", declared | {begin.to})
         return [f"{indent}{head} {{", *body, f"{indent}}}"]
 
     # --- values
+    def is_truth(self, value: Expr) -> bool:
+        return isinstance(value, Var) and value.name in self.truths
+
     def place(self, name: str) -> str:
         found = self.names.get(name)
         if found is None:
@@ -297,7 +317,7 @@ class _Writer:
                 made = (self.test(t) for t in tests)
                 sign = " && " if op == "and" else " || "
                 return sign.join(w if own >= 4 or own == level else f"({w})" for w, own in made), level
-            case Not(Compare("==" | "!=" as op, left, right)) if left not in map(Var, self.truths):
+            case Not(Compare("==" | "!=" as op, left, right)) if not self.is_truth(left):
                 return self.test(Compare("!=" if op == "==" else "==", left, right))
             case Not(inner):
                 words, level = self.test(inner)
@@ -316,6 +336,26 @@ def _is_short(s: Statement | None) -> bool:
 
 def _is_truth(value: Expr) -> bool:
     return isinstance(value, Select) and (value.yes, value.no) == (literal(1.0), literal(0.0))
+
+
+def _counter(s: Statement) -> str:
+    """Return the name that a loop counts with, nothing where nobody reads it."""
+    after = s.after if isinstance(s, Loop) else []
+    return after[0].to if after and isinstance(after[0], Assign) else ""
+
+
+def _step(s: Loop) -> float:
+    match s.after:
+        case [Assign(_, Op("+", (_, Num(value=step))))]:
+            return step
+    raise AssertionError(s.after)
+
+
+def _is_read(name: str, statements: Sequence[Statement]) -> bool:
+    """Return whether statements begin with another use of a name than setting it anew."""
+    first = next((s for s in statements if name in _mentioned(s)), None)
+    anew = isinstance(first, Assign) and Var(name) not in parts(first.value)
+    return first is not None and not anew
 
 
 def _mentioned(statement: Statement) -> set[str]:

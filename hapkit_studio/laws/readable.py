@@ -10,8 +10,31 @@ from hapkit_studio.laws.algebra import beyond_single, computed, negated, simpler
 from hapkit_studio.laws.specialise import Specialiser, is_test
 from hapkit_studio.laws.translate import CheckedLaw
 from hapkit_studio.laws.tree import (
-    MOST_FLOAT, Assign, At, Block, Compare, Expr, Function, If, Leave, Logic, Loop, Not, Num, Op, Return,
-    Select, SetAt, Specialised, Statement, Test, Var, drop_unused, is_single, literal, mentions,
+    MOST_FLOAT,
+    Assign,
+    At,
+    Block,
+    Compare,
+    Expr,
+    Function,
+    If,
+    Leave,
+    Logic,
+    Loop,
+    Not,
+    Num,
+    Op,
+    Return,
+    Select,
+    SetAt,
+    Specialised,
+    Statement,
+    Test,
+    Var,
+    drop_unused,
+    is_single,
+    literal,
+    mentions,
 )  # fmt: skip
 
 _ONE, _ZERO = literal(1.0), literal(0.0)
@@ -37,7 +60,7 @@ def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]
         inlined |= more
     _drop_unread_state(made.body)
     drop_unused(made)
-    _join_copies(made.body)
+    _join_copies(made.body, ("x", "v"))
     needed = _called(made.body)
     for function in reversed(walk.functions.values()):
         if function.name in needed:
@@ -123,8 +146,8 @@ class _Readable(Specialiser):
             written = frozenset(self.written([target]))
             for j, other in enumerate(values[i + 1 :], i + 1):
                 if mentions(other, written):
-                    target_name = targets[j]
-                    made = self.fresh(f"new_{target_name.id}" if isinstance(target_name, ast.Name) else "new")
+                    behind = targets[j]
+                    made = self.fresh(f"new_{behind.id}" if isinstance(behind, ast.Name) else "new")
                     self.emit(Assign(made, other))
                     values[j] = Var(made)
             self.assign(target, values[i])
@@ -170,11 +193,12 @@ class _Readable(Specialiser):
             leave.moves += [Assign(r, v) for r, v in zip(results, values, strict=True)]
         function = Function(key, name, (), results, block)
         drop_unused(Specialised([], [function]))
-        _join_copies(block.body)
+        _join_copies(block.body, moving)
         read = {n.name for n in parts(block) if isinstance(n, Var)}
         function.parameters = tuple(n for n in moving if n in read)
+        fails = any(isinstance(n, Op) and n.name == "divisor()" for n in parts(block))
         self.known_results[key] = [
-            v[0] if isinstance(v[0], Num) and all(o == v[0] for o in v) else None
+            v[0] if not fails and isinstance(v[0], Num) and all(o == v[0] for o in v) else None
             for v in zip(*found, strict=True)
         ]
         return function
@@ -206,10 +230,10 @@ class _Readable(Specialiser):
 
     def op(self, name: str, *args: Expr) -> Expr:
         numbers = [a for a in args if isinstance(a, Num)]
-        found = computed(name, numbers) if len(numbers) == len(args) else None
+        found: Expr | None = computed(name, numbers) if len(numbers) == len(args) else None
         if args[0] == _ZERO and (name == "copysign" or (name == "/" and self.never_zero(args[1]))):
             return _ZERO
-        if found is None and any(abs(n.value) > MOST_FLOAT for n in numbers):
+        if found is None and len(args) == 2 and any(abs(n.value) > MOST_FLOAT for n in numbers):
             found = _beside_huge(name, *args)
         if found is None and any(abs(n.value) in (0.0, 1.0) for n in numbers):
             found = simpler(name, args)
@@ -222,8 +246,8 @@ class _Readable(Specialiser):
             value = self.keep(self.value(first))
             rest = self.value(others[0] if len(others) == 1 else ast.BoolOp(node.op, others))
             holds = self.compare("!=", value, _ZERO)
-            first, second = (value, rest) if isinstance(node.op, ast.Or) else (rest, value)
-            return self.select(holds, first, second)
+            yes, no = (value, rest) if isinstance(node.op, ast.Or) else (rest, value)
+            return self.select(holds, yes, no)
         return self.select(self.test(node), _ONE, _ZERO)
 
     def is_truth(self, node: ast.expr) -> bool:
@@ -251,9 +275,9 @@ class _Readable(Specialiser):
         return Select(test, yes, no) if not isinstance(test, bool) else yes if test else no
 
     def compare(self, op: str, left: Expr, right: Expr) -> Test | bool:
-        test = left.test if isinstance(left, Select) else Compare("!=", left, _ZERO) if left in self.truths else None
-        if test is not None and isinstance(right, Num):
-            arms = (left.yes, left.no) if isinstance(left, Select) else (_ONE, _ZERO)
+        chosen = Select(Compare("!=", left, _ZERO), _ONE, _ZERO) if left in self.truths else left
+        if isinstance(chosen, Select) and isinstance(right, Num):
+            test, arms = chosen.test, (chosen.yes, chosen.no)
             yes, no = (self.compare(op, arm, right) if isinstance(arm, Num) else None for arm in arms)
             if isinstance(yes, bool) and isinstance(no, bool):
                 return yes if yes == no else test if yes else negated(test)
@@ -333,13 +357,16 @@ def _drop_unread_state(statements: list[Statement]) -> None:
             one.to = "unread"
 
 
-def _join_copies(statements: list[Statement]) -> None:
-    """Let two names that are set once, one to the other, be one."""
+def _join_copies(statements: list[Statement], given: Sequence[str]) -> None:
+    """Let two names that are set once, one to the other, be one; what is given is set once by that."""
     sets = [n for n in parts(statements) if isinstance(n, Assign)]
-    times = Counter(s.to for s in sets)
+    times = Counter([*given, *(s.to for s in sets)])
     for s in sets:
-        if isinstance(s.value, Var) and times[s.to] == 1 == times[s.value.name]:
-            _rename(statements, s.value.name, s.to)
+        if not isinstance(s.value, Var) or s.to in given or s.to.startswith(("s[", "@")):
+            continue
+        old, new = (s.to, s.value.name) if s.value.name in given else (s.value.name, s.to)
+        if times[old] == times[new] == 1 and not old.startswith("s["):
+            _rename(statements, old, new)
             _drop(statements, s)
 
 

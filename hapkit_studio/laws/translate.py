@@ -129,7 +129,7 @@ def _translate_one(
 class CheckedLaw:
     """A law and the functions that it calls as checked trees: p, s and helpers by their numbers and names.
 
-    own: names of the functions that stand in the law's own file; documents: what the functions say of themselves.
+    own: names of the functions that stand in the law's own file; documents: the functions' docstrings.
     """
 
     tree: ast.FunctionDef

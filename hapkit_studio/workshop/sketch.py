@@ -13,7 +13,7 @@ from hapkit_studio.dynamics.estimators import USUAL, Spec
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.board_offer import ESTIMATORS, coefficients
-from hapkit_studio.laws.cpp_words import number
+from hapkit_studio.laws.c_source import number
 from hapkit_studio.parameters import Choice
 from hapkit_studio.protocol.messages import Board, MotorMap, Pins, Sensor
 from hapkit_studio.workshop import sketch_law
@@ -66,13 +66,12 @@ def text(
 
     values: those that differ from the defaults. rate in Hz: by default ``usual_rate``. prints: lines a second
     on the serial monitor. remark: what a reader has to know first. Raise ParameterError for what a sketch
-    does not do, LawError for a law that C++ cannot say.
+    does not do, LawError for what is no law.
     """
     kit, values = kit or Kit(), environment.values(values)
     rate = usual_rate(environment, values) if rate is None else rate
     check(rate, estimator, prints)
-    memory = "state, " if environment.force.state_names else ""
-    name = f"laws::{sketch_law.namespace(environment)}"
+    law = sketch_law.translated(environment, values)
     return _piece("sketch").substitute(
         title=sketch_law.one_line(environment.title),
         about=_comment(sketch_law.one_line(environment.summary)),
@@ -80,15 +79,14 @@ def text(
         before_start="\n//\n".join(_comment(words) for words in (remark, _start_words(kit)) if words),
         rate=rate,
         loop=_loop(rate, prints),
-        parameters=sketch_law.constants(environment, values),
+        parameters=sketch_law.constants(environment, values, law),
         kit=_kit(kit),
-        law=_law(environment, values),
+        law=sketch_law.text(law),
         sensor=_sensor(kit),
         velocity=_velocity(estimator, rate, kit.board.quantum),
         motor_map=_map(kit.board),
-        motor=_piece(_MOTORS[Pins(kit.board.pins)]).template.rstrip() + "\n",
-        call=f"{name}::force({memory}x, v, kPeriod)",
-        start_law=f"  {name}::start(state);\n" if environment.force.state_names else "",
+        motor=_piece(_MOTORS[Pins(kit.board.pins)]).template,
+        call=law.call,
     )
 
 
@@ -125,14 +123,6 @@ def _start_words(kit: Kit) -> str:
 
 def _zero_known(kit: Kit) -> bool:
     return kit.calibrated and kit.board.sensor != Sensor.QUADRATURE
-
-
-def _law(environment: Environment, values: Mapping[str, float]) -> str:
-    states = len(environment.force.state_names)
-    memory = (
-        f"\n// What the law remembers from one time to the next.\nfloat state[{states}];\n" if states else ""
-    )
-    return f"{sketch_law.law_text(environment, values)}{memory}"
 
 
 def _kit(kit: Kit) -> str:

@@ -6,10 +6,7 @@ import pytest
 from hapkit_studio.devices import profiles
 from hapkit_studio.devices.flash import shipped
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
-from hapkit_studio.laws.cpp import CppLaw
-from hapkit_studio.laws.cpp_words import mangled
 from hapkit_studio.protocol.messages import PROTOCOL_VERSION
-from hapkit_studio.workshop import firmware
 from tests.firmware.vb import FULL_FORCE, QUANTUM, needs_board
 from tests.firmware.vb_host import exchange, rows_of
 
@@ -59,15 +56,12 @@ def test_a_spring_is_what_the_pins_render(rendered):
     assert np.all(np.abs(force + STIFFNESS * (rows.position - moved[0])) <= step + lag + STIFFNESS * QUANTUM)
 
 
-def test_it_answers_with_its_settings_and_has_every_law_of_the_studio():
+def test_it_answers_with_its_settings():
     board = VirtualBoard("fast", firmware=shipped())
     board.open()
     try:
-        settings, laws = board.settings(), board.laws()
+        settings = board.settings()
     finally:
         board.close()
     assert settings.quantum == pytest.approx(QUANTUM, rel=1e-3)
     assert settings.max_force == pytest.approx(profiles.default().board.max_force)
-    wanted = {key: CppLaw(law, mangled(key)).fingerprint for key, law in firmware.laws().items()}
-    assert {key: name.fingerprint for key, name in laws.items()} == wanted
-    assert [name.law for name in laws.values()] == list(range(len(wanted)))

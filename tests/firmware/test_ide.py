@@ -1,6 +1,5 @@
 """The firmware as the Arduino IDE builds it, which knows nothing of the Makefile: it fits, talks, renders."""
 
-import re
 import subprocess
 from pathlib import Path
 
@@ -9,8 +8,6 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.laws.cpp import CppLaw
-from hapkit_studio.parameters import Choice
 from tests.firmware import sketches
 from tests.firmware.board_runs import render
 from tests.firmware.vb import QUANTUM
@@ -18,9 +15,6 @@ from tests.firmware.vb import QUANTUM
 pytestmark = sketches.needs_ide
 
 SKETCH = Path(__file__).resolve().parents[2] / "firmware" / "hapkit"
-CHOSEN = {
-    key: int(bits, 16) for key, bits in re.findall(r"LAW\((\w+), (0x\w+)\)", (SKETCH / "build.h").read_text())
-}
 FLASH, RAM, STACK = 32256, 2048, 576
 AT_ZERO = ("--magnet", str(921 - 51))
 """The magnet sits so that the sensor begins anew at the handle's zero."""
@@ -42,22 +36,13 @@ def test_it_fits_the_chip(elf):
     assert 500 < size[".data"] + size[".bss"] + size[".noinit"] <= RAM - STACK
 
 
-def test_it_says_who_it_is_and_offers_the_laws_that_were_chosen(elf):
+def test_it_says_who_it_is(elf):
     board = VirtualBoard("lockstep", firmware=elf)
     board.open()
     try:
         assert board.hello.build == "arduino-ide"
-        laws = board.laws()
     finally:
         board.close()
-    assert len(CHOSEN) == 11
-    assert list(laws) == list(CHOSEN)
-    for key, law in laws.items():
-        environment = environments.named(key)
-        assert law.fingerprint == CppLaw(environment.force, key).fingerprint
-        assert law.parameters == len(environment.parameters)
-        choices = [isinstance(p, Choice) for p in environment.parameters]
-        assert CHOSEN[key] == sum(choice << i for i, choice in enumerate(choices))
 
 
 def test_its_wall_pushes_as_a_wall(elf, tmp_path):

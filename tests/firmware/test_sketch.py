@@ -1,16 +1,15 @@
 """Exported sketches, built as the Arduino IDE does: what the pins render against the Python law."""
 
-import tomllib
+import itertools
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.devices import profiles
-from hapkit_studio.errors import LawError, ParameterError
-from hapkit_studio.laws.cpp_program import BY_HAND
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import Choice
 from hapkit_studio.protocol.messages import MotorMap
 from hapkit_studio.workshop import reading, sketch, sketch_file
 from tests.firmware import sketches
@@ -93,6 +92,7 @@ def test_rate_and_velocity_are_as_chosen(rate, spec, archive, tmp_path):
     compare(*check(environment, environment.values({"damping": 6.0}), archive, tmp_path, rate, spec))
 
 
+EVERY_MS = ("--log-period", "0.001")
 HELD = 0.016
 STIFFNESS = 90.0
 HOLD = ("0.02 position 0.016 0.3",)
@@ -103,8 +103,7 @@ def held(kit, archive, folder, *options, script=HOLD):
     """Return the duty that a spring ends up with where the handle is held."""
     text = sketch.text(environments.named("spring"), {"stiffness": STIFFNESS, "damping": 0.0}, kit)
     elf = sketches.build(text, archive, folder)
-    words = ("--log-period", "0.001", *options)
-    return sketches.rendered(elf, folder, script, LAST, *words)[-1].duty
+    return sketches.rendered(elf, folder, script, LAST, *EVERY_MS, *options)[-1].duty
 
 
 def expected(board, at=HELD, power=0.5):
@@ -172,25 +171,14 @@ def test_a_force_that_is_no_number_and_a_handle_too_fast_switch_the_motor_off(ar
 
 
 # --- without a board
-def test_what_is_written_by_hand_for_the_board_is_in_the_wheel():
-    root = Path(__file__).resolve().parents[2]
-    included = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"][
-        "wheel"
-    ]
-    for header in set(BY_HAND.values()):
-        place = included["force-include"][f"firmware/hapkit/laws/{header}"]
-        assert place == f"hapkit_studio/assets/sketch/{header}"
-
-
 @pytest.mark.parametrize("key", environments.discover())
 def test_a_sketch_names_what_was_tuned_and_stands_alone(key):
     environment = environments.named(key)
     text = sketch.text(environment, environment.values())
     for parameter in environment.parameters:
-        assert f" {parameter.key} = " in text or f" {parameter.key}_ = " in text
-        assert parameter.label in text
-    assert "#include" not in text
-    assert "fast::" not in text
+        chosen = isinstance(parameter, Choice) and parameter.key != "picture"
+        assert parameter.label in text or not (chosen or f"p.{parameter.key}" in text)
+    assert text.count("#include") == 1
     assert "p[" not in text
     assert max(map(len, text.split("\n"))) <= 110
 
@@ -200,8 +188,8 @@ def test_it_is_readable_by_hand_in_and_by_a_plain_editor():
     assert "// Name:\n// Date:\n" in text
     assert "N*s/m" in text
     assert "·" not in text
-    assert "constexpr int damping_mode = 1;" in text
-    assert "tuned::damping_mode == 2 || (tuned::damping_mode == 0 && rate < 0.0f)" in text
+    assert "// Damping acts: both\n" in text
+    assert "  return -(p.stiffness * depth + p.damping * v);" in text
 
 
 def test_the_same_settings_give_the_same_sketch():
@@ -257,8 +245,45 @@ def test_a_persons_words_stay_comments(archive, tmp_path):
     sketches.build(sketch.text(environment, {}, kit), archive, tmp_path)
 
 
-def test_a_law_with_what_no_sketch_has_is_refused(monkeypatch):
-    monkeypatch.setattr(sketch.sketch_law, "plain", lambda text: text.replace("floorf(", "fast::novel("))
-    environment = environments.named("detents")
-    with pytest.raises(LawError, match="it has no"):
-        sketch.text(environment, environment.values())
+def choices(environment):
+    """Return every combination of an environment's choices but that of its picture."""
+    asked = [p for p in environment.parameters if isinstance(p, Choice) and p.key != "picture"]
+    return [
+        {p.key: o for p, o in zip(asked, options, strict=True)}
+        for options in itertools.product(*(p.options for p in asked))
+    ]
+
+
+LINES = {"exact": 500}
+"""More than others: a motion is parted at events there, each searched for."""
+
+
+@needs_ide
+@pytest.mark.parametrize("key", environments.discover())
+def test_every_choice_is_a_short_sketch_without_a_warning(key, archive, tmp_path):
+    environment = environments.named(key)
+    for given in choices(environment):
+        text = sketch.text(environment, environment.values(given))
+        assert text.count("\n") < LINES.get(given.get("integrator", ""), 350), given
+        assert max(map(len, text.split("\n"))) <= 110
+        sketches.build(text, archive, tmp_path)
+
+
+ENDLESS = """    n = 0.0
+    if x > 0.01:
+        for i in range(10000):
+            n += math.sin(i * x)
+    return n - 40.0 * x
+"""
+
+
+@needs_ide
+def test_a_law_that_turns_in_circles_is_ended_by_the_watchdog(archive, tmp_path):
+    text = OWN[: OWN.index("    if x > s.far")] + ENDLESS + OWN[OWN.index("\n\nENVIRONMENT") :]
+    environment = reading.load_text(text.replace('"""A ramp."""', "import math"), tmp_path / "ramp.py")
+    elf = sketches.build(sketch.text(environment, {}), archive, tmp_path)
+    log = sketches.rendered(
+        elf, tmp_path, ("0.1 position 0.008 0.1", "0.3 position 0.02 0.05"), 0.7, *EVERY_MS
+    )
+    assert log.duty[(log.time > 0.2) & (log.time < 0.3)].all()
+    assert not log.duty[log.time > 0.42].any()

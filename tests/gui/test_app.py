@@ -10,7 +10,7 @@ from PySide6.QtGui import QImage
 from hapkit_studio.gui import app, prepare
 
 OFF_THE_WAY = (
-    *("scipy.signal", "matplotlib", "pandas", "hapkit_studio.laws.cpp", "hapkit_studio.workshop.sketch"),
+    *("scipy.signal", "matplotlib", "pandas", "hapkit_studio.laws.c_source", "hapkit_studio.workshop.sketch"),
     *("hapkit_studio.analysis.sketch_limit", "hapkit_studio.gui.wizard.window"),
 )
 

@@ -1,0 +1,117 @@
+"""A sketch's C beside the law in Python: every environment's choices, and random laws, in double precision.
+
+What differs in single precision is measured on the chip; here a statement out of place is seen in any digit.
+"""
+
+import ctypes
+import itertools
+import math
+import re
+import shutil
+import subprocess
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.errors import LawError
+from hapkit_studio.laws import c_source
+from hapkit_studio.parameters import Choice
+from hapkit_studio.workshop import sketch_law
+from tests.laws import random_laws
+from tests.laws.board_laws import Job, by_python
+
+pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
+
+PERIOD = 2.0**-10
+LAWS = 40
+_IN_DOUBLE = (
+    "sin cos tan asin acos atan sinh cosh tanh exp log sqrt fabs floor ceil trunc round fmod pow atan2 "
+)
+HEAD = "\n".join(
+    [
+        "#include <math.h>",
+        "#include <stdint.h>",
+        "#define float double",
+        *(f"#define {name}f {name}" for name in [*_IN_DOUBLE.split(), "hypot", "copysign"]),
+        f"static bool stopped; constexpr double kPeriod = {PERIOD!r};",
+    ]
+)
+CALLED = """
+extern "C" void run_{n}(int rows, const double* given, double* force) {{
+  using namespace n{n};
+  for (int i = 0; i < rows; i++) {{
+    const double x = given[2 * i], v = given[2 * i + 1];
+    (void)x;
+    (void)v;
+    force[i] = {call};
+    if (stopped || !isfinite(force[i])) force[i] = NAN;
+    stopped = isnan(force[i]);
+  }}
+  stopped = false;
+}}
+"""
+
+
+def whole(value):
+    """Return a number with all its digits."""
+    return repr(float(value)) if math.isfinite(value) else "INFINITY" if value > 0.0 else "-INFINITY"
+
+
+def run(jobs, folder, monkeypatch):
+    """Return the force (n,) of every job by its sketch's C; nan from the first fault on."""
+    monkeypatch.setattr(c_source, "number", whole)
+    monkeypatch.setattr(sketch_law, "number", whole)
+    pieces = [HEAD]
+    for n, job in enumerate(jobs):
+        law = sketch_law.translated(job.environment, job.values)
+        text = f"{sketch_law.constants(job.environment, job.values, law)}\n{sketch_law.text(law)}"
+        text = re.sub(r"\b(\d+\.\d+)f\b", r"\1", text)
+        pieces.append(f"namespace n{n} {{\n{text}\n}}\n{CALLED.format(n=n, call=law.call)}")
+    source, library = folder / "laws.cpp", folder / "laws.so"
+    source.write_text("\n".join(pieces))
+    words = ["g++", "-std=gnu++11", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-o", library, source]
+    subprocess.run(words, check=True)
+    laws = ctypes.CDLL(str(library))
+    forces = []
+    for n, job in enumerate(jobs):
+        forces.append(np.empty(len(job.rows)))
+        rows = np.ascontiguousarray(job.rows)
+        laws[f"run_{n}"](len(rows), *(a.ctypes.data_as(ctypes.c_void_p) for a in (rows, forces[-1])))
+    return forces
+
+
+def check(jobs, folder, monkeypatch):
+    for job, found in zip(jobs, run(jobs, folder, monkeypatch), strict=True):
+        wanted = by_python(job, exact=True)[0]
+        faults = np.flatnonzero(~np.isfinite(wanted))
+        wanted[faults[0] if len(faults) else len(wanted) :] = np.nan
+        assert found == pytest.approx(wanted, rel=1e-6, abs=1e-8, nan_ok=True), job.values
+
+
+def test_every_environment_with_every_choice(tmp_path, monkeypatch):
+    time = np.arange(1500) * PERIOD
+    x = 0.02 * np.sin(5.0 * time) + 0.006 * np.sin(20.0 * time)
+    rows = np.stack([x, np.gradient(x, PERIOD)], axis=1)
+    jobs = []
+    for environment in environments.discover().values():
+        choices = [p for p in environment.parameters if isinstance(p, Choice) and p.key != "picture"]
+        for options in itertools.product(*(p.options for p in choices)):
+            values = environment.values({p.key: o for p, o in zip(choices, options, strict=True)})
+            values = {key: float(np.float32(value)) for key, value in values.items()}
+            jobs.append(Job(environment, values, PERIOD, rows))
+    check(jobs, tmp_path, monkeypatch)
+
+
+def test_random_laws(tmp_path, monkeypatch):
+    jobs = []
+    for seed in range(LAWS):
+        try:
+            law = random_laws.law(tmp_path, seed)
+        except LawError:
+            continue
+        values = {key: float(np.float32(value)) for key, value in random_laws.settings(seed).items()}
+        jobs.append(Job(SimpleNamespace(force=law), values, PERIOD, random_laws.rows(seed)))
+    assert len(jobs) > 0.8 * LAWS
+    check(jobs, tmp_path, monkeypatch)
