@@ -41,8 +41,8 @@ class Cheaper:
         """Return in one line what it costs, and by how much it differs."""
         program = self.way.program
         return (
-            f"{self.choice.word(self.option)} takes {program.size:,} bytes and about {program.usual:,.0f} "
-            f"cycles, and feels the same: {self.apart:.2f} N apart at most, of {self.force:.1f} N."
+            f"{self.choice.word(self.option)} takes {program.size:,} bytes, {program.usual:,.0f} cycles, and "
+            f"feels the same: {self.apart:.2f} N apart at most, of {self.force:.1f} N."
         )
 
 

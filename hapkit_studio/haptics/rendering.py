@@ -47,7 +47,9 @@ class Rendering:
     @property
     def board_way(self) -> BoardWay | None:
         """Return how the board is to render the scene in force, None while the computer renders."""
-        return self._wanted.board
+        way = self._wanted.board
+        refused = way is not None and self._driver is not None and self._driver.refusal(way)
+        return None if refused else way
 
     @property
     def offered_way(self) -> BoardWay | None:

@@ -78,6 +78,9 @@ def test_what_is_typed_leaves_figures_at_their_lines(counting, qtbot):
     counting.studio.set_value("stiffness", 0.0)  # another law, whose lines are not those of the text
     qtbot.waitUntil(lambda: page.cycles.text().startswith("As run last: "), timeout=PATIENCE_MS)
     assert page.code.counts == {LAW_LINE + 1: figure}
+    page.code.moveCursor(page.code.textCursor().MoveOperation.End)
+    page.code.setPlainText(page.text.replace("-p.stiffness * x", "-2.0 * p.stiffness * x"))
+    assert page.code.counts == {}
 
 
 def test_a_law_too_slow_for_the_board_is_counted_all_the_same(counting, qtbot):

@@ -43,7 +43,7 @@ class CodeEdit(QPlainTextEdit):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self._marks: list[tuple[QTextCursor, str]] = []
-        self._counts: list[tuple[QTextCursor, float]] | None = None
+        self._counts: list[tuple[QTextCursor, str, float]] | None = None
         self._aim: int | None = None
         self.setObjectName("code")
         self.setFrameShape(QPlainTextEdit.Shape.NoFrame)
@@ -80,17 +80,18 @@ class CodeEdit(QPlainTextEdit):
 
     @property
     def counts(self) -> dict[int, float] | None:
-        """Return figures by line as lines now stand; None where there is no column for them."""
+        """Return figures by line as lines now stand, without lines that have changed; None: no column."""
         if self._counts is None:
             return None
-        return {cursor.blockNumber() + 1: value for cursor, value in self._counts}
+        same = ((c.block(), value) for c, text, value in self._counts if c.block().text() == text)
+        return {block.blockNumber() + 1: value for block, value in same}
 
     def count(self, by_line: Mapping[int, float] | None) -> None:
-        """Show a figure beside each of these lines, in a column of its own, as it moves; None: no column."""
+        """Show a figure beside each of these lines for as long as it is that line; None: no column."""
         self._counts = None
         if by_line is not None:
             blocks = ((self.document().findBlockByNumber(line - 1), value) for line, value in by_line.items())
-            self._counts = [(QTextCursor(block), value) for block, value in blocks if block.isValid()]
+            self._counts = [(QTextCursor(b), b.text(), value) for b, value in blocks if b.isValid()]
         self._make_room()
         self.gutter.update()
 

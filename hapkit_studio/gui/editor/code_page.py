@@ -53,6 +53,7 @@ class CodePage(QWidget):
         self.cycles = QLabel()
         self.cycles.setProperty("role", "hint")
         self.cycles.setWordWrap(True)
+        self.cycles.setContentsMargins(12, 5, 12, 5)
         self.cycles.setToolTip(_CYCLES_TIP)
         self.cycles.hide()
         self.close_law = QToolButton()
