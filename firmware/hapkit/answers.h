@@ -24,7 +24,8 @@ class Answers {
   void send(Sender& sender);
 
  private:
-  bool send_hello(Sender& sender);
+  // Not a part of its callers: what it needs of the stack, others have meanwhile.
+  __attribute__((noinline)) bool send_hello(Sender& sender);
   bool send_settings(Sender& sender);
 
   uint8_t wanted_ = 0;

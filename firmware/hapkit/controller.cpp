@@ -19,12 +19,12 @@ const Message& as(const uint8_t* body) {
 }
 
 // How the computer's own rendering is watched over.
-constexpr estimator::Loop kUsual = {profile::kSampleRate, protocol::kEstimatorDifference, 0.0f, 0.0f};
+estimator::Loop usual() { return {profile::kSampleRate, protocol::kEstimatorDifference, 0.0f, 0.0f}; }
 
 }  // namespace
 
 // Ticks have begun already; until their design is there they skip.
-void Controller::begin() { redesign(kUsual); }
+void Controller::begin() { redesign(usual()); }
 
 void Controller::receive(uint8_t byte) {
   const uint8_t size = parser_.push(byte);
@@ -151,7 +151,7 @@ void Controller::leave_law() {
   fade_.stay();
   safety_.accept();
   off();
-  redesign(kUsual);
+  redesign(usual());
 }
 
 // The zero may be elsewhere now, so whatever was rendered ends; the sensor tells the next tick that no handle
@@ -162,7 +162,7 @@ void Controller::set_kit(const protocol::Board& kit) {
   fade_.stay();
   off();
   answers_.want_settings(!settings::accept(kit));
-  redesign(kUsual);
+  redesign(usual());
 }
 
 void Controller::set_stream(const protocol::Stream& stream) {

@@ -73,7 +73,6 @@ class Controller {
   // The tick's, and first: the chip reaches what lies within 64 bytes at once.
   estimator::Estimator estimator_;
   estimator::Design design_ = {};  // of no period until there is one
-  float velocity_ = 0.0f;
   float asked_ = 0.0f;
   uint16_t delays_us_ = 0;  // summed up since a tick was shown
   int16_t pwm_ = 0;
@@ -102,9 +101,12 @@ class Controller {
   // Handed to the tick, which takes it over after a period of its length.
   estimator::Design next_ = {};
 
-  // What a tick shows.
+  // What a tick shows: a sample, or telemetry of a law.
   uint32_t stamp_ = 0;
   bool shows_law_ = false;
-  protocol::Sample sample_ = {};
-  protocol::Telemetry shown_ = {};
+  union Shown {
+    protocol::Telemetry law;
+    protocol::Sample sample;
+  };
+  Shown shown_ = {};
 };

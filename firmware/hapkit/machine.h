@@ -6,7 +6,7 @@
 
 // What the build leaves.
 #ifndef HAPKIT_ARENA
-#define HAPKIT_ARENA 700
+#define HAPKIT_ARENA 768
 #endif
 
 namespace machine {

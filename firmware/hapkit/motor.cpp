@@ -58,11 +58,10 @@ uint16_t shifted(uint16_t value, uint8_t places) {
 // below, and (step - 1/2)^2 = step (step - 1) + 1/4.
 uint8_t nearest_root(uint16_t square_less_quarter) {
   uint8_t root = 0;
-  uint8_t bit = 0x80;
-  do {
+  for (uint8_t bit = 0x80; bit; bit >>= 1) {
     const uint8_t larger = root | bit;
     if (static_cast<uint16_t>(larger * static_cast<uint8_t>(larger - 1)) <= square_less_quarter) root = larger;
-  } while (bit >>= 1);
+  }
   return root;
 }
 
@@ -81,12 +80,15 @@ uint8_t straight_steps(Product torque) {
   const uint16_t fine = shifted(torque.value, torque.places - 8);
   const uint8_t whole = fine >> 8;
   const Piece* piece = map.pieces;
+  uint8_t from = 0;
+  uint16_t begins = 0;
   while (whole >= piece->to) {
+    from = piece->to;
+    begins += map.width;
     if (++piece == map.pieces + map.piece_count) return map.top;
   }
-  const uint16_t along = fine - static_cast<uint16_t>(piece->from << 8);
-  const uint16_t duty = piece->duty + along * piece->slope +
-                        ((static_cast<uint32_t>(along) * piece->slope_rest) >> 16);
+  const uint16_t along = fine - static_cast<uint16_t>(from << 8);
+  const uint16_t duty = begins + along * piece->slope + ((static_cast<uint32_t>(along) * piece->slope_rest) >> 16);
   return (duty + 128) >> 8;
 }
 

@@ -23,22 +23,20 @@ Factor factor_of(float value) {
   return {static_cast<uint16_t>(0x8000 | (bits >> 8)), static_cast<int16_t>(2 * 127 + 14 - exponent)};
 }
 
-void add_piece(uint16_t duty, uint16_t width, uint8_t low, uint8_t high) {
-  if (high == low) return;  // the lowest duty for a torque is enough
-  const uint32_t slope = (static_cast<uint32_t>(width) << 8) / static_cast<uint8_t>(high - low);
-  map.pieces[map.piece_count++] = {low, high, duty, static_cast<uint8_t>(slope >> 16), static_cast<uint16_t>(slope)};
+// One without torque of its own is never looked for: the lowest duty for a torque is enough.
+void add_piece(uint8_t low, uint8_t high) {
+  const uint32_t slope = high == low ? 0 : (static_cast<uint32_t>(map.width) << 8) / static_cast<uint8_t>(high - low);
+  map.pieces[map.piece_count++] = {high, static_cast<uint8_t>(slope >> 16), static_cast<uint16_t>(slope)};
 }
 
 void set_pieces(const protocol::Board& kit) {
   map.piece_count = 0;
-  const uint16_t whole = map.top << 8;
-  if (kit.motor_map == protocol::kMotorMapLinear) return add_piece(0, whole, 0, 255);
-  const uint16_t eighth = whole / sizeof(kit.table);
-  uint16_t duty = 0;
+  map.width = map.top << 8;
+  if (kit.motor_map == protocol::kMotorMapLinear) return add_piece(0, 255);
+  map.width /= sizeof(kit.table);
   uint8_t low = 0;
   for (const uint8_t high : kit.table) {
-    add_piece(duty, eighth, low, high);
-    duty += eighth;
+    add_piece(low, high);
     low = high;
   }
 }

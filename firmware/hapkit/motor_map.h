@@ -15,8 +15,7 @@ struct Factor {
 
 // A straight piece of the map. Torque is in 255ths of that at full duty, duty in 256ths of a step.
 struct Piece {
-  uint8_t from, to;     // torque
-  uint16_t duty;        // where it begins
+  uint8_t to;           // torque at its end
   uint8_t slope;        // whole steps a 255th
   uint16_t slope_rest;  // and 65536ths
 };
@@ -30,6 +29,7 @@ struct Map {
   Factor factor;  // from newton to steps squared, or to 255ths of the torque at full duty
   Piece pieces[sizeof(protocol::Board::table)];
   uint8_t piece_count;
+  uint16_t width;  // duty of each
 };
 
 extern Map map;

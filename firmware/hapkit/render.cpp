@@ -78,7 +78,7 @@ bool Renderer::tune(const protocol::Tune& tune) {
 }
 
 // A step every other millisecond: half of the work, and nobody can tell.
-void Renderer::move() {
+void Renderer::move_on() {
   for (uint8_t i = 0; i < count_;) {
     Moving* one = moving() + i;
     if (--one->left % 2 == 0) {

@@ -50,7 +50,9 @@ class Renderer {
   bool tune(const protocol::Tune& tune);
 
   // Let the constants move on by a millisecond.
-  void move();
+  void move() {
+    if (count_) move_on();
+  }
 
   bool active() const { return active_; }
 
@@ -72,6 +74,7 @@ class Renderer {
   static_assert(sizeof(Moving) == machine::kRamp, "the machine keeps room for some of these");
 
   Moving* moving() const { return reinterpret_cast<Moving*>(machine::code(shape_) + shape_.code); }
+  void move_on();
   uint8_t room() const;
   Moving* find(uint8_t slot) const;
   bool fits(const protocol::Tune& tune) const;

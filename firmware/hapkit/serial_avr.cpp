@@ -14,7 +14,7 @@ namespace {
 constexpr uint16_t kBaudDivisor = board::kCpu / 16 / protocol::kBaud - 1;
 static_assert((kBaudDivisor + 1) * 16 * protocol::kBaud == board::kCpu, "this baud rate is not exact");
 
-Ring<128> received;  // a loop and its scene come in one piece, 91 bytes
+Ring<96> received;  // the settings of a kit come in one piece of 74 bytes
 volatile uint8_t lost = 0;
 
 // Frames wait one behind the other and are sent from here up to `stop`, the low byte of an address. When all have
@@ -54,7 +54,10 @@ ISR(USART_RX_vect, ISR_NAKED) {
       "brne 2f\n"
       "1:\tlds r30, %[ring]+%[head]\n\t"
       "inc r30\n\t"
-      "andi r30, %[mask]\n\t"
+      "cpi r30, %[size]\n\t"
+      "brne 4f\n\t"
+      "clr r30\n"
+      "4:\t"
       "lds r31, %[ring]+%[tail]\n\t"
       "cp r30, r31\n\t"
       "breq 3f\n\t"
@@ -78,7 +81,7 @@ ISR(USART_RX_vect, ISR_NAKED) {
       :
       : KEPT, [status] "i"(_SFR_MEM_ADDR(UCSR0A)), [data] "i"(_SFR_MEM_ADDR(UDR0)),
         [damage] "M"(_BV(FE0) | _BV(DOR0)), [ring] "i"(&received), [head] "M"(received.kHead),
-        [tail] "M"(received.kTail), [mask] "M"(received.kMask), [lost] "i"(&lost),
+        [tail] "M"(received.kTail), [size] "M"(received.kSize), [lost] "i"(&lost),
         [sleep] "I"(_SFR_IO_ADDR(SMCR)));
 }
 

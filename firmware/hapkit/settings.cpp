@@ -142,9 +142,13 @@ uint16_t crc_of_block() {
   return crc;
 }
 
+// The place in use has been found whole, or written so. Byte by byte: a copy would take a lot of the stack.
 bool is_kept() {
-  protocol::Board kept;
-  return place != kNone && read_block(place, &kept) && memcmp(&kept, &in_force, sizeof(kept)) == 0;
+  if (place == kNone || mark_of(place) != kMark) return false;
+  for (uint8_t i = kBoardAt; i < kCrcAt; ++i) {
+    if (eeprom::read(kPlaces[place] + i) != block_byte(i)) return false;
+  }
+  return true;
 }
 
 // The steps of a save: erase the mark, 2 .. kBlock: the bytes behind it, the mark, the other place's mark.

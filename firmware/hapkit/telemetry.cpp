@@ -22,26 +22,26 @@ void Controller::report(uint32_t time_us) {
   const uint8_t rx_errors = parser_.bad_frames() + board::lost_bytes();
   const uint8_t flags = overrun_flag();
   if (shows_law_) {
-    shown_.time_us = time_us;
-    shown_.flags |= flags;
-    shown_.rx_errors = rx_errors;
-    lost_frame_ = !sender_.send(shown_);
+    shown_.law.time_us = time_us;
+    shown_.law.flags |= flags;
+    shown_.law.rx_errors = rx_errors;
+    lost_frame_ = !sender_.send(shown_.law);
     return;
   }
   {
     const Lock lock;
-    sample_.pwm = pwm_;
-    sample_.flags |= flags | safety_.flags();
+    shown_.sample.pwm = pwm_;
+    shown_.sample.flags |= flags | safety_.flags();
   }
-  sample_.time_us = time_us;
-  sample_.answered = answered_;
-  sample_.delay_us = delay_us_;
-  sample_.rx_errors = rx_errors;
-  sample_.stale = stale_;
-  sample_.generation = loading_.generation();
-  sample_.received = loading_.received();
-  sample_.refusal = loading_.refusal();
-  lost_frame_ = !sender_.send(sample_);
+  shown_.sample.time_us = time_us;
+  shown_.sample.answered = answered_;
+  shown_.sample.delay_us = delay_us_;
+  shown_.sample.rx_errors = rx_errors;
+  shown_.sample.stale = stale_;
+  shown_.sample.generation = loading_.generation();
+  shown_.sample.received = loading_.received();
+  shown_.sample.refusal = loading_.refusal();
+  lost_frame_ = !sender_.send(shown_.sample);
 }
 
 // Ticks that were skipped, and ticks that were shown in vain, since the last frame.

@@ -49,8 +49,9 @@ inline void Controller::follow() {
 }
 
 __attribute__((always_inline)) inline void Controller::render(int32_t count) {
-  velocity_ = estimator_.velocity(design_);
-  asked_ = safety_.refused() ? 0.0f : machine::run(times(count, design_.quantum), velocity_);
+  // the product takes as long as a fifth of a law that may be rendered at the fastest rate
+  const float velocity = machine::program.reads_velocity ? estimator_.velocity(design_) : 0.0f;
+  asked_ = safety_.refused() ? 0.0f : machine::run(times(count, design_.quantum), velocity);
   if (safety_.off()) {
     fade_.restart();
     return drive(0);
@@ -102,10 +103,10 @@ void Controller::sample(const board::Sampling& sampling) {
 static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }
 
 void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
-  sample_.seq = sampling.seq;
-  sample_.count = count;
-  sample_.raw = sampling.raw;
-  sample_.flags = doubt_flag();
+  shown_.sample.seq = sampling.seq;
+  shown_.sample.count = count;
+  shown_.sample.raw = sampling.raw;
+  shown_.sample.flags = doubt_flag();
 }
 
 // Of all ticks in a millisecond. A division would take 200 cycles.
@@ -115,15 +116,15 @@ static uint16_t mean(uint16_t sum, uint8_t quarters) {
 }
 
 void Controller::show_law(const board::Sampling& sampling, int32_t count) {
-  shown_.seq = sampling.seq;
-  shown_.count = count;
-  shown_.velocity = velocity_;
-  shown_.asked = asked_;
-  shown_.pwm = pwm_;
-  shown_.flags = safety_.flags() | doubt_flag();
-  shown_.delay_us = mean(delays_us_, sampling.quarters);
-  shown_.overruns = overruns_;
-  shown_.generation = renderer_.generation();
-  renderer_.show_state(&shown_);
+  shown_.law.seq = sampling.seq;
+  shown_.law.count = count;
+  shown_.law.velocity = estimator_.velocity(design_);
+  shown_.law.asked = asked_;
+  shown_.law.pwm = pwm_;
+  shown_.law.flags = safety_.flags() | doubt_flag();
+  shown_.law.delay_us = mean(delays_us_, sampling.quarters);
+  shown_.law.overruns = overruns_;
+  shown_.law.generation = renderer_.generation();
+  renderer_.show_state(&shown_.law);
   delays_us_ = 0;
 }

@@ -111,10 +111,14 @@ static _Noreturn void crashed(struct board *b, const char *how)
 	give_up(b, EXIT_CRASHED);
 }
 
+// A program moves the pointer a byte at a time, with one instruction in between: what is there for four of them is
+// meant.
 static void watch_stack(struct board *b)
 {
 	unsigned pointer = b->avr->data[R_SPL] | b->avr->data[R_SPH] << 8;
-	if (b->started && (b->lowest_stack == 0 || pointer < b->lowest_stack))
+	b->stack_stays = pointer == b->stack ? b->stack_stays + 1 : 0;
+	b->stack = pointer;
+	if (b->started && b->stack_stays >= 3 && (b->lowest_stack == 0 || pointer < b->lowest_stack))
 		b->lowest_stack = pointer;
 }
 

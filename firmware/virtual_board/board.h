@@ -49,7 +49,8 @@ struct board {
 	avr_cycle_count_t longest_off;   // and where it began
 	avr_flashaddr_t longest_off_pc;
 	avr_cycle_count_t asleep;        // cycles in which the processor slept
-	unsigned lowest_stack;           // lowest stack pointer seen once interrupts were on
+	unsigned stack, stack_stays;     // stack pointer, and for how many instructions it has been there
+	unsigned lowest_stack;           // lowest one seen once interrupts were on
 	unsigned silent_offs;            // motor off after 20 ms without a byte from the computer
 	bool quit, frozen;
 	double told;                     // bytes that the computer says it has sent since the plug; negative: nothing
