@@ -81,7 +81,7 @@ FOREIGN = 0.4
 
 def _forces(time: float) -> bytes:
     """Return a line full of valid commands: eight a ms."""
-    return encode(Force(0, FOREIGN)) * 8 if START <= time < END else b""
+    return encode(Force(0, 0, FOREIGN)) * 8 if START <= time < END else b""
 
 
 BACK = RECOVER + FADE + 5 * PERIOD

@@ -8,7 +8,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.haptics import board_offer, histogram, line, rig, ring, serial_loop
-from hapkit_studio.haptics.board_offer import Offer
+from hapkit_studio.haptics.board_offer import Offer, Wish
 from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.protocol import codec
 from hapkit_studio.protocol.framing import Decoder, encode
@@ -16,8 +16,6 @@ from hapkit_studio.protocol.messages import (
     Force,
     Hello,
     HelloRequest,
-    LawName,
-    LawRequest,
     Release,
     Settings,
     SettingsRequest,
@@ -60,11 +58,9 @@ class Session:
 
     def offer(self, conn: line.Line) -> None:
         """Learn what the board can render and want it to, as the engine does."""
-        laws, settings = {}, self.turns.ask(SettingsRequest(), Settings)
-        for number in range(self.turns.ask(HelloRequest(), Hello).laws):
-            name = self.turns.ask(LawRequest(number), LawName)
-            laws[name.key] = name
-        way = Offer(laws, settings).way(SPRING, SPRING.values(VALUES), "difference", QUANTUM)
+        settings = self.turns.ask(SettingsRequest(), Settings)
+        offer = Offer(self.turns.ask(HelloRequest(), Hello).arena, settings)
+        way = offer.way(Wish(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
         board_offer.tell(conn, settings, 255)
         self.bench.set(SPRING, VALUES, board=way)
 
