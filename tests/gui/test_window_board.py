@@ -1,16 +1,22 @@
 """Through the whole chain: window, loop, wire, the real firmware in its chip, paddle, hand, and back."""
 
+import time
+
 import numpy as np
 import pytest
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
-from hapkit_studio.haptics import rows
+from hapkit_studio.haptics import rows, way
+from hapkit_studio.haptics.settings_writer import FADE_SECONDS
+from hapkit_studio.parameters import Parameter
+from tests.gui.own_support import put, spring, wait_for_verdict
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
-from tests.lateness import clear_lateness
+from tests.lateness import ATTEMPTS, clear_lateness
 
 pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 STIFFNESS, SURFACE, HAND, ROWS = 200.0, 0.005, 0.014, 50
+CHOICE_SECONDS, SLIDER_SECONDS = 1.0, 0.3
 
 
 @pytest.fixture
@@ -108,3 +114,53 @@ def test_a_pulled_cable_is_said_and_the_window_goes_on(board_window, board, qtbo
     qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
     assert window.studio.simulated
     assert window.banners.banners == []
+
+
+def handed_over(window):
+    """Tell whether the board renders the law in force with the values in force."""
+    clear_lateness(window.studio)
+    engine = window.studio.engine
+    words, offered = engine.driver.conn.words, engine.offered_way
+    told = offered is not None and (words[way.FORM], words[way.PROGRAM]) == (offered.form, offered.number)
+    return told and engine.rendering == "board" and words[way.TUNING] == 0
+
+
+@pytest.mark.alone
+@pytest.mark.parametrize("key", ["wall", "friction", "mass_spring_damper", "cat"])
+def test_the_board_renders_what_is_chosen_within_a_second_and_follows_a_slider(board_window, qtbot, key):
+    window, studio = board_window, board_window.studio
+    moved = next(p.key for p in studio.environments[key].parameters if isinstance(p, Parameter))
+    studio.environments[key].force.compiled()
+
+    def seconds(change):
+        start = time.perf_counter()
+        change()
+        qtbot.waitUntil(lambda: handed_over(window), timeout=PATIENCE_MS)
+        return time.perf_counter() - start
+
+    studio.set_loop(where="board")
+    took = []
+    for attempt in range(ATTEMPTS):
+        seconds(lambda: studio.choose("spring"))
+        chosen = seconds(lambda: studio.choose(key))
+        value = studio.environments[key].values()[moved] * (1.0 + 0.02 * (attempt + 1))
+        slid = seconds(lambda value=value: studio.set_value(moved, value))
+        took.append((chosen, slid))
+        if chosen < CHOICE_SECONDS and slid < SLIDER_SECONDS - FADE_SECONDS:
+            return
+    pytest.fail(f"choice and slider took {took} s")
+
+
+def test_a_persons_own_law_renders_on_the_board_as_soon_as_it_is_in_force(board_window, qtbot, home):
+    window, studio = board_window, board_window.studio
+    studio.set_loop(where="board")
+    window.desk.edit(put(home, "test_spring.py", spring()))
+    wait_for_verdict(window, qtbot, window.desk.save)
+    assert studio.environment.key == "test_spring"
+    qtbot.waitUntil(lambda: handed_over(window), timeout=PATIENCE_MS)
+    column = [label.text() for label in window.loop.where.facts.values[1]]
+    assert column[1] == "4,000"
+    assert 40 < int(column[4]) < 80
+    studio.move_hand(HAND)
+    row = at_rest(window, qtbot, 0.003)
+    assert row[rows.ASKED] == pytest.approx(-100.0 * row[rows.POSITION], abs=1e-3)
