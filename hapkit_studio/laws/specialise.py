@@ -38,6 +38,7 @@ from hapkit_studio.laws.tree import (
     drop_unused,
     is_single,
     literal,
+    may_fail,
     mentions,
     weight,
 )  # fmt: skip
@@ -285,7 +286,7 @@ class Specialiser:
         else:
             self.merge(test, then, then_frames, other)
             self.states = {k: v for k, v in self.states.items() if then_states.get(k) == v}
-        if then or other:
+        if then or other or may_fail(test):
             self.emit(If(test, then, other))
         return False
 
@@ -542,6 +543,8 @@ class Specialiser:
 
     def truth(self, node: ast.expr, once: bool = False) -> Expr:
         """Return a test's value as a number, 1 or 0; one that is read once is asked there."""
+        if isinstance(node, ast.BoolOp) and not all(map(self.is_truth, node.values)):
+            return self.one_of(node)
         one, zero = literal(1.0), literal(0.0)
         test = self.test(node)
         if isinstance(test, bool):
@@ -551,6 +554,31 @@ class Specialiser:
         if once and self.folds and self.stays(test, True):
             return Select(test, one, zero)
         return self.choice(test, one, zero)
+
+    def is_truth(self, node: ast.expr) -> bool:
+        """Return whether a value is 1 or 0 by a test."""
+        if isinstance(node, ast.Name):
+            value = self.env[node.id]
+            return isinstance(value, Select) and (value.yes.key, value.no.key) == ("1.0", "0.0")
+        return all(map(self.is_truth, node.values)) if isinstance(node, ast.BoolOp) else is_test(node)
+
+    def one_of(self, node: ast.BoolOp) -> Expr:
+        """Return the operand of numbers that decides `or`, or `and`: the last that is asked."""
+        value = self.keep(self.value(node.values[0]))
+        if len(node.values) == 1:
+            return value
+        test = self.compare("!=", value, literal(0.0))
+        if isinstance(node.op, ast.And):
+            test = negated(test)
+        rest = ast.BoolOp(node.op, node.values[1:])
+        if isinstance(test, bool):
+            return value if test else self.one_of(rest)
+        outside, self.out = self.out, []
+        other = self.one_of(rest)
+        inner, self.out = self.out, outside
+        made = self.fresh("t")
+        self.emit(If(test, [Assign(made, value)], [*inner, Assign(made, other)]))
+        return Var(made)
 
     def reads(self, name: str) -> int:
         """Return how often the function that is being walked reads a name."""
