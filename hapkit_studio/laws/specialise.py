@@ -559,7 +559,7 @@ class Specialiser:
         """Return whether a value is 1 or 0 by a test."""
         if isinstance(node, ast.Name):
             value = self.env[node.id]
-            return isinstance(value, Select) and (value.yes.key, value.no.key) == ("1.0", "0.0")
+            return isinstance(value, Select) and (value.yes, value.no) == (literal(1.0), literal(0.0))
         return all(map(self.is_truth, node.values)) if isinstance(node, ast.BoolOp) else is_test(node)
 
     def one_of(self, node: ast.BoolOp) -> Expr:
