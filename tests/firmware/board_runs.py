@@ -1,31 +1,32 @@
-"""Runs of the board's own laws in the virtual board, in lockstep: telemetry in, a word out now and then."""
+"""Runs of laws in the virtual board, in lockstep: code in, telemetry out, a word in now and then."""
 
 import os
 import select
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
+from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics.board_words import ALIVE_APART
-from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
-from hapkit_studio.protocol.messages import (
-    VALUES,
-    Alive,
-    Estimator,
-    LawName,
-    LawRequest,
-    Loop,
-    Scene,
-    Telemetry,
-)
+from hapkit_studio.laws import board as code
+from hapkit_studio.laws.board import Program
+from hapkit_studio.protocol.declare import Message
+from hapkit_studio.protocol.framing import DELIMITER, Decoder, crc16, encode
+from hapkit_studio.protocol.messages import PIECE, Alive, Estimator, Law, Piece, Sample, Telemetry
 from tests.firmware.vb_host import SILENCE
 
 FREQUENCY = 16e6
 SETTLE = 0.05
 """s before the processor's share and skipped ticks are counted: the force has faded in."""
+Filter = tuple[Estimator, float, float]
+"""How the board estimates velocity, with the two coefficients of Law."""
+
+
+class Refused(Exception):
+    """The board does not run a law."""
 
 
 @dataclass
@@ -39,52 +40,82 @@ class Rendering:
     summary: dict
 
 
-def numbers(board: VirtualBoard) -> dict[str, int]:
-    """Return the number of each law by its key."""
-    names = (board.request(LawRequest(n), LawName) for n in range(board.hello.laws))
-    return {name.key: name.law for name in names}
+def usual(rate: int) -> Filter:
+    """Return a velocity filter that may stand for any."""
+    return Estimator.KALMAN, 0.35, 0.06 * rate
 
 
-def scene(law: int, values: Sequence[float], generation: int = 1) -> Scene:
-    return Scene(law, generation, tuple(values) + (0.0,) * (VALUES - len(values)))
+def program(environment: Environment, values: Mapping[str, float], rate: int, room: int) -> Program:
+    """Return an environment's law as code for so many ticks a second and bytes of arena."""
+    return code.compile(environment.force, values, 1.0 / rate, room)
+
+
+def announced(law: Program, rate: int, filter: Filter, generation: int) -> Law:
+    """Return the message that begins to send a law."""
+    shape = (law.states, len(law.given), law.slots, len(law.code))
+    return Law(generation, rate, *filter, *shape, crc16(law.data))
+
+
+def piece(law: Program, generation: int, at: int) -> Piece:
+    return Piece(generation, at, tuple(law.data[at : at + PIECE].ljust(PIECE, b"\0")))
+
+
+def frames(board: VirtualBoard, decoder: Decoder) -> Iterator[Message]:
+    """Yield what the board says for ever; fail where it falls silent."""
+    while True:
+        ready, _, _ = select.select([board.fileno()], [], [], SILENCE)
+        assert ready, "the board has gone silent"
+        yield from decoder.feed(os.read(board.fileno(), 4096))
+
+
+def send(board: VirtualBoard, law: Program, rate: int, filter: Filter | None = None, generation: int = 1) -> None:
+    """Send a law, a piece a sample, until the board renders it; raise Refused."""
+    os.write(board.fileno(), encode(announced(law, rate, filter or usual(rate), generation)))
+    for message in frames(board, Decoder()):
+        if isinstance(message, Telemetry) and message.generation == generation:
+            os.write(board.fileno(), encode(Alive()))
+            return
+        word = encode(Alive())
+        if isinstance(message, Sample) and message.generation == generation:
+            if message.refusal:
+                raise Refused(message.refusal)
+            word = encode(piece(law, generation, message.received))
+        os.write(board.fileno(), word)
 
 
 def listen(board: VirtualBoard, seconds: float) -> list[Telemetry]:
     """Answer telemetry for so many s of board time, as often as the studio; return it."""
-    decoder, seen, told = Decoder(), [], -1
-    while not seen or (seen[-1].time_us - seen[0].time_us) * 1e-6 < seconds:
-        ready, _, _ = select.select([board.fileno()], [], [], SILENCE)
-        assert ready, "the board has gone silent"
-        for message in decoder.feed(os.read(board.fileno(), 4096)):
-            if isinstance(message, Telemetry):
-                seen.append(message)
-                turn = round(message.time_us * 1e-6 / ALIVE_APART)
-                os.write(board.fileno(), encode(Alive()) if turn != told else DELIMITER)
-                told = turn
+    seen, told = [], -1
+    for message in frames(board, Decoder()):
+        if isinstance(message, Telemetry):
+            seen.append(message)
+            turn = round(message.time_us * 1e-6 / ALIVE_APART)
+            os.write(board.fileno(), encode(Alive()) if turn != told else DELIMITER)
+            told = turn
+            if (message.time_us - seen[0].time_us) * 1e-6 >= seconds:
+                break
     return seen
 
 
 def render(
     folder: Path,
-    key: str,
-    values: Sequence[float],
+    law: Program,
     rate: int,
     seconds: float,
     script=(),
-    loop: Loop | None = None,
+    filter: Filter | None = None,
     options=(),
     firmware=None,
 ) -> Rendering:
-    """Render one law from the start of a run, with the usual firmware or another image."""
+    """Render one law from the start of a run, with the usual firmware or another image; raise Refused."""
     (folder / "script.txt").write_text("\n".join(script))
     # a script goes by the board's clock, which must not run on while a busy machine keeps us waiting
-    words = ("--await", "0x83", "--answer-timeout", "60", *options)
+    words = ("--await", "0", "--answer-timeout", "60", *options)
     board = VirtualBoard("lockstep", folder / "truth.f64", folder / "script.txt", words, firmware)
     board.open()
     try:
-        law = numbers(board)[key]
         board.start_stream()
-        board.tell(loop or Loop(rate, Estimator.KALMAN, 0.35, 0.06 * rate), scene(law, values))
+        send(board, law, rate, filter)
         seen = listen(board, SETTLE)
         before = board.status()
         later = listen(board, seconds)

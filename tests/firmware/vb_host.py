@@ -27,7 +27,7 @@ def exchange(fd: int, seconds: float, law: Callable[[Sample], float], halves: in
         assert ready, "the board has gone silent"
         new = [m for m in decoder.feed(os.read(fd, 4096)) if isinstance(m, Sample)]
         for sample in new:
-            os.write(fd, encode(Force(sample.seq, law(sample))))
+            os.write(fd, encode(Force(sample.seq, 0, law(sample))))
         seen += new
     assert decoder.bad_frames <= halves
     return seen
