@@ -429,24 +429,22 @@ class _Section:
         dead = False
         for code in self.code:
             if code.name == "LABEL":
-                dead = dead and code.operands[0] not in self._aimed
+                dead = dead and code.operands[0] not in aims
             if dead:
                 continue
-            if code.name in ("JUMP", "TEST", "COMPARE"):
+            if code.name in _FORWARD:
                 aim = after.get(code.operands[-1])
                 if aim is not None and aim.name == "JUMP":
                     code.operands = (*code.operands[:-1], aim.operands[0])
                 elif code.name == "JUMP" and aim is not None and aim.name == "RETURN":
                     code = Code("RETURN", line=code.line)
+            if code.name in _FORWARD:
+                aims.add(code.operands[-1])
             kept.append(code)
             dead = code.name in _ENDING
         self.code = [c for i, c in enumerate(kept) if not (c.name == "JUMP" and _falls(kept, i))]
         aims = {o for c in self.code if c.name != "LABEL" for o in c.operands if isinstance(o, Label)}
         self.code = [c for c in self.code if c.name != "LABEL" or c.operands[0] in aims]
-
-    @property
-    def _aimed(self) -> set[Label]:
-        return {o for c in self.code if c.name != "LABEL" for o in c.operands if isinstance(o, Label)}
 
     def _drop_dead(self) -> None:
         """Drop loads and stores whose value nobody reads."""
@@ -521,13 +519,11 @@ class _Section:
         """Return for each variable's bit the bits of those that are wanted where it is written."""
         live, found = self.live(), dict[int, int]()
         for i, code in enumerate(self.code):
-            if code.name not in ("STORE", "CALL"):
+            if code.name not in ("STORE", "STORE_AT", "CALL"):
                 continue
             before = self.code[i - 1]
             copied = self.bit(before.operands[0]) if before.name == "LOAD" and self._is_var(before) else 0
-            for name in (
-                [code.operands[0].name] if code.name == "STORE" else self.overwritten(code.operands[0])
-            ):
+            for name in self.overwritten(code):
                 bit = self.bit(name)
                 others = live[i + 1] & ~bit & ~(copied if code.name == "STORE" else 0)
                 found[bit] = found.get(bit, 0) | others
@@ -537,8 +533,14 @@ class _Section:
                     others ^= other
         return found
 
-    def overwritten(self, function: Function) -> list[str]:
-        """Return the variables that a call may overwrite: of all functions but those that are given to it."""
+    def overwritten(self, code: Code) -> list[str]:
+        """Return the variables that an instruction may write; a call: of all functions but what is given to it."""
+        if code.name == "STORE":
+            return [code.operands[0].name]
+        if code.name == "STORE_AT":
+            _, first, size = code.operands
+            return [f"s[{first - FIRST + i}]" for i in range(size)]
+        function = code.operands[0]
         found = {n for f in self.called for n in (*f.parameters, *f.results)}
         return sorted(found - set(function.parameters))
 

@@ -24,7 +24,8 @@ def longest(code: bytes) -> int:
     reached: dict[int, int] = {}
     subroutines: dict[int, int] = {}
     loops: list[tuple[int, int, dict[int, int]]] = []
-    here, section = 0, 0
+    here = section = 0
+    back = -1  # where a RETURN leads to
     for at, operation, _ in instructions(code):
         here = max(here, reached.get(at, 0))
         end = at + operation.size
@@ -32,12 +33,11 @@ def longest(code: bytes) -> int:
         cost = here + operation.most
         match operation.name:
             case "SUBROUTINE" | "MAIN":
-                here, section = 0, at
-                subroutines[at] = 0
-                reached = {}
+                subroutines[section] = reached.get(back, 0)
+                here, section, reached = 0, at, {}
                 continue
             case "RETURN":
-                subroutines[section] = max(subroutines[section], cost)
+                reached[back] = max(reached.get(back, 0), cost)
                 here = 0
                 continue
             case "JUMP" | "FAR_JUMP":
@@ -62,7 +62,7 @@ def longest(code: bytes) -> int:
                     outside[aim] = max(outside.get(aim, 0), c + more)
                 reached = outside
         here = cost
-    return subroutines[section]
+    return reached.get(back, 0)
 
 
 # --- trial
