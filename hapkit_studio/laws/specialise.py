@@ -686,7 +686,10 @@ class Specialiser:
         rest = self.logic(op, values[1:])
         inner, self.out = self.out, outside
         if not inner:
-            return joined(op, [first, rest])
+            found = joined(op, [first, rest])
+            if isinstance(found, bool) and may_fail(first):
+                self.emit(If(first, [], []))
+            return found
         made = self.fresh("t")
         one, zero = literal(1.0), literal(0.0)
         if isinstance(rest, bool):
