@@ -8,8 +8,9 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.dynamics.estimators import design
-from hapkit_studio.protocol.messages import Estimator, Loop, Telemetry
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics.board_offer import USUAL_ARENA, Offer, Wish
+from hapkit_studio.protocol.messages import Estimator, Telemetry
 from tests.bench.frame import Row
 from tests.firmware.board_runs import Rendering, render
 from tests.firmware.vb import QUANTUM
@@ -44,14 +45,15 @@ def run() -> list[Row]:
 
 
 def rendered(key: str, given: dict[str, str]) -> tuple[int, Rendering]:
-    """Return the fastest rate in Hz of a law with these choices, and a run at it, the handle led about."""
+    """Return the fastest rate in Hz of a law with these choices, and a run at it, the handle led about.
+
+    Raise ParameterError where the board has no room or no time for it.
+    """
     environment = environments.named(key)
-    values = environment.values(given)
-    rate = environment.board_rate(values)
-    _, numbers = design("kalman", float(rate), QUANTUM)
-    loop = Loop(rate, Estimator.KALMAN, float(numbers[0]), float(numbers[1] * rate))
+    way = Offer(USUAL_ARENA).way(Wish(environment, environment.values(given), "kalman", QUANTUM))
+    filter = Estimator(way.estimator), way.first, way.second
     with tempfile.TemporaryDirectory() as folder:
-        return rate, render(Path(folder), key, tuple(values.values()), rate, SECONDS, SWEEP, loop)
+        return way.rate, render(Path(folder), way.program, way.rate, SECONDS, SWEEP, filter)
 
 
 def jitter(shown: list[Telemetry], rate: int) -> float:
@@ -62,8 +64,13 @@ def jitter(shown: list[Telemetry], rate: int) -> float:
 
 
 def _rows(key: str, given: dict[str, str]) -> list[Row]:
-    rate, run = rendered(key, given)
-    what = f"{', '.join([key, *given.values()])} on the board at {rate:,} Hz"
+    what = f"{', '.join([key, *given.values()])} on the board"
+    try:
+        rate, run = rendered(key, given)
+    except ParameterError as error:
+        print(f"  {what}: {error}", file=sys.stderr)
+        return []
+    what = f"{what} at {rate:,} Hz"
     share = 100.0 * run.share
     told = f" ({run.skipped} ticks skipped)" if run.skipped else ""
     ok = run.share <= MOST and not run.skipped
