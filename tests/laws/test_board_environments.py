@@ -1,0 +1,109 @@
+"""Every environment with every combination of its choices: the board's machine against the compiled law."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.laws import board
+from hapkit_studio.laws.machine import MOST_CYCLES, Refusal
+from hapkit_studio.parameters import Choice
+from tests.laws.board_laws import ENVIRONMENTS
+from tests.laws.error_analysis import compile_unrounded
+from tests.laws.machine_pc import Machine, build, needs_compiler
+from tests.laws.twins import Compiled, compare
+
+pytestmark = needs_compiler
+
+PERIOD = 1e-3
+BOUND = 2e-3  # N
+SHORT, LONG = 0, 10_000
+"""Room in bytes: for as little code as there can be, and for every function written in."""
+TOO_SLOW = {("mass_spring_damper", "exact"), ("puck", "exact")}
+"""Environments and options of which one call may take more cycles than the board can count."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(False, id="plain"), pytest.param(True, id="watched", marks=pytest.mark.slow)],
+)
+def machine(request, tmp_path_factory):
+    """Return the board's machine on this computer, once watched by the sanitizers and with more settings."""
+    program = build(tmp_path_factory.mktemp("machine"), request.param, 16384)
+    with Machine(program) as made:
+        made.settings = 3 if request.param else 1
+        yield made
+
+
+def motion(count=300):
+    """Return rows of position and velocity, shape (n, 2), as the board has them: to and fro, held."""
+    t = np.arange(count) * PERIOD
+    x = 0.03 * np.sin(2 * np.pi * 1.9 * t) + 0.008 * np.sin(2 * np.pi * 7.3 * t + 1.0)
+    x[count // 2 : count // 2 + 20] = x[count // 2]
+    x = np.floor(x / 20.7e-6) * 20.7e-6
+    v = np.diff(x, prepend=x[0]) / PERIOD
+    for k in range(1, count):
+        v[k] = v[k - 1] + 0.2 * (v[k] - v[k - 1])
+    return np.stack([x, v], axis=1)
+
+
+def options(environment):
+    """Yield every combination of an environment's choices, as {key: option}."""
+    choices = [p for p in environment.parameters if isinstance(p, Choice)]
+    for combination in itertools.product(*(p.options for p in choices)):
+        yield dict(zip((p.key for p in choices), combination, strict=True))
+
+
+def settings(environment, chosen, rng, count):
+    """Yield the default settings with these choices, then as many at random within what a person may set."""
+    yield environment.values(chosen)
+    while count:
+        numbers = {
+            p.key: float(rng.uniform(p.low, p.high))
+            for p in environment.parameters
+            if not isinstance(p, Choice)
+        }
+        try:
+            yield environment.values(chosen | numbers)
+        except ParameterError:
+            continue
+        count -= 1
+
+
+@pytest.mark.parametrize("key", ENVIRONMENTS)
+def test_the_machine_gives_what_the_compiled_law_gives(key, machine, rng):
+    environment, rows = ENVIRONMENTS[key], motion()
+    for chosen in options(environment):
+        total = compared = 0
+        for values in settings(environment, chosen, rng, machine.settings):
+            for room in (SHORT, LONG):
+                program = compile_unrounded(environment.force, values, PERIOD, room)
+                if any((key, option) in TOO_SLOW for option in chosen.values()):
+                    loaded = machine.load(program.states, program.given, program.slots, program.code)
+                    assert loaded.refusal == Refusal.TOO_SLOW
+                    assert program.most > MOST_CYCLES
+                    continue
+                law = Compiled(environment.force, values, PERIOD)
+                try:
+                    found = compare(machine, program, law, rows, lambda force: BOUND)
+                except AssertionError as error:
+                    raise AssertionError(f"{chosen}, {values}, {room} bytes of room: {error}") from error
+                assert found.worst <= BOUND
+                assert not found.faults
+                total += found.rows
+                compared += found.compared
+        assert compared >= 0.99 * total, chosen
+
+
+@pytest.mark.parametrize("key", ENVIRONMENTS)
+def test_a_whole_motion_at_the_default_settings_ends_up_nowhere_else(key, machine):
+    """Never begun anew: what single precision loses does not add up."""
+    environment, rows = ENVIRONMENTS[key], motion(1500).astype(np.float32)
+    values = environment.values()
+    program = board.compile(environment.force, values, PERIOD, SHORT)
+    machine.load(program.states, program.given, program.slots, program.code)
+    forces, _ = machine.run(rows)
+    law = Compiled(environment.force, values, PERIOD)
+    wanted = np.array([law.call(x, v) for x, v in rows.astype(float).tolist()])
+    assert (np.abs(forces - wanted) <= BOUND).mean() >= 0.999

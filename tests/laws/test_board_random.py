@@ -1,0 +1,104 @@
+"""Random laws of the whole language: the board's machine on this computer against double precision."""
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.laws.machine import MOST_CYCLES, Refusal
+from tests.laws import random_laws
+from tests.laws.error_analysis import compile_unrounded, single
+from tests.laws.machine_pc import Machine, build, needs_compiler
+from tests.laws.twins import Compiled, Plain, compare
+
+pytestmark = needs_compiler
+
+PERIOD = 1e-3
+ROOMS = (0, 10_000)
+"""Bytes: functions called, or written in."""
+
+
+@dataclass
+class Seen:
+    """What became of many laws: how many were compared, why others were not, and their rows."""
+
+    laws: int = 0
+    refused: list[str] = field(default_factory=list)
+    rows: int = 0
+    compared: int = 0
+    faults: int = 0
+
+
+def useful(force: float) -> float:
+    """Return up to which bound in N a row says something."""
+    return 1e-3 * (1.0 + abs(force))
+
+
+@pytest.fixture(scope="module")
+def machine(tmp_path_factory):
+    with Machine(build(tmp_path_factory.mktemp("machine"), arena=16384)) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def watched(tmp_path_factory):
+    with Machine(build(tmp_path_factory.mktemp("machine"), True, 16384)) as made:
+        yield made
+
+
+def run(machine: Machine, folder, seeds, truth) -> Seen:
+    """Compare the laws of these seeds, each with random settings."""
+    seen = Seen()
+    for seed in seeds:
+        law, values = random_laws.law(folder, seed), random_laws.settings(seed)
+        try:
+            program = compile_unrounded(law, values, PERIOD, ROOMS[seed % len(ROOMS)])
+        except LawError as error:
+            seen.refused.append(str(error))
+            continue
+        if program.most > MOST_CYCLES:
+            loaded = machine.load(
+                program.states, [single(g) for g in program.given], program.slots, program.code
+            )
+            assert loaded.refusal == Refusal.TOO_SLOW, seed
+            seen.refused.append("too slow")
+            continue
+        try:
+            found = compare(machine, program, truth(law, values, PERIOD), random_laws.rows(seed), useful)
+        except AssertionError as error:
+            raise AssertionError(f"law {seed}: {error}\n{random_laws.text(seed)}\n{values}") from error
+        seen.laws += 1
+        seen.rows += found.rows
+        seen.compared += found.compared
+        seen.faults += found.faults
+    return seen
+
+
+def hold(seen: Seen, count: int) -> None:
+    """Fail where too much was left out, or too little happened, for the comparison to say something."""
+    assert seen.laws >= 0.85 * count, seen.refused
+    assert seen.compared >= 0.75 * seen.rows
+    assert 0.02 * seen.rows < seen.faults < 0.3 * seen.rows
+
+
+def test_random_laws(machine, tmp_path):
+    hold(run(machine, tmp_path, range(1000, 1120), Plain), 120)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_random_laws_compiled(machine, tmp_path, seed):
+    assert run(machine, tmp_path, [seed], Compiled).laws
+
+
+@pytest.mark.slow
+def test_a_thousand_random_laws(watched, tmp_path):
+    """The machine is watched by the sanitizers."""
+    hold(run(watched, tmp_path, range(1000), Plain), 1000)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 120, 20))
+def test_random_laws_as_the_loop_runs_them(machine, tmp_path, first):
+    seen = run(machine, tmp_path, range(first, first + 20), Compiled)
+    assert seen.laws >= 14, seen.refused
+    assert seen.compared >= 0.7 * seen.rows
