@@ -57,7 +57,7 @@ class Wish:
 
 @dataclass(frozen=True)
 class Offer:
-    """The room in bytes that a board has for one law, its settings if it is open; what it was asked before."""
+    """The room in bytes that a board has for one law, its settings if it is open, and what it was asked."""
 
     arena: int
     settings: Settings | None = None

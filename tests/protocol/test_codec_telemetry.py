@@ -156,7 +156,10 @@ def test_words(number, message):
     assert told(codec.encode_simple, number) == encode(message)
 
 
-@pytest.mark.parametrize("kinds", [(Board, Alive), (Piece, Piece, Piece, Alive), (Law, Force, Alive), (Tune, Alive)])
+LONGEST = (Board, Alive), (Piece, Piece, Piece, Alive), (Law, Force, Alive), (Tune, Alive)
+
+
+@pytest.mark.parametrize("kinds", LONGEST)
 def test_the_longest_answer_has_room(kinds):
     whole = (kind(**{w.name: _largest(w) for w in kind.layout()}) for kind in kinds)
     assert len(b"".join(map(encode, whole))) + codec.FRAME_SIZE <= law_frames.ROOM
