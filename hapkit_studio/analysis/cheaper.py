@@ -14,6 +14,8 @@ from hapkit_studio.parameters import Choice
 
 FELT = 0.06
 """Share of the largest force from which on a person can tell two forces apart, about."""
+AVERAGED = 0.01
+"""s over which forces are averaged: nobody feels that a blow comes a sample later."""
 SECONDS = 3.0
 
 
@@ -78,9 +80,11 @@ def _options(question: Question) -> Iterator[Cheaper]:
 
 
 def _forces(wish: Wish, rate: float) -> np.ndarray:
-    """Return the force (n,) in N that a law asks for at a rate in Hz while a hand moves as its scene says."""
+    """Return the averaged force (n,) in N of a law at a rate in Hz while a hand moves as its scene says."""
     device = SimulatedHapkit(quantum=wish.quantum)
     scene = headless.Scene(wish.environment, wish.values, device, LoopSettings(rate), true_velocity=True)
     hand = hand_named(next((name for name in wish.environment.hands if name != "released"), "press"))
     motion = Prescribed(lambda t: float(hand.target(t)))
-    return headless.render(scene, motion, round(SECONDS * rate))[0][:, rows.ASKED]
+    asked = headless.render(scene, motion, round(SECONDS * rate))[0][:, rows.ASKED]
+    samples = round(AVERAGED * rate)
+    return np.convolve(asked, np.full(samples, 1.0 / samples), "same")

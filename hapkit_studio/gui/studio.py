@@ -109,13 +109,23 @@ class Studio(Linked):
         engine = self.engine
         if engine is None or engine.device.simulated:
             return
-        way, refusal = engine.offered_way, engine.board_refusal()
-        said = (way and (way.rate, way.share), refusal)
-        if way is None and not refusal:
+        if not self.board_answered:
             self._answer.start()
-        elif said != self._board_said:
+            return
+        way = engine.offered_way
+        said = (engine.where, way and (way.rate, way.share), engine.board_refusal())
+        if said != self._board_said:
             self._board_said = said
             self.loop_changed.emit()
+
+    @property
+    def board_answered(self) -> bool:
+        """Say whether it is known how a board renders what is in force, or why not, and the loop knows it."""
+        engine = self.engine
+        if engine is None or engine.board_refusal():
+            return engine is not None
+        way = engine.offered_way
+        return way is not None and (engine.where != "board" or engine.board_way == way)
 
     @property
     def simulated(self) -> bool:

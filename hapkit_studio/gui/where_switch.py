@@ -119,7 +119,7 @@ class WhereSwitch(QWidget):
         if engine is None or not board:
             self._refusal, self._cheaper, self._ways = "", None, None
             return
-        if _known(engine) and engine.board_refusal() != self._refusal:
+        if self._studio.board_answered and engine.board_refusal() != self._refusal:
             self._refusal, self._cheaper = engine.board_refusal(), None
         refusal, cheaper = self._refusal, self._cheaper
         self.switch.show_index(0 if refusal else WAYS.index(engine.where))
@@ -159,7 +159,7 @@ class WhereSwitch(QWidget):
         engine = self._studio.engine
         if engine is None or self.isHidden() or not engine.renders_on_boards:
             return
-        if self._ways is not None and not _known(engine):
+        if self._ways is not None and not self._studio.board_answered:
             return
         self._ways = ways(self._studio)
         impedance = self._studio.environment.impedance
@@ -189,7 +189,7 @@ class WhereSwitch(QWidget):
         offer = engine.driver.offer if engine.driver is not None else None
         if not self._refusal or offer is None:
             self._finder.forget()
-        elif _known(engine) and isinstance(offer.known(wish(self._studio)), str):
+        elif self._studio.board_answered and isinstance(offer.known(wish(self._studio)), str):
             from hapkit_studio.analysis.cheaper import Question
 
             self._finder.ask(Question(offer, wish(self._studio)))
@@ -235,11 +235,6 @@ class WhereSwitch(QWidget):
         column.addLayout(head)
         for part in (self.facts, self.lines, self.rate, self.button, self.note, self.instead):
             column.addWidget(part)
-
-
-def _known(engine: "Engine") -> bool:
-    """Tell whether the board's answer to the law in force is in."""
-    return engine.offered_way is not None or bool(engine.board_refusal())
 
 
 def _rate(index: int) -> float | None:

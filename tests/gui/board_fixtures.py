@@ -31,8 +31,7 @@ def board_window(make_window, qtbot, monkeypatch, scripted):
 
 def answered(window, qtbot):
     """Wait until it is known, and shown, what the board says to the law in force."""
-    engine = window.studio.engine
-    qtbot.waitUntil(lambda: bool(engine.offered_way or engine.board_refusal()), timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: window.studio.board_answered, timeout=PATIENCE_MS)
     window.studio._hear_board()
 
 

@@ -89,12 +89,9 @@ def until_link(window, qtbot, state):
 
 
 def render(window, qtbot, where):
-    """Choose who renders, unless that is chosen already, and wait until it does; skip what cannot."""
+    """Choose who renders, and wait until it does."""
     engine = window.studio.engine
-    if window.studio.loop.where != where:
-        if engine.driver.offer is None or engine.driver.offer.refusal(window.studio.environment):
-            pytest.skip("this board's firmware renders other laws")
-        window.studio.set_loop(where=where)
+    window.studio.set_loop(where=where)
 
     def so():
         clear_lateness(window.studio)

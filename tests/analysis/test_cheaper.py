@@ -1,0 +1,33 @@
+"""What a board can render in the place of what is too much for it, if a person cannot tell."""
+
+import pytest
+
+from hapkit_studio.analysis import cheaper
+from hapkit_studio.environments import named
+from hapkit_studio.haptics.board_offer import Offer, Wish
+
+ARENA = 700
+
+
+def found(key, **values):
+    environment = named(key)
+    wish = Wish(environment, environment.values(values), "kalman")
+    offer = Offer(ARENA)
+    assert isinstance(offer.answer(wish), str)
+    return cheaper.find(cheaper.Question(offer, wish)).found
+
+
+@pytest.mark.parametrize(
+    ("key", "method"), [("mass_spring_damper", "exact"), ("puck", "exact"), ("puck", "trapezoid")]
+)
+def test_a_cheaper_method_feels_the_same(key, method):
+    one = found(key, integrator=method)
+    assert one.choice.options[one.option] in ("semi_implicit", "verlet")
+    assert one.way.program.size <= ARENA
+    assert 0.0 < one.apart <= cheaper.FELT * one.force
+    assert f"{one.way.program.size} bytes" in one.words
+    assert f"{one.apart:.2f} N apart at most, of {one.force:.1f} N." in one.words
+
+
+def test_a_method_that_takes_energy_away_feels_like_no_other():
+    assert found("puck", integrator="implicit_euler") is None
