@@ -534,7 +534,7 @@ class _Section:
         return found
 
     def overwritten(self, code: Code) -> list[str]:
-        """Return the variables that an instruction may write; a call: of all functions but what is given to it."""
+        """Return the variables that an instruction may write; a call: all but what is given to it."""
         if code.name == "STORE":
             return [code.operands[0].name]
         if code.name == "STORE_AT":

@@ -8,6 +8,7 @@ import ast
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from hapkit_studio.laws import forward
 from hapkit_studio.laws.algebra import COMPUTED, MIRRORED, beyond_single, computed, joined, negated, simpler
 from hapkit_studio.laws.translate import CheckedLaw
 from hapkit_studio.laws.tree import (
@@ -71,6 +72,8 @@ def specialise(
             break
         inlined |= more
     drop_unused(made)
+    if period is not None:
+        forward.substitute(made)
     return made
 
 

@@ -278,7 +278,7 @@ def _read(value: object, found: set[str]) -> None:
 
 
 def may_fail(value: object) -> bool:
-    """Return whether to work out an expression or a test may end the law: a divisor of zero, an index outside."""
+    """Return whether an expression or a test may end the law: by a divisor of zero, an index outside."""
     match value:
         case At():
             return True
