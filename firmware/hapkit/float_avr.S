@@ -51,7 +51,9 @@ times:
   subi r21, 128
   sec
   adc r25, r21
+  brvs 6f
   rjmp multiply
+6:rjmp far
 
 ; --- the product
 odd_product:

@@ -340,12 +340,9 @@ float hypot(float x, float y) {
   if (!is_finite(a)) return bits(b) == 0x7f800000UL ? b : a;
   if (is_zero(b)) return a;
   // their squares are to be floats, too
-  float scale = 1.0f;
-  if (exponent(a) > kOne + 60) scale = 0x1p-64f;
-  if (exponent(a) < kOne - 50) scale = 0x1p64f;
-  a = product(a, scale);
-  b = product(b, scale);
-  return quotient(functions::sqrt(sum(product(a, a), product(b, b))), scale);
+  if (exponent(a) > kOne + 60) return product(functions::hypot(product(a, 0x1p-64f), product(b, 0x1p-64f)), 0x1p64f);
+  if (exponent(a) < kOne - 50) return product(functions::hypot(product(a, 0x1p64f), product(b, 0x1p64f)), 0x1p-64f);
+  return functions::sqrt(sum(product(a, a), product(b, b)));
 }
 
 }  // namespace functions

@@ -30,7 +30,7 @@ float HAPKIT_RUN(float x, float v) {
   const uint8_t* back[kMostCalls];
   uint16_t counter[kMostCounters];
   uint8_t depth = 0;
-  float a = 0.0f;
+  float a = x;
   slot[0] = x;
   slot[1] = v;
   for (const uint8_t* at = program.main + 1;;) {

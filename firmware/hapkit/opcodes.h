@@ -174,38 +174,38 @@ static const Operation kTable[53] PROGMEM = {
   {kSlot, 185},  // ADD
   {kSlot, 190},  // SUBTRACT
   {kSlot, 190},  // SUBTRACT_FROM
-  {kSlot, 135},  // MULTIPLY
+  {kSlot, 140},  // MULTIPLY
   {kSlot, 490},  // DIVIDE
   {kSlot, 490},  // DIVIDE_INTO
   {kSlot, 81},  // MINIMUM
   {kSlot, 81},  // MAXIMUM
-  {kSlot, 1305},  // FLOOR_DIVIDE
-  {kSlot, 1260},  // MODULO
-  {kSlot, 1105},  // REMAINDER
-  {kSlot, 2840},  // POWER
-  {kSlot, 1790},  // ATAN2
-  {kSlot, 1685},  // HYPOT
+  {kSlot, 870},  // FLOOR_DIVIDE
+  {kSlot, 890},  // MODULO
+  {kSlot, 720},  // REMAINDER
+  {kSlot, 2815},  // POWER
+  {kSlot, 1795},  // ATAN2
+  {kSlot, 1860},  // HYPOT
   {kSlot, 25},  // COPYSIGN
   {kUnknown, 0},
   {kNone, 8},  // NEGATE
   {kNone, 8},  // ABSOLUTE
-  {kNone, 700},  // SQRT
+  {kNone, 565},  // SQRT
   {kNone, 185},  // FLOOR
   {kNone, 195},  // CEIL
   {kNone, 155},  // TRUNCATE
-  {kNone, 930},  // SIN
-  {kNone, 930},  // COS
-  {kNone, 2020},  // TAN
-  {kNone, 1890},  // ASIN
-  {kNone, 1845},  // ACOS
-  {kNone, 1695},  // ATAN
-  {kNone, 865},  // EXP
-  {kNone, 1020},  // EXPM1
-  {kNone, 1480},  // LOG
-  {kNone, 1700},  // LOG1P
-  {kNone, 1665},  // SINH
-  {kNone, 1430},  // COSH
-  {kNone, 1680},  // TANH
+  {kNone, 895},  // SIN
+  {kNone, 895},  // COS
+  {kNone, 1965},  // TAN
+  {kNone, 1910},  // ASIN
+  {kNone, 1875},  // ACOS
+  {kNone, 1700},  // ATAN
+  {kNone, 810},  // EXP
+  {kNone, 950},  // EXPM1
+  {kNone, 1485},  // LOG
+  {kNone, 1730},  // LOG1P
+  {kNone, 1670},  // SINH
+  {kNone, 1375},  // COSH
+  {kNone, 1625},  // TANH
   {kSlotNear, 83},  // COMPARE
   {kNear, 33},  // TEST
 };

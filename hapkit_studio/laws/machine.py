@@ -1,11 +1,11 @@
 """The board's machine: its operations, how they are coded, and what each costs.
 
-A law on the board is a table of float32 slots and code that works on one accumulator A. Slot 0 is the
-position, slot 1 the velocity; then come the law's state, its constants, its temporaries. Every instruction is
-one byte of operation, then its operands: slots of one byte; distances to jump over, counted from the end of
-the instruction, of one byte or two (little endian). Code is a row of sections, each begun by SUBROUTINE or,
-the last, MAIN. A section ends with RETURN, or with a jump so that nothing runs on into the next one, and may
-call those before it.
+A law on the board is a table of float32 slots and code that works on one accumulator A, which begins as the
+position. Slot 0 is the position, slot 1 the velocity; then come the law's state, its constants, its
+temporaries. Every instruction is one byte of operation, then its operands: slots of one byte; distances to
+jump over, counted from the end of the instruction, of one byte or two (little endian). Code is a row of
+sections, each begun by SUBROUTINE or, the last, MAIN. A section ends with RETURN, or with a jump so that
+nothing runs on into the next one, and may call those before it.
 
 What is smaller than 2^-126 counts as 0, in operands and results of arithmetic. Where a division, //, % or
 fmod is by 0, or an index is none of the table's, the law ends at once with nan.
@@ -53,43 +53,43 @@ OPERATIONS = (
     Operation(0x07, "NEXT", "nw", "count counter n down; until it is 0, back by w bytes", 30, 30),
     Operation(0x08, "LOAD", "s", "A = s", 23, 23),
     Operation(0x09, "STORE", "s", "s = A", 23, 23),
-    Operation(0x0A, "LOAD_AT", "ssn", "A = slot second + int(value of first), 0 <= that < n", 52, 97),
-    Operation(0x0B, "STORE_AT", "ssn", "slot second + int(value of first) = A, 0 <= that < n", 52, 97),
+    Operation(0x0A, "LOAD_AT", "ssn", "A = slot second + int(value of first), 0 <= that < n", 82, 97),
+    Operation(0x0B, "STORE_AT", "ssn", "slot second + int(value of first) = A, 0 <= that < n", 83, 97),
     Operation(0x10, "ADD", "s", "A = A + s", 108, 185),
     Operation(0x11, "SUBTRACT", "s", "A = A - s", 109, 190),
     Operation(0x12, "SUBTRACT_FROM", "s", "A = s - A", 109, 190),
-    Operation(0x13, "MULTIPLY", "s", "A = A * s", 122, 135),
+    Operation(0x13, "MULTIPLY", "s", "A = A * s", 122, 140),
     Operation(0x14, "DIVIDE", "s", "A = A / s", 411, 490),
-    Operation(0x15, "DIVIDE_INTO", "s", "A = s / A", 409, 490),
+    Operation(0x15, "DIVIDE_INTO", "s", "A = s / A", 410, 490),
     Operation(0x16, "MINIMUM", "s", "A = s if s < A else A", 57, 81),
     Operation(0x17, "MAXIMUM", "s", "A = s if s > A else A", 57, 81),
-    Operation(0x18, "FLOOR_DIVIDE", "s", "A = A // s as in Python", 536, 1305),
-    Operation(0x19, "MODULO", "s", "A = A % s as in Python", 438, 1260),
-    Operation(0x1A, "REMAINDER", "s", "A = fmod(A, s)", 347, 1105),
-    Operation(0x1B, "POWER", "s", "A = A ** s", 1472, 2840),
-    Operation(0x1C, "ATAN2", "s", "A = atan2(A, s)", 1510, 1790),
-    Operation(0x1D, "HYPOT", "s", "A = hypot(A, s)", 1528, 1685),
+    Operation(0x18, "FLOOR_DIVIDE", "s", "A = A // s as in Python", 393, 870),
+    Operation(0x19, "MODULO", "s", "A = A % s as in Python", 288, 890),
+    Operation(0x1A, "REMAINDER", "s", "A = fmod(A, s)", 203, 720),
+    Operation(0x1B, "POWER", "s", "A = A ** s", 2488, 2815),
+    Operation(0x1C, "ATAN2", "s", "A = atan2(A, s)", 1518, 1795),
+    Operation(0x1D, "HYPOT", "s", "A = hypot(A, s)", 896, 1860),
     Operation(0x1E, "COPYSIGN", "s", "A = |A| with the sign of s", 25, 25),
     Operation(0x20, "NEGATE", "", "A = -A", 8, 8),
     Operation(0x21, "ABSOLUTE", "", "A = |A|", 8, 8),
-    Operation(0x22, "SQRT", "", "A = sqrt(A)", 267, 700),
+    Operation(0x22, "SQRT", "", "A = sqrt(A)", 500, 565),
     Operation(0x23, "FLOOR", "", "A = floor(A)", 94, 185),
     Operation(0x24, "CEIL", "", "A = ceil(A)", 104, 195),
     Operation(0x25, "TRUNCATE", "", "A = trunc(A)", 73, 155),
-    Operation(0x26, "SIN", "", "A = sin(A)", 789, 930),
-    Operation(0x27, "COS", "", "A = cos(A)", 786, 930),
-    Operation(0x28, "TAN", "", "A = tan(A)", 1778, 2020),
-    Operation(0x29, "ASIN", "", "A = asin(A)", 681, 1890),
-    Operation(0x2A, "ACOS", "", "A = acos(A)", 807, 1845),
-    Operation(0x2B, "ATAN", "", "A = atan(A)", 1449, 1695),
-    Operation(0x2C, "EXP", "", "A = exp(A)", 779, 865),
-    Operation(0x2D, "EXPM1", "", "A = exp(A) - 1, without losing digits near 0", 812, 1020),
-    Operation(0x2E, "LOG", "", "A = log(A)", 696, 1480),
-    Operation(0x2F, "LOG1P", "", "A = log(1 + A), without losing digits near 0", 1094, 1700),
-    Operation(0x30, "SINH", "", "A = sinh(A)", 1447, 1665),
-    Operation(0x31, "COSH", "", "A = cosh(A)", 1289, 1430),
-    Operation(0x32, "TANH", "", "A = tanh(A)", 1418, 1680),
-    Operation(0x40, "COMPARE", "sd", "jump if A against s has an outcome in bits 0 to 3", 61, 83),
+    Operation(0x26, "SIN", "", "A = sin(A)", 758, 895),
+    Operation(0x27, "COS", "", "A = cos(A)", 755, 895),
+    Operation(0x28, "TAN", "", "A = tan(A)", 1726, 1965),
+    Operation(0x29, "ASIN", "", "A = asin(A)", 1220, 1910),
+    Operation(0x2A, "ACOS", "", "A = acos(A)", 1254, 1875),
+    Operation(0x2B, "ATAN", "", "A = atan(A)", 1456, 1700),
+    Operation(0x2C, "EXP", "", "A = exp(A)", 718, 810),
+    Operation(0x2D, "EXPM1", "", "A = exp(A) - 1, without losing digits near 0", 799, 950),
+    Operation(0x2E, "LOG", "", "A = log(A)", 1308, 1485),
+    Operation(0x2F, "LOG1P", "", "A = log(1 + A), without losing digits near 0", 1114, 1730),
+    Operation(0x30, "SINH", "", "A = sinh(A)", 1439, 1670),
+    Operation(0x31, "COSH", "", "A = cosh(A)", 1233, 1375),
+    Operation(0x32, "TANH", "", "A = tanh(A)", 1396, 1625),
+    Operation(0x40, "COMPARE", "sd", "jump if A against s has an outcome in bits 0 to 3", 60, 83),
     Operation(0x50, "TEST", "d", "jump if A against 0 has an outcome in bits 0 to 3", 27, 33),
 )
 X, V, FIRST = 0, 1, 2
