@@ -88,13 +88,12 @@ void Controller::command(const protocol::Force& force) {
     ++stale_;
     return;
   }
-  const motor::Limited limited = motor::limit(force.force);
-  const int16_t pwm = motor::pwm_of(limited.force);
+  const motor::Duty duty = motor::duty_of(force.force);
   uint32_t now;
   {
     const Lock lock;
-    if (!safety_.command(limited.flags)) return drive(0);
-    drive(pwm);
+    if (!safety_.command(duty.flags)) return drive(0);
+    drive(duty.pwm);
     now = board::now_us();
   }
   answered_ = force.seq - force.behind;

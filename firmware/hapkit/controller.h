@@ -64,7 +64,6 @@ class Controller {
   void watch(const board::Sampling& sampling, int32_t count);
   void render(int32_t count);
   void follow();
-  void clamp(float force);
   void show(const board::Sampling& sampling, int32_t count, bool rendered);
   void show_now(const board::Sampling& sampling, int32_t count, bool rendered);
   void show_sample(const board::Sampling& sampling, int32_t count);

@@ -9,8 +9,7 @@ constexpr uint16_t kStart = 0xffff;
 
 // The CRC in two bytes, as a chip of eight bits has them.
 struct Crc {
-  uint8_t high = kStart >> 8;
-  uint8_t low = kStart & 0xff;
+  uint8_t high, low;
 
   void add(uint8_t byte) {
     uint8_t mix = high ^ byte;
@@ -22,9 +21,7 @@ struct Crc {
 
 // Return the CRC after one more byte. After a body and its CRC, high byte first, it is zero.
 inline uint16_t update(uint16_t crc, uint8_t byte) {
-  Crc next;
-  next.high = static_cast<uint8_t>(crc >> 8);
-  next.low = static_cast<uint8_t>(crc);
+  Crc next = {static_cast<uint8_t>(crc >> 8), static_cast<uint8_t>(crc)};
   next.add(byte);
   return static_cast<uint16_t>(next.high << 8) | next.low;
 }

@@ -9,7 +9,7 @@ constexpr uint32_t kWhole = 0x80000000;
 constexpr uint32_t kNone = 0xffffffff;
 
 // A coefficient as Design has it; kNone unless 0 <= value < 2.
-uint32_t half(float value) {
+__attribute__((noinline)) uint32_t half(float value) {
   return value >= 0.0f && value < 2.0f ? static_cast<uint32_t>(value * 2147483648.0f) : kNone;
 }
 

@@ -58,7 +58,7 @@ class FlipTracker {
   static constexpr uint8_t kPatience = 8;  // readings bridged in a row; then the next one is believed
 
   // The same difference less whole ranges: half the range at most.
-  int16_t nearest(int16_t difference) const {
+  __attribute__((always_inline)) int16_t nearest(int16_t difference) const {
     if (static_cast<uint16_t>(difference + counts_ / 2) < counts_ || !counts_) return difference;
     return difference < 0 ? difference + counts_ : difference - counts_;
   }
@@ -76,7 +76,7 @@ class FlipTracker {
 
   // Take a doubtful reading; return whether the motion on the side is believed now, which it then goes on with. If
   // not, the reading is bridged.
-  __attribute__((noinline)) bool settle(uint16_t raw) {
+  bool settle(uint16_t raw) {
     const int16_t further = nearest(raw - (bridged_ ? aside_ : static_cast<uint16_t>(last_)));
     const bool one_motion = bridged_ ? alike(further, aside_step_) : !counts_;
     if (!bridged_) aside_ahead_ = 0;

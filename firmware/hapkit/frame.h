@@ -15,7 +15,8 @@ static_assert(kLargestBody + kOverhead < 256, "a frame needs more than one COBS 
 // Writes one frame into memory that has room for its body and kOverhead more.
 class Writer {
  public:
-  explicit Writer(uint8_t* to) : code_(to), end_(to + 1) {}
+  Writer() = default;
+  explicit Writer(uint8_t* to) : crc_{crc::kStart >> 8, crc::kStart & 0xff}, code_(to), end_(to + 1) {}
 
   void put(const void* bytes, uint8_t size) { put(this, bytes, size); }
 
@@ -26,9 +27,9 @@ class Writer {
   // On the board in assembler, which knows the order of what is below.
   static void put(Writer* self, const void* bytes, uint8_t size) __asm__("frame_put");
 
-  crc::Crc crc_;
-  uint8_t* code_;  // of the block that is being filled
-  uint8_t* end_;   // behind its last byte
+  crc::Crc crc_ = {};
+  uint8_t* code_ = nullptr;  // of the block that is being filled
+  uint8_t* end_ = nullptr;   // behind its last byte
 };
 
 // Takes received bytes one by one and tells when a whole valid frame is there. What fits is far shorter than

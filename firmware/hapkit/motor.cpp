@@ -1,34 +1,14 @@
 #include "motor.h"
 
-#include <string.h>
-
 #include "motor_map.h"
 
 namespace motor {
 namespace {
 
-constexpr uint32_t kSign = 0x80000000;
-constexpr uint32_t kInfinite = 0x7f800000;
-constexpr uint16_t kSignHigh = kSign >> 16;
-constexpr uint16_t kSmallest = 0x0080;  // upper half of the smallest float whose mantissa is whole
-
-// The board's float operations take 100 to 500 cycles each; on the bits, a quarter of that is enough.
-uint32_t bits_of(float value) {
-  uint32_t bits;
-  memcpy(&bits, &value, sizeof(bits));
-  return bits;
-}
-
-float float_of(uint32_t bits) {
-  float value;
-  memcpy(&value, &bits, sizeof(value));
-  return value;
-}
-
-// A float's bits, as the chip deals with them best.
-struct Halves {
-  uint16_t low, high;
-};
+// Of the upper half of a float.
+constexpr uint16_t kSign = 0x8000;
+constexpr uint16_t kInfinite = 0x7f80;
+constexpr uint16_t kSmallest = 0x0080;  // below, its mantissa is not whole
 
 // A force times the factor is value / 2^places.
 struct Product {
@@ -39,8 +19,7 @@ struct Product {
 Product times_factor(Halves force) {
   const uint16_t mantissa = 0x8000 | static_cast<uint8_t>(force.high) << 8 | force.low >> 8;
   const uint32_t whole = static_cast<uint32_t>(mantissa) * map.factor.mantissa;
-  const uint8_t exponent = (force.high & ~kSignHigh) >> 7;
-  const int16_t places = map.factor.places - exponent;
+  const int16_t places = map.factor.places - (force.high >> 7);
   const uint16_t value = whole >> 16;
   if (value & 0x8000) return {value, places};
   const bool next_bit = static_cast<int16_t>(whole) < 0;
@@ -58,9 +37,11 @@ uint16_t shifted(uint16_t value, uint8_t places) {
 // below, and (step - 1/2)^2 = step (step - 1) + 1/4.
 uint8_t nearest_root(uint16_t square_less_quarter) {
   uint8_t root = 0;
-  for (uint8_t bit = 0x80; bit; bit >>= 1) {
+  uint8_t bit = 0x80;
+  for (uint8_t left = 8; left; --left) {
     const uint8_t larger = root | bit;
     if (static_cast<uint16_t>(larger * static_cast<uint8_t>(larger - 1)) <= square_less_quarter) root = larger;
+    bit >>= 1;
   }
   return root;
 }
@@ -92,26 +73,29 @@ uint8_t straight_steps(Product torque) {
   return (duty + 128) >> 8;
 }
 
-}  // namespace
-
-
-Limited limit(float force) {
-  const uint32_t bits = bits_of(force);
-  const uint32_t size = bits & ~kSign;
-  if (size >= kInfinite) return {0.0f, protocol::kFlagRefused};
-  if (size > map.most) return {float_of(map.most | (bits & kSign)), protocol::kFlagClamped};
-  return {force, 0};
+uint8_t steps_of(Halves force) {
+  if (force.high < kSmallest) return 0;
+  const Product product = times_factor(force);
+  const uint8_t wanted = map.straight ? straight_steps(product) : square_steps(product);
+  return wanted < map.top ? wanted : map.top;
 }
 
-int16_t pwm_of(float force) {
-  Halves bits;
-  memcpy(&bits, &force, sizeof(bits));
-  if ((bits.high & ~kSignHigh) < kSmallest) return 0;
-  const Product product = times_factor(bits);
-  const uint8_t wanted = map.straight ? straight_steps(product) : square_steps(product);
-  if (!wanted) return 0;
-  const int16_t pwm = (wanted < map.top ? wanted : map.top) + map.dead_band;
-  return bits.high & kSignHigh ? -pwm : pwm;
+}  // namespace
+
+// Floats of one sign are in the order of their bits; what is not finite comes last.
+Duty duty_of(float force) {
+  Halves size = halves_of(force);
+  const bool left = size.high & kSign;
+  size.high &= ~kSign;
+  if (size.high >= kInfinite) return {0, protocol::kFlagRefused};
+  int16_t pwm = map.full;
+  uint8_t flags = protocol::kFlagClamped;
+  if (size.high < map.most.high || (size.high == map.most.high && size.low <= map.most.low)) {
+    const uint8_t steps = steps_of(size);
+    pwm = steps ? steps + map.dead_band : 0;
+    flags = 0;
+  }
+  return {left ? static_cast<int16_t>(-pwm) : pwm, flags};
 }
 
 }  // namespace motor

@@ -1,7 +1,5 @@
 #include "motor_map.h"
 
-#include <string.h>
-
 #include "motor.h"
 #include "profile.h"
 
@@ -11,14 +9,10 @@ Map map = {};
 
 namespace {
 
-uint32_t bits_of(float value) {
+Factor factor_of(float value) {
   uint32_t bits;
   memcpy(&bits, &value, sizeof(bits));
-  return bits;
-}
-
-Factor factor_of(float value) {
-  const uint32_t bits = bits_of(value) + 0x80;  // to the nearest
+  bits += 0x80;  // to the nearest
   const int16_t exponent = bits >> 23;
   return {static_cast<uint16_t>(0x8000 | (bits >> 8)), static_cast<int16_t>(2 * 127 + 14 - exponent)};
 }
@@ -44,7 +38,7 @@ void set_pieces(const protocol::Board& kit) {
 }  // namespace
 
 void set(const protocol::Board& kit) {
-  map.most = bits_of(kit.max_force);
+  map.most = halves_of(kit.max_force);
   map.dead_band = kit.dead_band;
   map.top = profile::kPwmTop - kit.dead_band;
   map.straight = kit.motor_map != protocol::kMotorMapSquare;
@@ -53,7 +47,7 @@ void set(const protocol::Board& kit) {
   const uint16_t steps = map.straight ? 255 : map.top * static_cast<uint16_t>(map.top);
   map.factor = factor_of(share * steps);
   set_pieces(kit);
-  map.full = pwm_of(kit.max_force);
+  map.full = duty_of(kit.max_force).pwm;
 }
 
 }  // namespace motor

@@ -7,7 +7,7 @@
 
 class Safety {
  public:
-  // Note a force command with its flags from motor::limit; return whether the motor may follow it.
+  // Note a force command with its flags from motor::duty_of; return whether the motor may follow it.
   bool command(uint8_t flags) {
     command_flags_ = flags;
     if (flags & protocol::kFlagRefused) return false;
@@ -36,7 +36,7 @@ class Safety {
 
   void stop() { latched_ |= protocol::kFlagStopped; }
   void over_speed() { latched_ |= protocol::kFlagOverSpeed; }
-  void sensor(bool faulty) { sensor_ = faulty ? protocol::kFlagSensor : 0; }
+  void sensor(uint8_t flag) { sensor_ = flag; }  // protocol::kFlagSensor, or 0
   void refuse() { latched_ |= protocol::kFlagRefused; }
   void release() { latched_ &= protocol::kFlagRefused; }
   void accept() {
@@ -45,7 +45,7 @@ class Safety {
   }
 
   bool refused() const { return latched_ & protocol::kFlagRefused; }
-  bool off() const { return (latched_ | sensor_) || !patience_; }
+  __attribute__((always_inline)) bool off() const { return (latched_ | sensor_) || !patience_; }
 
   uint8_t flags() const {
     return command_flags_ | latched_ | sensor_ | (!patience_ ? protocol::kFlagWatchdog : 0);

@@ -8,16 +8,17 @@ uint8_t Sender::filled(uint8_t size) const {
   return whole <= board::kQueue ? whole : size;
 }
 
-bool Sender::send(uint8_t id, const void* payload, uint8_t size, const void* more, uint8_t more_size) {
-  const uint8_t whole = filled(1 + size + more_size + frame::kOverhead);
-  uint8_t* const begin = board::room_for(whole);
-  if (!begin) return false;
-  frame::Writer writer(begin);
-  writer.put(&id, 1);
-  writer.put(payload, size);
-  writer.put(more, more_size);
-  uint8_t* at = writer.finish();
-  while (at != begin + whole) *at++ = 0;
-  board::send(at);
+bool Sender::begin(uint8_t id, uint8_t size) {
+  const uint8_t whole = filled(size);
+  uint8_t* const room = board::room_for(whole);
+  if (!room) return false;
+  frame_ = frame::Writer(room);
+  frame_.put(&id, 1);
+  end_ = room + whole;
   return true;
+}
+
+void Sender::end() {
+  for (uint8_t* at = frame_.finish(); at != end_; ++at) *at = 0;
+  board::send(end_);
 }

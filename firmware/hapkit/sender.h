@@ -15,20 +15,35 @@ class Sender {
   // Queue the frame of a message; false, and nothing queued, if it does not fit now.
   template <class Message>
   bool send(const Message& message) {
-    static_assert(1 + sizeof(Message) + frame::kOverhead <= board::kQueue, "the frame never fits the queue");
-    return send(Message::kId, &message, sizeof(message), nullptr, 0);
+    if (!begin<Message>()) return false;
+    frame_.put(&message, sizeof(message));
+    end();
+    return true;
   }
 
   // The same of one that is made up of two parts.
   template <class Message, class First, class Second>
   bool send(const First& first, const Second& second) {
     static_assert(sizeof(First) + sizeof(Second) == sizeof(Message), "the parts are not the whole message");
-    return send(Message::kId, &first, sizeof(first), &second, sizeof(second));
+    if (!begin<Message>()) return false;
+    frame_.put(&first, sizeof(first));
+    frame_.put(&second, sizeof(second));
+    end();
+    return true;
   }
 
  private:
-  bool send(uint8_t id, const void* payload, uint8_t size, const void* more, uint8_t more_size);
+  template <class Message>
+  bool begin() {
+    static_assert(1 + sizeof(Message) + frame::kOverhead <= board::kQueue, "the frame never fits the queue");
+    return begin(Message::kId, 1 + sizeof(Message) + frame::kOverhead);
+  }
+
+  bool begin(uint8_t id, uint8_t size);
+  void end();
   uint8_t filled(uint8_t size) const;
 
+  frame::Writer frame_;
+  uint8_t* end_ = nullptr;  // of the frame and what fills it up
   uint8_t multiple_ = 0;
 };

@@ -75,7 +75,7 @@ void change(const protocol::Board& kit) {
 }
 
 // Take a reading that does not go on with a motion, or is in doubt; return the position, not knowing the sense.
-static __attribute__((noinline)) int32_t consider(uint16_t raw, bool failed) {
+static int32_t consider(uint16_t raw, bool failed) {
   const bool counted = kind == protocol::kSensorQuadrature;  // a slip of its counter does not spoil the rest
   bool doubtful = true;
   if (possible(raw) && (!failed || counted)) {

@@ -21,8 +21,9 @@ void Controller::adopt() {
 inline void Controller::watch(const board::Sampling& sampling, int32_t count) {
   if (sampling.missed) miss(sampling, count);
   safety_.period(sampling.quarters);
-  safety_.sensor(sensor::faulty());
-  if (sensor::news & (sensor::kMoved | sensor::kFaulty)) {
+  const uint8_t news = sensor::news;
+  safety_.sensor(news & sensor::kFaulty);
+  if (news & (sensor::kMoved | sensor::kFaulty)) {
     sensor::take_moved();
     estimator_.restart(count);
   } else if (sampling.quarters != design_.quarters) {
@@ -32,20 +33,10 @@ inline void Controller::watch(const board::Sampling& sampling, int32_t count) {
   }
 }
 
-void Controller::clamp(float force) {
-  bool number;
-  const int16_t pwm = motor::pwm_beyond(force, &number);
-  safety_.rendered(number ? protocol::kFlagClamped : protocol::kFlagRefused);
-  drive(pwm);
-}
-
 inline void Controller::follow() {
-  const float force = fade_.whole() ? asked_ : fade_.weighted(asked_, design_.quarters);
-  if (motor::allows(force)) {
-    safety_.rendered(0);
-    return drive(motor::pwm_of(force));
-  }
-  clamp(force);
+  const motor::Duty duty = motor::duty_of(fade_.whole() ? asked_ : fade_.weighted(asked_, design_.quarters));
+  safety_.rendered(duty.flags);
+  drive(duty.pwm);
 }
 
 __attribute__((always_inline)) inline void Controller::render(int32_t count) {

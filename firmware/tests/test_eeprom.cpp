@@ -50,7 +50,7 @@ TEST(what_is_saved_is_there_after_a_start) {
   CHECK(settings::origin() == protocol::kOriginStored);
   power_on();
   CHECK(settings::origin() == protocol::kOriginStored && same(settings::now(), kit));
-  CHECK(same(fake::configured, kit) && motor::limit(9.0f).force == 2.0f);
+  CHECK(same(fake::configured, kit) && motor::duty_of(9.0f).pwm == motor::duty_of(2.0f).pwm);
   CHECK(fake::eeprom[0] == 0xff);
 }
 
@@ -93,7 +93,7 @@ TEST(every_wrong_bit_is_noticed) {
         const bool stored = settings::origin() == protocol::kOriginStored;
         CHECK(stored ? settings::now().max_force == 0.5f * static_cast<float>(saves) : is_default());
         CHECK(stored || settings::origin() == protocol::kOriginDamaged);
-        CHECK(motor::limit(99.0f).force <= 3.0f);
+        CHECK(motor::duty_of(99.0f).pwm <= motor::duty_of(3.0f).pwm);
       }
     }
     int damaged = 0;

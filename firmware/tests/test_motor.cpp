@@ -11,6 +11,8 @@
 
 namespace {
 
+int pwm_of(float force) { return motor::duty_of(force).pwm; }
+
 // Torque as a share of that at full duty, from a share 0..1 of the duty above the dead band.
 double torque_share(const protocol::Board& kit, double duty) {
   if (kit.motor_map == protocol::kMotorMapSquare) return duty * duty;
@@ -31,7 +33,7 @@ double force_at(const protocol::Board& kit, double steps) {
 void check_nearest(const protocol::Board& kit, float force) {
   constexpr double kHalf = 0.5 + 0.02;                                // and what the bits leave out:
   const double small = 1.5 * force_at(kit, 1000.0) / (255.0 * 256.0);  // torque is kept in 256ths of 255ths
-  const int pwm = motor::pwm_of(force);
+  const int pwm = pwm_of(force);
   const int size = std::abs(pwm);
   CHECK(size == 0 || (size > kit.dead_band && size <= 255));
   CHECK(pwm == 0 || (pwm < 0) == (force < 0.0f));
@@ -41,7 +43,8 @@ void check_nearest(const protocol::Board& kit, float force) {
   CHECK(wanted <= force_at(kit, steps + kHalf) + small);
 }
 
-void check_map(const protocol::Board& kit) {
+void check_map(protocol::Board kit) {
+  kit.max_force = 1e9f;
   motor::set(kit);
   for (int i = -5000; i <= 5000; ++i) check_nearest(kit, static_cast<float>(i) * 0.001f);
   for (double force = 1e-7; force < 8.0; force *= 1.01) check_nearest(kit, static_cast<float>(force));
@@ -82,38 +85,42 @@ TEST(duty_grows_with_the_force) {
   for (uint8_t map : {protocol::kMotorMapSquare, protocol::kMotorMapLinear, protocol::kMotorMapTable}) {
     protocol::Board kit = kits::usual();
     kit.motor_map = map;
+    kit.max_force = 3.5f;
     motor::set(kit);
     int last = 0;
     for (float force = 0.0f; force <= 3.02f; force += 1e-4f) {
-      CHECK(motor::pwm_of(force) >= last);
-      last = motor::pwm_of(force);
+      CHECK(pwm_of(force) >= last);
+      last = pwm_of(force);
     }
     CHECK(last == 255);
-    CHECK(motor::pwm_of(0.0f) == 0 && motor::pwm_of(-0.0f) == 0);
-    CHECK(motor::pwm_of(1e6f) == 255 && motor::pwm_of(3e38f) == 255);
-    CHECK(motor::pwm_of(-1e6f) == -255);
-    CHECK(motor::pwm_of(1e-30f) == 0 && motor::pwm_of(std::numeric_limits<float>::denorm_min()) == 0);
+    CHECK(pwm_of(0.0f) == 0 && pwm_of(-0.0f) == 0);
+    CHECK(pwm_of(1e6f) == 255 && pwm_of(3e38f) == 255);
+    CHECK(pwm_of(-1e6f) == -255);
+    CHECK(pwm_of(1e-30f) == 0 && pwm_of(std::numeric_limits<float>::denorm_min()) == 0);
   }
 }
 
 TEST(force_is_limited) {
   motor::set(kits::usual());
-  CHECK(motor::limit(2.999f).force == 2.999f && motor::limit(2.999f).flags == 0);
-  CHECK(motor::limit(3.0f).flags == 0);
-  CHECK(motor::limit(3.001f).force == 3.0f && motor::limit(3.001f).flags == protocol::kFlagClamped);
-  CHECK(motor::limit(-7.0f).force == -3.0f && motor::limit(-7.0f).flags == protocol::kFlagClamped);
+  const int most = pwm_of(3.0f);
+  CHECK(pwm_of(2.9f) < most);
+  CHECK(motor::duty_of(2.999f).flags == 0 && motor::duty_of(3.0f).flags == 0 && motor::duty_of(3.0f).pwm == most);
+  for (float force : {3.001f, 7.0f, 1e30f}) {
+    CHECK(motor::duty_of(force).pwm == most && motor::duty_of(force).flags == protocol::kFlagClamped);
+    CHECK(motor::duty_of(-force).pwm == -most && motor::duty_of(-force).flags == protocol::kFlagClamped);
+  }
   protocol::Board none = kits::usual();
   none.max_force = 0.0f;
   motor::set(none);
-  CHECK(motor::limit(1e-6f).force == 0.0f && motor::limit(-1.0f).force == 0.0f);
-  CHECK(motor::limit(0.0f).flags == 0 && motor::limit(-0.0f).flags == 0);
+  CHECK(motor::duty_of(1e-6f).pwm == 0 && motor::duty_of(-1.0f).pwm == 0);
+  CHECK(motor::duty_of(0.0f).flags == 0 && motor::duty_of(-0.0f).flags == 0);
 }
 
 TEST(what_is_not_finite_is_refused) {
   motor::set(kits::usual());
   const float infinity = std::numeric_limits<float>::infinity();
   for (float force : {infinity, -infinity, std::nanf(""), -std::nanf("")}) {
-    CHECK(motor::limit(force).force == 0.0f && motor::limit(force).flags == protocol::kFlagRefused);
+    CHECK(motor::duty_of(force).pwm == 0 && motor::duty_of(force).flags == protocol::kFlagRefused);
   }
 }
 

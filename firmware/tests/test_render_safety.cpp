@@ -75,17 +75,7 @@ TEST(the_clamp_is_told) {
   board.alive(60);
   const auto shown = board.shown();
   CHECK(shown.asked < -3.0f && shown.flags == protocol::kFlagClamped);
-  CHECK(fake::pwm == motor::pwm_of(-3.0f) && fake::pwm < 0);
-}
-
-TEST(beyond_the_limit_the_duty_is_that_of_the_limit) {
-  motor::set(kits::usual());
-  bool number;
-  CHECK(motor::pwm_beyond(3.1f, &number) == motor::pwm_of(3.0f) && number);
-  CHECK(motor::pwm_beyond(-1e30f, &number) == motor::pwm_of(-3.0f) && number);
-  for (float none : {std::nanf(""), -std::nanf(""), INFINITY, -INFINITY}) {
-    CHECK(motor::pwm_beyond(none, &number) == 0 && !number);
-  }
+  CHECK(fake::pwm == motor::duty_of(-3.0f).pwm && fake::pwm < 0);
 }
 
 // The counts jump by far more than a handle moves in a tick, and a tick may come the moment that they do.

@@ -71,7 +71,7 @@ TEST(what_is_accepted_is_in_force_at_once) {
   CHECK(same(settings::now(), kit) && settings::origin() == protocol::kOriginUnsaved);
   CHECK(fake::configurations == 2 && same(fake::configured, kit) && !fake::held);
   CHECK(fake::pwm == 0);
-  CHECK(motor::limit(9.0f).force == 1.5f);
+  CHECK(motor::duty_of(9.0f).pwm == motor::duty_of(1.5f).pwm);
   CHECK(sensor::count(100, false) == -23);
 }
 
