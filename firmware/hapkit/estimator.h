@@ -31,7 +31,7 @@ constexpr float kOne = 65536.0f;       // a count
 // Fill a design; return false, with nothing changed, for what no loop can have. quantum in m, fastest in m/s.
 bool design(const Loop& loop, float quantum, float fastest, Design* made);
 
-// Return a value times twice a half coefficient, up to four units too low: the product of the two lower halves counts
+// Return a value times twice a half coefficient, up to six units too low: the product of the two lower halves counts
 // for nothing. Both are numbers of 32 bits in two's complement, and so is the result. On the board in assembler.
 uint32_t share(uint32_t value, uint32_t half) __asm__("estimator_share");
 
