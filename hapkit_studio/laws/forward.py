@@ -7,6 +7,7 @@ from dataclasses import fields
 from hapkit_studio.laws.algebra import simpler
 from hapkit_studio.laws.tree import (
     Assign,
+    At,
     Block,
     Call,
     Compare,
@@ -112,6 +113,9 @@ def _reads(value: object) -> Iterator[str]:
                 yield from _reads(one)
         case Var(name):
             yield name
+        case At(index):
+            # it stays a variable: as if it were read twice
+            yield from (*_reads(index), *_reads(index))
         case Leave(_, moves):
             yield from _reads(moves)
         case Call() | Function() | str() | int() | float():
