@@ -35,8 +35,9 @@ class RandomCode:
 class _Writer:
     """Writes sections; knows how long each subroutine is and which counters it uses."""
 
-    def __init__(self, rng: np.random.Generator, states: int, given: int, slots: int):
+    def __init__(self, rng: np.random.Generator, states: int, given: int, slots: int, wild: float):
         self.rng = rng
+        self.wild = wild
         self.slots = slots
         self.writable = [*range(2, 2 + states), *range(2 + given, slots)]
         self.subroutines: list[tuple[int, int]] = []  # place, counters
@@ -61,34 +62,44 @@ class _Writer:
     def instruction(self, inside: int, free: int) -> tuple[bytes, int]:
         rng, slot = self.rng, int(self.rng.integers(self.slots))
         kind = rng.random()
-        if kind < 0.45:
+        if kind < 0.40:
             one = self.any(PLAIN)
             return code(one.name, *([slot] if one.operands else [])), 0
-        if kind < 0.60:
+        if kind < 0.52:
             return code("LOAD", slot), 0
-        if kind < 0.75:
+        if kind < 0.64:
             return code("STORE", self.any(self.writable)), 0
-        if kind < 0.80:
+        if kind < 0.68:
             size = int(rng.integers(1, self.slots + 1))
             return code("LOAD_AT", slot, int(rng.integers(self.slots - size + 1)), size), 0
-        if kind < 0.83:
+        if kind < 0.71:
             return code("STORE_AT", slot, self.writable[-1], 1), 0
-        if kind < 0.86 and self.subroutines:
+        if kind < 0.80 and self.subroutines:
             place, counters = self.any(self.subroutines)
-            if counters <= free:
+            if counters <= free or rng.random() < self.wild:
                 return code("CALL", place % 256, place // 256), counters
-        if kind < 0.91 and free > 0 and inside:
-            return self.loop(inside, free)
+        if kind < 0.89 and inside and (free > 0 or rng.random() < self.wild):
+            return self.loop(inside, max(free, 1))
         return self.branch(inside, free)
 
     def loop(self, inside: int, free: int) -> tuple[bytes, int]:
         counter = int(self.rng.integers(free))
-        body, _ = self.block(inside, counter)
-        if self.rng.random() < 0.3:  # out of it
-            body += code(0x50 + int(self.rng.integers(16)), 4)
+        body, used = self.block(inside, counter)
+        tail = b""
+        if self.rng.random() < 0.5:  # a way out of it, by itself for a while
+            tail, more = self.block(inside, free)
+            used = max(used, more)
+            rest, more = self.block(inside // 2, counter)
+            used = max(used, more)
+            if len(rest) + 6 < 256 and len(tail) < 256:
+                body += code(0x50 + int(self.rng.integers(16)), len(rest) + 6) + rest
+                tail = code("JUMP", len(tail)) + tail
+            else:
+                tail = b""
         back = len(body) + 4
         times = int(self.rng.integers(1, 5))
-        return code("LOOP", counter, times, 0, body, "NEXT", counter, back % 256, back // 256), counter + 1
+        found = code("LOOP", counter, times, 0, body, "NEXT", counter, back % 256, back // 256, tail)
+        return found, max(used, counter + 1)
 
     def branch(self, inside: int, free: int) -> tuple[bytes, int]:
         mask = int(self.rng.integers(16))
@@ -108,11 +119,14 @@ class _Writer:
         return code(*head, len(then), then, other), max(used, more)
 
 
-def random_code(rng: np.random.Generator) -> RandomCode:
-    """Return a law of a few dozen instructions that the verifier passes, but for its cycles."""
+def random_code(rng: np.random.Generator, wild: float = 0.0) -> RandomCode:
+    """Return a law of a few dozen instructions that the verifier passes, but for its cycles.
+
+    wild: how often a counter is taken that is not free; the verifier does not pass that.
+    """
     states, constants, temporaries = (int(n) for n in rng.integers(0, 4, 3))
     given, slots = states + constants, 2 + states + constants + temporaries + 1
-    writer, found = _Writer(rng, states, given, slots), b""
+    writer, found = _Writer(rng, states, given, slots, wild), b""
     for _ in range(int(rng.integers(3))):
         found += writer.section("SUBROUTINE", len(found))[0]
     found += writer.section("MAIN", len(found))[0]

@@ -1,8 +1,9 @@
 """Fuzz both ends of the wire: `make fuzz`. Reproducible; prints what ran and how long it took.
 
-The firmware's parser and controller run under libFuzzer where clang is there, else under a driver that
-changes the corpus by chance, both with AddressSanitizer and UndefinedBehaviorSanitizer. The computer's two
-decoders and the firmware's see the same damaged lines. Noise counts how often a CRC-16 is right by chance.
+The firmware's parser and controller, and its verifier and machine, run under libFuzzer where clang is there,
+else under a driver that changes the corpus by chance, with AddressSanitizer and UndefinedBehaviorSanitizer.
+The computer's two decoders and the firmware's see the same damaged lines. Noise counts how often a CRC-16 is
+right by chance.
 """
 
 import argparse
@@ -21,7 +22,7 @@ from hapkit_studio.devices import virtual_board
 from hapkit_studio.protocol import codec
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode, frame
 from hapkit_studio.protocol.messages import MESSAGES, Sample, Telemetry
-from tests.protocol import fuzz_noise
+from tests.protocol import fuzz_noise, fuzz_seeds
 
 FOLDER = Path(__file__).resolve().parents[2] / "firmware" / "fuzz"
 LARGEST_TO_BOARD = max(m.size() for m in MESSAGES if not m.from_board())
@@ -40,17 +41,28 @@ def build() -> Path:
 
 def firmware(count: int, seed: int, folder: Path) -> str:
     """Run parser and controller on so many inputs; return which program did; raise if one fails."""
-    fuzzer, corpus = folder / "fuzzer", str(FOLDER / "corpus")
+    return _run("", count, seed, folder, FOLDER / "corpus")
+
+
+def machine(count: int, seed: int, folder: Path) -> str:
+    """Run verifier and machine on so many inputs; return which program did; raise if one fails."""
+    with tempfile.TemporaryDirectory() as corpus:
+        fuzz_seeds.write(fuzz_seeds.machine_inputs(), Path(corpus))
+        return _run("machine_", count, seed, folder, Path(corpus))
+
+
+def _run(prefix: str, count: int, seed: int, folder: Path, corpus: Path) -> str:
+    fuzzer = folder / f"{prefix}fuzzer"
     if fuzzer.exists():
         # the firmware asks for no memory; the fuzzer's own grows on a machine that lets it wait
         options = [f"-runs={count}", f"-seed={seed}", "-max_len=200", "-rss_limit_mb=8192"]
         options.append(f"-artifact_prefix={folder}/")
         words = [str(fuzzer), *options]
     else:
-        words = [str(folder / "driver"), str(count), str(seed)]
+        words = [str(folder / f"{prefix}driver"), str(count), str(seed)]
     quick = os.environ | {"ASAN_OPTIONS": "malloc_context_size=1"}
     with tempfile.TemporaryDirectory() as found:  # new inputs go to the first folder
-        places = [found, corpus] if fuzzer.exists() else [corpus]
+        places = [found, str(corpus)] if fuzzer.exists() else [str(corpus)]
         done = subprocess.run([*words, *places], env=quick, capture_output=True, text=True, check=False)
     if done.returncode:
         raise AssertionError(done.stderr[-4000:])
@@ -169,6 +181,8 @@ def main(words: list[str] | None = None) -> int:
     began = time.monotonic()
     name = firmware(6 * part, given.seed, folder)
     print(f"firmware, parser and controller by {name}: {6 * part:,} inputs, no failure", flush=True)
+    name = machine(given.inputs, given.seed, folder)
+    print(f"firmware, verifier and machine by {name}: {given.inputs:,} inputs, no failure", flush=True)
     lines = agreement(part, given.seed, folder)
     print(f"three decoders on good, damaged and foreign frames: {lines.frames:,} frames, all agree")
     rest = given.inputs - 13 * part
@@ -179,7 +193,7 @@ def main(words: list[str] | None = None) -> int:
     ]
     for count, accepted, what in wrong:
         print(f"{count:,} {what}: {accepted} accepted, by chance at most {fuzz_noise.at_most(count)}")
-    print(f"{given.inputs:,} inputs in {time.monotonic() - began:.0f} s")
+    print(f"{2 * given.inputs:,} inputs in {time.monotonic() - began:.0f} s")
     return any(accepted > fuzz_noise.at_most(count) for count, accepted, _ in wrong)
 
 

@@ -28,6 +28,10 @@ def test_the_firmware_survives_anything(folder):
     fuzz.firmware(INPUTS, 1, folder)
 
 
+def test_no_code_breaks_the_machine_or_its_bound(folder):
+    fuzz.machine(INPUTS, 1, folder)
+
+
 def test_all_decoders_agree_and_damage_passes_as_rarely_as_a_crc_lets_it(folder):
     lines = fuzz.agreement(FRAMES, 1, folder)
     assert lines.damaged > FRAMES // 2
