@@ -4,11 +4,6 @@
 
 #include "opcodes.h"
 
-// What the build leaves.
-#ifndef HAPKIT_ARENA
-#define HAPKIT_ARENA 768
-#endif
-
 namespace machine {
 
 // Of one law. Its slots are position, velocity, states, constants (states and constants are given), temporaries.
@@ -19,10 +14,13 @@ struct Shape {
   uint16_t code;  // bytes
 };
 
+#ifdef HAPKIT_ARENA  // for tests of larger laws
 constexpr uint16_t kArena = HAPKIT_ARENA;
+#else
+constexpr uint16_t kArena = kUsualArena;
+#endif
 constexpr uint8_t kVelocity = 1;
 constexpr uint8_t kFirstGiven = 2;
-constexpr uint8_t kRamp = 6;  // bytes
 
 // Slots, code, then moving constants.
 extern uint8_t arena[kArena];

@@ -62,8 +62,10 @@ constexpr uint16_t kMostCounters = 4;
 constexpr uint16_t kMostJumps = 16;
 constexpr uint16_t kMostSubroutines = 8;
 constexpr uint16_t kMostCycles = 65534;
+constexpr uint16_t kUsualArena = 768;
 constexpr uint16_t kRamps = 8;
-constexpr uint16_t kRest = 1100;
+constexpr uint16_t kRamp = 6;
+constexpr uint16_t kRest = 1400;
 constexpr uint16_t kFrame = 3000;
 
 enum class Refusal : uint8_t {

@@ -115,7 +115,7 @@ struct __attribute__((packed)) Tune {
 };
 static_assert(sizeof(Tune) == Tune::kSize, "Tune has gaps");
 
-// Let the computer render: the law's force fades out over 30 ms, then samples come. Said twice: at once.
+// Let the computer render: the law's force fades out over 30 ms, then come samples. Twice: at once.
 struct __attribute__((packed)) Leave {
   static constexpr uint8_t kId = 0x0d;
   static constexpr uint8_t kSize = 0;

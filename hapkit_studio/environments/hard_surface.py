@@ -40,7 +40,7 @@ def ringing(since, amplitude, decay, hertz):
 
 @law(state={"since": -1.0, "speed": 0.0, "armed": 1.0, "periods": 0.0, "strength": 0.0})
 def force(p, s, x, v, dt):
-    """Render the wall, and the ringing as ``ringing`` has it; its strength falls by the same share a period."""
+    """Render the wall, and the ringing as ``ringing`` has it; its strength falls by one share a period."""
     depth = x - p.position
     if depth <= -LEFT:
         s.armed, s.since = 1.0, -1.0

@@ -16,7 +16,7 @@ from hapkit_studio.haptics import block, way
 from hapkit_studio.haptics.line import Line
 from hapkit_studio.haptics.settings_writer import BoardWay
 from hapkit_studio.laws.law import Law
-from hapkit_studio.laws.machine import FRAME, REST, Refusal
+from hapkit_studio.laws.machine import FRAME, RAMP, REST, Refusal
 from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, Settings
 
 if TYPE_CHECKING:
@@ -29,8 +29,6 @@ CLOCK = 16e6
 _SHARE = 0.8
 """Of its processor, which a law takes as a rule at most."""
 _KEPT = 64
-USUAL_ARENA = 700
-"""Bytes that a board has for one law, for what is counted where no board is open."""
 
 ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
 INSTEAD = "kalman"
@@ -100,22 +98,19 @@ class Offer:
                 return f"{title} cannot be rendered on the board. {program}"
             if program.size > self._room:
                 return f"{title} needs {program.size:,} bytes, the board has {self._room:,}."
-            able = next((r for r in RATES if r <= rate and r <= fastest(program)), 0)
-            if able == rate:
+            if rate <= fastest(program):
                 return self._as_way(wish, program, rate)
-            if not able:
+            if rate == RATES[-1]:
                 return f"{title} {_too_slow(program)}"
-            rate = able
+            rate = next(r for r in RATES if r < rate)
 
     @property
     def _room(self) -> int:
         return min(self.arena, 8 * block.PROGRAM_WORDS)
 
     def _as_way(self, wish: Wish, program: "Program", rate: int) -> BoardWay:
-        from hapkit_studio.laws.board import RAMP_SIZE
-
         kind, first, second = coefficients(wish.estimator, rate, wish.quantum)
-        moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP_SIZE
+        moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
         return BoardWay(
             wish.environment.force, program, rate, kind, first, second, moving, share(program, rate)
         )

@@ -44,8 +44,6 @@ from hapkit_studio.laws.trial import instructions, longest, tried
 
 _SMALL = (60, 14, 6)
 """Operations of a function that is written in at every place that calls it; fewer where room is short."""
-RAMPS, RAMP_SIZE = 8, 6
-"""Constants that must be able to move at a time, and the bytes that each takes meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ class Program:
 
     @property
     def size(self) -> int:
-        return 4 * self.slots + len(self.code) + RAMPS * RAMP_SIZE
+        return 4 * self.slots + len(self.code) + machine.RAMPS * machine.RAMP
 
     @property
     def data(self) -> bytes:

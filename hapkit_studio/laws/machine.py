@@ -104,10 +104,12 @@ MOST_JUMPS = 16
 """Places in one section that jumps may be under way to at a time."""
 MOST_CYCLES = 65534
 """What the board can count; the longest period has 32,000."""
-RAMPS = 8
-"""Constants that may move at a time; each takes six bytes of the arena: slot, distance left, target."""
-REST = 1100
-"""Cycles of a tick besides the law."""
+ARENA = 768
+"""Bytes for the slots, the code and the moving constants of the one law in force."""
+RAMPS, RAMP = 8, 6
+"""Constants that must be able to move at a time, and the bytes that each takes: slot, time left, target."""
+REST = 1400
+"""Cycles of a tick besides the law, with a force that is not zero."""
 FRAME = 3000
 """Cycles of telemetry and messages, every millisecond."""
 
@@ -176,7 +178,9 @@ def text() -> str:
         "MostJumps": MOST_JUMPS,
         "MostSubroutines": MOST_SUBROUTINES,
         "MostCycles": MOST_CYCLES,
+        "UsualArena": ARENA,
         "Ramps": RAMPS,
+        "Ramp": RAMP,
         "Rest": REST,
         "Frame": FRAME,
     }

@@ -162,7 +162,7 @@ class Tune(Message, id=0x08):
 
 @dataclass(frozen=True)
 class Leave(Message, id=0x0D):
-    """Let the computer render: the law's force fades out over 30 ms, then samples come. Said twice: at once."""
+    """Let the computer render: the law's force fades out over 30 ms, then come samples. Twice: at once."""
 
 
 @dataclass(frozen=True)

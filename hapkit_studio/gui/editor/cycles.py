@@ -11,6 +11,7 @@ from hapkit_studio.gui.editor.code_page import CodePage
 from hapkit_studio.gui.margin import MarginWorker
 from hapkit_studio.gui.own import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.laws.machine import ARENA
 
 if TYPE_CHECKING:
     from hapkit_studio.haptics.board_offer import Offer, Wish
@@ -105,7 +106,7 @@ class Cycles(QObject):
         if environment is None:
             return None
         driver = studio.engine.driver if studio.engine is not None else None
-        offer = (driver and driver.offer) or board_offer.Offer(board_offer.USUAL_ARENA)
+        offer = (driver and driver.offer) or board_offer.Offer(ARENA)
         values = studio.values_of(environment.key)
         wish = board_offer.Wish(environment, values, studio.loop.spec, rate=studio.loop.board_rate)
         return Question(offer, wish, environment.text)
