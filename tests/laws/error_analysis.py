@@ -93,6 +93,8 @@ class Analysis:
         self.states = program.states
         self.values = [0.0, 0.0, *program.given] + [0.0] * (program.slots - 2 - len(program.given))
         self.errors = [0.0 if single(v) == v else HALF_UNIT * abs(v) + LEAST for v in self.values]
+        self.zero_sign = False
+        """Whether the last call asked for the sign of zero, which algebra may change."""
 
     def set_state(self, values) -> None:
         """Begin the next call from a state of single precision."""
@@ -109,6 +111,7 @@ class Analysis:
         Where a comparison lies within its error of its threshold the board may go either way: all ways are
         tried, and the bounds hold for each. The values are those of the way that double precision goes.
         """
+        self.zero_sign = False
         before = list(self.values), list(self.errors)
         force, error, first = None, 0.0, ([], [])
         ways: list[tuple[bool, ...]] = [()]
@@ -146,7 +149,7 @@ class Analysis:
         values[0], values[1] = x, v
         errors[0] = errors[1] = 0.0
         counters, back = {}, []
-        a, e, at = 0.0, 0.0, self.main
+        a, e, at = x, 0.0, self.main
         while True:
             one = code[at]
             name, operands = one.name, one.operands
@@ -165,6 +168,7 @@ class Analysis:
                 sign, off = values[operands[0]], errors[operands[0]]
                 # the sign of zero is as good as unknown
                 possible = 5 if abs(sign) <= off or sign == 0.0 else LESS_OR_MORE[sign > 0.0]
+                self.zero_sign |= sign == 0.0
                 negative = self._takes(LESS_OR_MORE[math.copysign(1.0, sign) > 0.0], possible, 1)
                 a = -abs(a) if negative else abs(a)
             elif name in BINARY:

@@ -148,6 +148,8 @@ class _Writer:
             name = self.pick(("atan2", "hypot", "copysign", "pow"))
             if name == "pow":
                 return f"math.pow(abs({one}) + 0.5, max(-2.0, min(2.0, {other})))"
+            if name == "copysign":
+                other = f"({other} or {self.pick(('1.0', '-1.0'))})"
             return f"math.{name}({one}, {other})" if self.chance(0.8) else f"hypot({one}, {other})"
         if self.chance(0.45):
             name = self.pick(ANY)

@@ -182,7 +182,7 @@ def _until_unclear(analysis: Analysis, truth, rows, useful) -> list[_Row]:
         state, bounds = truth.state, [e for _, e in analysis.state]
         mine = [value, *(s for s, _ in analysis.state)]
         if not all(map(_same, mine, [force, *state], [bound, *bounds])):
-            if _is_uncertain(truth, before, x, v, [force, *state]):
+            if analysis.zero_sign or _is_uncertain(truth, before, x, v, [force, *state]):
                 return [*found, _Row(force, 0.0, [], [], False)]
             raise Apart(f"the code has force and state {mine} at {x!r}, {v!r}, the law {[force, *state]}")
         found.append(_Row(force, bound, state, bounds, bound <= useful(force)))
