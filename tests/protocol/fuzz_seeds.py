@@ -42,7 +42,7 @@ def inputs() -> dict[str, bytes]:
 
 
 def machine_inputs() -> dict[str, bytes]:
-    """Return code, most of which the verifier passes; see the head of machine.cpp for the form."""
+    """Return code, most of which the verifier passes; see the head of machine_target.cpp for the form."""
     rng, found = np.random.default_rng(6), {}
     for k in range(800):
         law = random_code(rng, wild=0.2)
