@@ -1,4 +1,4 @@
-"""Filled frames as the chip queues them, up to all 152 bytes of its queue."""
+"""Filled frames as the chip queues them, up to all 112 bytes of its queue."""
 
 import re
 
@@ -10,14 +10,14 @@ from tests.devices.fake_kit import sample
 from tests.firmware.faults_turns import Turns
 from tests.firmware.vb import needs_board
 
-QUEUE = 152
+QUEUE = 112
 FRAMES = 140
 BYTE, PERIOD = 10e-6, 1e-3
 PLAIN = len(encode(sample(1)))
 
 
 @needs_board
-@pytest.mark.parametrize("multiple", [0, 1, 61, 62, 127, 152, 153])
+@pytest.mark.parametrize("multiple", [0, 1, 61, 62, 80, 112, 113])
 def test_every_frame_is_as_long_as_whole_packets(tmp_path, multiple):
     packets = -(-PLAIN // multiple) * multiple if 0 < multiple <= QUEUE else PLAIN
     turns = Turns(tmp_path, (), ("--await", str(Sample.ID)))

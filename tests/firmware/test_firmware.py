@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 
 from hapkit_studio import resources
+from hapkit_studio.devices import virtual_board
+from hapkit_studio.devices.virtual_board import VirtualBoard
 
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
 SKETCH = FIRMWARE / "hapkit"
-STACK = 576
-"""Bytes of RAM that the build keeps free."""
+FREE = 250
+"""Bytes of RAM that stay free however deep the stack is."""
 
 needs_avr = pytest.mark.skipif(shutil.which("avr-g++") is None, reason="no avr-gcc")
 needs_gcc = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
@@ -53,17 +55,31 @@ def test_parts_without_a_chip(tmp_path):
 def test_flash_and_ram_are_printed_and_fit(build):
     _, said = build
     flash, flash_limit = map(int, re.search(r"flash (\d+) of (\d+) bytes", said).groups())
-    ram, ram_limit = map(int, re.search(r"RAM +(\d+) of (\d+) bytes", said).groups())
-    assert (flash_limit, ram_limit) == (32256, 2048)
-    assert 1000 < flash < flash_limit
-    assert 100 < ram <= ram_limit - STACK
+    words = r"RAM +(\d+) of (\d+) bytes, (\d+) of them the arena; the stack takes (\d+), (\d+) stay free"
+    ram, ram_limit, arena, stack, free = map(int, re.search(words, said).groups())
+    assert (flash_limit, ram_limit) == (24000, 2048)
+    assert 1000 < flash <= flash_limit
+    assert arena >= 600
+    assert free == ram_limit - ram - stack >= FREE
 
 
 @needs_avr
-@pytest.mark.parametrize("limit", ["FLASH_LIMIT=1000", "RAM_LIMIT=100"])
+@pytest.mark.parametrize("limit", ["FLASH_LIMIT=1000", "RAM_LIMIT=100", "STACK=600"])
 def test_build_fails_above_a_limit(build, limit):
     folder, _ = build
     assert make(f"BUILD={folder}", "sizes", limit).returncode != 0
+
+
+@needs_avr
+@pytest.mark.skipif(not virtual_board.built(), reason="the virtual board is not built")
+def test_the_arena_is_as_large_as_the_firmware_says(build):
+    folder, said = build
+    board = VirtualBoard("fast", firmware=folder / "hapkit.elf")
+    board.open()
+    try:
+        assert f"{board.hello.arena} of them the arena" in said
+    finally:
+        board.close()
 
 
 @needs_avr

@@ -16,8 +16,6 @@ from hapkit_studio.protocol.messages import (
     Force,
     Hello,
     HelloRequest,
-    LawName,
-    LawRequest,
     Sample,
     Settings,
     SettingsRequest,
@@ -27,7 +25,7 @@ from tests.firmware.vb import Host, chip, needs_board, needs_compiler
 from tests.firmware.vb_host import SILENCE
 
 UDRE, TXC = 1 << 5, 1 << 6
-QUESTIONS = (HelloRequest(), SettingsRequest(), LawRequest(0))
+QUESTIONS = (HelloRequest(), SettingsRequest())
 
 
 def said(tmp_path, name, size, **defined):
@@ -97,17 +95,17 @@ def test_questions_while_samples_come_are_all_answered_and_a_lost_sample_is_told
             seen += new
             for sample in (m for m in new if isinstance(m, Sample)):
                 ask = QUESTIONS if sample.seq % 20 == 0 else ()
-                os.write(board.fileno(), b"".join(map(encode, (Force(sample.seq, 0.0), *ask))))
+                os.write(board.fileno(), b"".join(map(encode, (Force(sample.seq, 0, 0.0), *ask))))
     finally:
         board.close()
     samples = [m for m in seen if isinstance(m, Sample)]
     asked = sum(s.seq % 20 == 0 for s in samples[:-10])
-    for kind in (Hello, Settings, LawName):
+    for kind in (Hello, Settings):
         assert sum(isinstance(m, kind) for m in seen) >= asked > 3
     gaps = [(b.seq - a.seq) & 0xFFFF for a, b in itertools.pairwise(samples)]
     for gap, sample in zip(gaps, samples[1:], strict=True):
         assert gap == 1 or sample.flags & BoardFlag.OVERRUN
-        assert gap <= 6  # filled, the three answers are 310 bytes: 3.4 ms on the line
+        assert gap <= 4  # filled, the two answers are 200 bytes: 2.2 ms on the line
     assert decoder.bad_frames == 0
     assert board.summary["overwritten"] == board.summary["dropped"] == board.summary["unanswered"] == 0
 
