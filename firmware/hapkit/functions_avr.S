@@ -9,14 +9,53 @@
   .global _ZN9functions8fractionEmm
   .type _ZN9functions8fractionEmm, @function
 _ZN9functions8fractionEmm:
-  set
-  rjmp 1f
+  mul r22, r21        ; r31 r30 r27 r26 = the product
+  mov r26, r1
+  clr r27
+  clr r22             ; is 0 from here on
+  mul r25, r18
+  add r26, r1
+  adc r27, r22
+  mul r24, r19
+  add r26, r1
+  adc r27, r22
+  mul r23, r20
+  add r26, r1
+  adc r27, r22
+  mul r25, r21
+  movw r30, r0
+  mul r24, r20
+  add r26, r0
+  adc r27, r1
+  adc r30, r22
+  adc r31, r22
+  mul r25, r19
+  add r26, r0
+  adc r27, r1
+  adc r30, r22
+  adc r31, r22
+  mul r23, r21
+  add r26, r0
+  adc r27, r1
+  adc r30, r22
+  adc r31, r22
+  mul r25, r20
+  add r27, r0
+  adc r30, r1
+  adc r31, r22
+  mul r24, r21
+  add r27, r0
+  adc r30, r1
+  adc r31, r22
+  movw r22, r26
+  movw r24, r30
+  clr r1
+  ret
 
 ; uint32_t series(uint32_t y, const uint32_t* table, uint8_t terms): t0 - y (t1 - y (t2 - ...)), the last one first.
   .global _ZN9functions6seriesEmPKmh
   .type _ZN9functions6seriesEmPKmh, @function
 _ZN9functions6seriesEmPKmh:
-  clt
   movw r30, r20
   mov r26, r18
   movw r18, r22
@@ -26,12 +65,12 @@ _ZN9functions6seriesEmPKmh:
   lpm r24, Z+
   lpm r25, Z+
   dec r26
-1:push r14
+  push r14
   push r15
   push r16
   push r17
   clr r27
-2:mul r25, r18        ; r17..r14 = r25..r22 times r21..r18
+1:mul r25, r18        ; r17..r14 = r25..r22 times r21..r18, as above
   mov r14, r1
   clr r15
   mul r24, r19
@@ -68,7 +107,6 @@ _ZN9functions6seriesEmPKmh:
   add r15, r0
   adc r16, r1
   adc r17, r27
-  brts 3f
   lpm r22, Z+
   lpm r23, Z+
   lpm r24, Z+
@@ -78,11 +116,8 @@ _ZN9functions6seriesEmPKmh:
   sbc r24, r16
   sbc r25, r17
   dec r26
-  brne 2b
-  rjmp 4f
-3:movw r22, r14
-  movw r24, r16
-4:clr r1
+  brne 1b
+  clr r1
   pop r17
   pop r16
   pop r15

@@ -14,8 +14,7 @@ counters:
   .zero 8             ; one of two bytes for each loop that is open
 
   .section .text.machine_run, "ax", @progbits
-  .balign 512         ; an operation's code is the low byte of its place in the table
-table:
+table:                ; one word for each code
   .macro operation code, place
   .org 2 * \code
   rjmp \place
@@ -74,10 +73,12 @@ table:
   rjmp test
   .endr
 
-; Go on with the next operation; its code is in r30 then.
+; Go on with the next operation. What takes long anyway does so at go_on, for less room.
   .macro next
   ld r30, Y+
-  ldi r31, pm_hi8(table)
+  clr r31
+  subi r30, pm_lo8(-(table))
+  sbci r31, pm_hi8(-(table))
   ijmp
   .endm
 
@@ -156,14 +157,14 @@ call:
   adiw r28, 1
   add r28, r30
   adc r29, r31
-  next
+  rjmp go_on
 
 far_jump:
   ld r30, Y+
   ld r31, Y+
   add r28, r30
   adc r29, r31
-  next
+  rjmp go_on
 
 jump:
   ld r30, Y+
@@ -186,7 +187,7 @@ loop:
   ld r19, Y+
   st Z, r18
   std Z+1, r19
-  next
+  rjmp go_on
 
 next_turn:
   counter
@@ -267,7 +268,7 @@ load_at:
   ldd r23, Z+1
   ldd r24, Z+2
   ldd r25, Z+3
-  next
+  rjmp go_on
 
 store_at:
   rcall element
@@ -275,7 +276,7 @@ store_at:
   std Z+1, r23
   std Z+2, r24
   std Z+3, r25
-  next
+  rjmp go_on
 
 add:
   fetch
@@ -326,7 +327,7 @@ divide_into:
 divide:
   rcall divisor
 1:call __divsf3
-  next
+  rjmp go_on
 
 ; r31 = the outcome of A against r21..r18; leaves r27.
 outcome:
@@ -387,6 +388,7 @@ outcome:
 
 compare:
   mov r27, r30
+  subi r27, pm_lo8(table)  ; its code
   fetch
   rcall outcome
   ld r30, Y+
@@ -418,6 +420,7 @@ test:
   breq 2f
   ldi r31, 8
 2:ld r26, Y+
+  subi r30, pm_lo8(table)  ; its code
   and r30, r31
   breq 1f
   add r28, r26
@@ -429,23 +432,23 @@ minimum:
   rcall outcome
   cpi r31, 4
   breq take
-  next
+  rjmp go_on
 maximum:
   fetch
   rcall outcome
   cpi r31, 1
   breq take
-  next
+  rjmp go_on
 take:
   movw r22, r18
   movw r24, r20
-  next
+  rjmp go_on
 
 copysign:
   fetch
   bst r21, 7
   bld r25, 7
-  next
+  rjmp go_on
 
 negate:
   subi r25, 0x80

@@ -157,59 +157,59 @@ constexpr uint8_t kMasked = 0x40;
 constexpr uint8_t kMasks = 16;
 // The operations of one code, below kSingle; then those from kMasked on, of 16 codes each.
 static const Operation kTable[53] PROGMEM = {
-  {kNone, 11},  // RETURN
+  {kNone, 13},  // RETURN
   {kNone, 0},  // SUBROUTINE
   {kNone, 0},  // MAIN
-  {kFar, 23},  // CALL
-  {kNear, 11},  // JUMP
-  {kFar, 13},  // FAR_JUMP
-  {kCounter, 20},  // LOOP
-  {kCounter, 30},  // NEXT
-  {kSlot, 23},  // LOAD
-  {kSlot, 23},  // STORE
-  {kIndexed, 97},  // LOAD_AT
-  {kIndexed, 97},  // STORE_AT
+  {kFar, 27},  // CALL
+  {kNear, 13},  // JUMP
+  {kFar, 17},  // FAR_JUMP
+  {kCounter, 24},  // LOOP
+  {kCounter, 32},  // NEXT
+  {kSlot, 25},  // LOAD
+  {kSlot, 25},  // STORE
+  {kIndexed, 101},  // LOAD_AT
+  {kIndexed, 101},  // STORE_AT
   {kUnknown, 0},
   {kUnknown, 0},
   {kUnknown, 0},
   {kUnknown, 0},
-  {kSlot, 185},  // ADD
+  {kSlot, 190},  // ADD
   {kSlot, 190},  // SUBTRACT
   {kSlot, 190},  // SUBTRACT_FROM
   {kSlot, 140},  // MULTIPLY
-  {kSlot, 490},  // DIVIDE
-  {kSlot, 490},  // DIVIDE_INTO
-  {kSlot, 81},  // MINIMUM
-  {kSlot, 81},  // MAXIMUM
-  {kSlot, 870},  // FLOOR_DIVIDE
-  {kSlot, 890},  // MODULO
+  {kSlot, 495},  // DIVIDE
+  {kSlot, 495},  // DIVIDE_INTO
+  {kSlot, 85},  // MINIMUM
+  {kSlot, 85},  // MAXIMUM
+  {kSlot, 875},  // FLOOR_DIVIDE
+  {kSlot, 895},  // MODULO
   {kSlot, 720},  // REMAINDER
-  {kSlot, 2815},  // POWER
-  {kSlot, 1795},  // ATAN2
-  {kSlot, 1860},  // HYPOT
-  {kSlot, 25},  // COPYSIGN
+  {kSlot, 2730},  // POWER
+  {kSlot, 1740},  // ATAN2
+  {kSlot, 1865},  // HYPOT
+  {kSlot, 29},  // COPYSIGN
   {kUnknown, 0},
-  {kNone, 8},  // NEGATE
-  {kNone, 8},  // ABSOLUTE
-  {kNone, 565},  // SQRT
+  {kNone, 10},  // NEGATE
+  {kNone, 10},  // ABSOLUTE
+  {kNone, 570},  // SQRT
   {kNone, 185},  // FLOOR
-  {kNone, 195},  // CEIL
-  {kNone, 155},  // TRUNCATE
-  {kNone, 895},  // SIN
-  {kNone, 895},  // COS
-  {kNone, 1965},  // TAN
-  {kNone, 1910},  // ASIN
-  {kNone, 1875},  // ACOS
-  {kNone, 1700},  // ATAN
-  {kNone, 810},  // EXP
-  {kNone, 950},  // EXPM1
-  {kNone, 1485},  // LOG
-  {kNone, 1730},  // LOG1P
-  {kNone, 1670},  // SINH
-  {kNone, 1375},  // COSH
-  {kNone, 1625},  // TANH
-  {kSlotNear, 83},  // COMPARE
-  {kNear, 33},  // TEST
+  {kNone, 200},  // CEIL
+  {kNone, 160},  // TRUNCATE
+  {kNone, 825},  // SIN
+  {kNone, 825},  // COS
+  {kNone, 1840},  // TAN
+  {kNone, 1880},  // ASIN
+  {kNone, 1845},  // ACOS
+  {kNone, 1650},  // ATAN
+  {kNone, 780},  // EXP
+  {kNone, 920},  // EXPM1
+  {kNone, 1430},  // LOG
+  {kNone, 1675},  // LOG1P
+  {kNone, 1640},  // SINH
+  {kNone, 1345},  // COSH
+  {kNone, 1595},  // TANH
+  {kSlotNear, 86},  // COMPARE
+  {kNear, 36},  // TEST
 };
 
 }  // namespace machine

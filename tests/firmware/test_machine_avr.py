@@ -10,7 +10,7 @@ from tests.laws.random_code import BY_NAME, code, random_code
 
 pytestmark = needs_compiler
 
-ENTRY = 50
+ENTRY = 52
 """Cycles of run() besides its operations: slots 0 and 1 written, MAIN found, registers kept."""
 SLOTS = 6
 EDGES = np.array(
