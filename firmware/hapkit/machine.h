@@ -25,7 +25,7 @@ constexpr uint8_t kFirstGiven = 2;
 // Slots, code, then moving constants.
 extern uint8_t arena[kArena];
 
-// Where the code of the law lies that verify() has passed, and where in it MAIN.
+// Where the code of the law lies that verify() has passed, where in it MAIN, and whether the velocity matters to it.
 struct Program {
   const uint8_t* code;
   const uint8_t* main;
@@ -43,7 +43,7 @@ bool fits(const Shape& shape);
 // run() may be called.
 Refusal verify(const Shape& shape, uint32_t* cycles);
 
-// One call of the law: its force, not finite where it failed.
+// One call of the law: its force, nan where it failed. On the chip machine_avr.S has it.
 float run(float x, float v);
 
 }  // namespace machine
