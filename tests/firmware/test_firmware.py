@@ -35,6 +35,11 @@ def build(tmp_path_factory):
     return folder, done.stdout
 
 
+def stack_counted():
+    """Return the bytes of stack that the build counts on."""
+    return int(re.search(r"^STACK \?= (\d+)$", (FIRMWARE / "Makefile").read_text(), re.MULTILINE)[1])
+
+
 def image(path):
     """Return the flash contents of an Intel hex file."""
     records = [bytes.fromhex(line[1:]) for line in path.read_text().split()]
