@@ -1,0 +1,96 @@
+"""Settings that give the same code differ by constants, which move while the law runs on the board."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hapkit_studio.laws import board
+from hapkit_studio.laws.board import Program
+from hapkit_studio.laws.machine import FIRST, MOST_CYCLES, Refusal
+from hapkit_studio.laws.specialise import Specialiser
+from tests.laws.board_laws import ENVIRONMENTS
+from tests.laws.machine_pc import Machine, build, needs_compiler
+from tests.laws.test_board_environments import PERIOD, TOO_SLOW, motion, options, settings
+
+STEPS = 30  # of 1 ms
+LONG = ("mass_spring_damper", "puck")
+KEYS = [pytest.param(key, marks=pytest.mark.slow) if key in LONG else key for key in ENVIRONMENTS]
+
+
+@pytest.fixture(scope="module")
+def machine(tmp_path_factory):
+    with Machine(build(tmp_path_factory.mktemp("machine"), arena=16384)) as made:
+        yield made
+
+
+@pytest.fixture
+def outcomes(monkeypatch):
+    """Return a list of how the comparisons went that only parameters decide, in the order they were asked."""
+    found: list[bool] = []
+    asked = Specialiser.compare
+
+    def compare(self, op, left, right):
+        outcome = asked(self, op, left, right)
+        if isinstance(outcome, bool):
+            found.append(outcome)
+        return outcome
+
+    monkeypatch.setattr(Specialiser, "compare", compare)
+    return found
+
+
+def programs(environment, chosen, rng, count, outcomes) -> list[tuple[tuple[bool, ...], Program]]:
+    """Return programs of random settings with these choices, each beside what was decided on the way."""
+    made = []
+    for values in settings(environment, chosen, rng, count):
+        outcomes.clear()
+        program = board.compile(environment.force, values, PERIOD)
+        made.append((tuple(outcomes), program))
+    return made
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_only_conditions_on_parameters_decide_what_the_code_is(key, rng, outcomes):
+    environment = ENVIRONMENTS[key]
+    for chosen in options(environment):
+        codes: dict[tuple[bool, ...], tuple[bytes, int]] = {}
+        few = 3 if (key, chosen.get("integrator")) in TOO_SLOW or key == "puck" else 8
+        for decided, program in programs(environment, chosen, rng, few, outcomes):
+            shape = (program.code, len(program.given))
+            assert codes.setdefault(decided, shape) == shape, chosen
+
+
+@needs_compiler
+@pytest.mark.parametrize("key", KEYS)
+def test_constants_on_the_move(key, machine, rng, outcomes):
+    environment, rows = ENVIRONMENTS[key], motion(120).astype(np.float32)
+    moved = 0
+    for chosen in options(environment):
+        found = [p for _, p in programs(environment, chosen, rng, 4, outcomes)]
+        for one, other in itertools.pairwise(found):
+            if one.code != other.code or one.given == other.given or one.most > MOST_CYCLES:
+                continue
+            hold(machine, one, other, rows)
+            moved += 1
+    assert moved or key == "free"
+
+
+def hold(machine: Machine, one: Program, other: Program, rows: np.ndarray) -> None:
+    """Move from one program's constants to another's; fail at a force that is none, or at another end."""
+    assert machine.load(one.states, one.given, one.slots, one.code).refusal == Refusal.NONE
+    forces, states = machine.run(rows[:60])
+    start, aim = (np.array(p.given[p.states :], np.float32) for p in (one, other))
+    for step in range(1, STEPS + 1):
+        between = start + (aim - start) * np.float32(step / STEPS) if step < STEPS else aim
+        for i, value in enumerate(between.tolist()):
+            machine.set(FIRST + one.states + i, value)
+        row = 60 + step - 1
+        forces, states = machine.run(rows[row : row + 1])
+        assert np.isfinite(forces).all(), (step, one.given, other.given)
+    moved, _ = machine.run(rows[60 + STEPS :])
+    assert machine.load(other.states, other.given, other.slots, other.code).refusal == Refusal.NONE
+    for i, value in enumerate(states[-1].tolist()):
+        machine.set(FIRST + i, value)
+    fresh, _ = machine.run(rows[60 + STEPS :])
+    assert moved.tobytes() == fresh.tobytes()
