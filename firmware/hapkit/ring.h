@@ -25,11 +25,6 @@ class Ring {
 
   bool empty() const { return head_ == tail_; }
 
-  // For a writer in assembler: the bytes, then the place last written, then the place last read.
-  static constexpr uint8_t kSize = Size;
-  static constexpr uint16_t kHead = Size;
-  static constexpr uint16_t kTail = Size + 1;
-
  private:
   static uint8_t after(uint8_t place) { return place + 1 == Size ? 0 : place + 1; }
 

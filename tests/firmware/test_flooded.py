@@ -40,7 +40,7 @@ from tests.firmware.vb import FULL_FORCE, needs_board
 
 pytestmark = needs_board
 
-SECONDS = 1.2
+SECONDS = 2.0
 BYTES = 100_000
 """Bytes a second that the line carries."""
 AHEAD = 2500
@@ -140,7 +140,7 @@ def heard_all(flood):
     assert np.all(np.diff([frame.time_us for frame in shown]) > 0)
     assert np.ptp([frame.rx_errors for frame in shown]) > 0
     assert len({frame.generation for frame in shown}) > 4
-    assert sum(frame.pwm != 0 for frame in shown) > 100
+    assert sum(frame.pwm != 0 for frame in shown) > 30
     assert flood.of(Hello)
     assert {frame.refused for frame in flood.of(Settings)} == {0, 1}
     assert {Origin.UNSAVED, Origin.STORED} <= {frame.origin for frame in flood.of(Settings)}
