@@ -71,6 +71,6 @@ def pushed(x, v, touch, side, speed, contact, pad):
 def flown_apart(x, v):
     """Return 1 where an object is more than 1 m away, above 10 km/s or nowhere at all, else 0.
 
-    A method that adds energy takes it there; a scene then begins anew, so that its force stays finite.
+    A method that adds energy takes it there; a scene then begins anew, without a force in between.
     """
     return 0.0 if abs(x) <= _FARTHEST and abs(v) <= _FASTEST else 1.0

@@ -22,7 +22,12 @@ STATE = {
 @law(state=STATE)
 def force(p, s, x, v, dt):
     """Move the object over the sample that has passed, the handle held; then push the handle back."""
-    if s.started != 0.0 and dt > 0.0:
+    begins = s.started == 0.0
+    if begins:
+        s.started = 1.0
+        s.object = p.rest_position
+        s.object_velocity = 0.0
+    elif dt > 0.0:
         s.object, s.object_velocity, s.object_acceleration = step(
             p.integrator,
             s.object,
@@ -42,15 +47,14 @@ def force(p, s, x, v, dt):
             FAR,
             0.0,
         )
-    anew = s.started == 0.0 or flown_apart(s.object, s.object_velocity) > 0.0
-    if anew:
-        s.started = 1.0
-        s.object = p.rest_position
-        s.object_velocity = 0.0
+        if flown_apart(s.object, s.object_velocity) > 0.0:
+            s.started, s.object = 0.0, p.rest_position
+            s.object_velocity = 0.0
+            return 0.0
     s.handle = x
     s.handle_velocity = v
     push = pushed(s.object, s.object_velocity, x, 1.0, v, p.contact_stiffness, p.contact_damping)
-    if anew:
+    if begins:
         s.object_acceleration = push / p.mass
     return -push
 

@@ -36,7 +36,12 @@ def begin(x):
 @law(state=STATE)
 def force(p, s, x, v, dt):
     """Move the puck over the sample that has passed, the handle held; then push the handle back."""
-    if s.started != 0.0 and dt > 0.0:
+    if s.started == 0.0:
+        s.started = 1.0
+        s.object = begin(x)
+        s.object_velocity = 0.0
+        s.object_acceleration = 0.0
+    elif dt > 0.0:
         s.object, s.object_velocity, s.object_acceleration = step(
             p.integrator,
             s.object,
@@ -56,11 +61,10 @@ def force(p, s, x, v, dt):
             REACH,
             p.wall_stiffness,
         )
-    if s.started == 0.0 or flown_apart(s.object, s.object_velocity) > 0.0:
-        s.started = 1.0
-        s.object = begin(x)
-        s.object_velocity = 0.0
-        s.object_acceleration = 0.0
+        if flown_apart(s.object, s.object_velocity) > 0.0:
+            s.started, s.object = 0.0, START
+            s.object_velocity = 0.0
+            return 0.0
     # Inside the puck the handle keeps the side it came from, however deep it is.
     gap = x - s.object
     if s.side == 0.0 or abs(gap) >= RADIUS:
