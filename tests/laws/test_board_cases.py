@@ -72,6 +72,14 @@ CASES = {
             s.sum = 0.5 * s.sum + x
         return p.c
     """,
+    "what takes longest just before a loop is left": """
+        for i in range(4):
+            if x > 0.1 * i:
+                s.sum = math.tan(s.sum) + math.tan(v)
+                break
+            s.last = s.last + x
+        return s.sum
+    """,
     "a division that nobody reads": """
         g = 3.0 / s.last
         s.last = v
