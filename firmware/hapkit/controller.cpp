@@ -117,8 +117,12 @@ void Controller::take_pieces() {
   if (loading_.begin()) start_law();
 }
 
+// To look a law through may take longer than the hardware watchdog waits; meanwhile ticks speak for the main program.
 void Controller::take(const protocol::Piece& piece) {
-  if (loading_.take(piece)) start_law();
+  vouched_ = kVouched;
+  const bool ready = loading_.take(piece);
+  vouched_ = 0;
+  if (ready) start_law();
 }
 
 // The tick lets it wait until the period has its length.

@@ -33,6 +33,7 @@ class Controller {
 
  private:
   static constexpr float kFastest = 5.0f;  // m/s; beyond it something is wrong
+  static constexpr uint8_t kVouched = 50;  // ms
 
   // Main program.
   void dispatch(const uint8_t* body, uint8_t size);
@@ -64,6 +65,7 @@ class Controller {
   void watch(const board::Sampling& sampling, int32_t count);
   void render(int32_t count);
   void follow();
+  void vouch();
   void show(const board::Sampling& sampling, int32_t count, bool rendered);
   void show_now(const board::Sampling& sampling, int32_t count, bool rendered);
   void show_sample(const board::Sampling& sampling, int32_t count);
@@ -85,6 +87,7 @@ class Controller {
   volatile uint8_t overruns_ = 0;
   volatile bool due_ = false;   // while it is set, what a tick shows is the main program's
   volatile bool late_ = false;  // a tick had to show while it was
+  volatile uint8_t vouched_ = 0;  // ms for which the main program need not be heard
 
   frame::Parser parser_;
   Sender sender_;

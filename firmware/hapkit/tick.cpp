@@ -58,10 +58,16 @@ inline void Controller::show(const board::Sampling& sampling, int32_t count, boo
   if (since_shown_ >= 4) show_now(sampling, count, rendered);
 }
 
+void Controller::vouch() {
+  vouched_ = vouched_ - 1;
+  board::pat();
+}
+
 void Controller::show_now(const board::Sampling& sampling, int32_t count, bool rendered) {
   since_shown_ = 0;
   if (due_) {
     late_ = true;
+    if (vouched_) vouch();
     return;
   }
   stamp_ = board::stamp();

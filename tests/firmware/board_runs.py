@@ -68,7 +68,9 @@ def frames(board: VirtualBoard, decoder: Decoder) -> Iterator[Message]:
         yield from decoder.feed(os.read(board.fileno(), 4096))
 
 
-def send(board: VirtualBoard, law: Program, rate: int, filter: Filter | None = None, generation: int = 1) -> None:
+def send(
+    board: VirtualBoard, law: Program, rate: int, filter: Filter | None = None, generation: int = 1
+) -> None:
     """Send a law, a piece a sample, until the board renders it; raise Refused."""
     os.write(board.fileno(), encode(announced(law, rate, filter or usual(rate), generation)))
     for message in frames(board, Decoder()):

@@ -48,10 +48,13 @@ class Talk:
 
     def __init__(self, turns: Turns):
         self.turns, self._decoder = turns, Decoder()
+        self.heard: list = []
 
     def turn(self) -> list:
         self.turns.turn()
-        return self._decoder.feed(self.turns.take(4096))
+        new = self._decoder.feed(self.turns.take(4096))
+        self.heard += new
+        return new
 
     def say(self, *messages) -> None:
         self.turns.say(b"".join(map(encode, messages)))
