@@ -1,4 +1,4 @@
-"""Laws in the simulated chip at the rates that are offered: the processor's share, skipped ticks, velocity."""
+"""Laws in the simulated chip at the rates that are offered: processor, skipped ticks, velocity."""
 
 import numpy as np
 import pytest
