@@ -534,7 +534,11 @@ class _Section:
     def overwritten(self, code: Code) -> list[str]:
         """Return the variables that an instruction may write; a call: all but what is given to it."""
         if code.name == "STORE":
-            return [code.operands[0].name]
+            name = code.operands[0].name
+            takers = [f for f in self.called if name in (*f.parameters, *f.results)]
+            # what another function takes and gives may lie in the same place
+            others = [f for f in self.called if f not in takers] if takers else []
+            return [name, *(n for f in others for n in (*f.parameters, *f.results))]
         if code.name == "STORE_AT":
             _, first, size = code.operands
             return [f"s[{first - FIRST + i}]" for i in range(size)]

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 
-from hapkit_studio.laws.algebra import simpler
+from hapkit_studio.laws.algebra import computed, simpler
 from hapkit_studio.laws.tree import (
     Assign,
     At,
@@ -18,6 +18,7 @@ from hapkit_studio.laws.tree import (
     Logic,
     Loop,
     Not,
+    Num,
     Op,
     Return,
     Select,
@@ -26,6 +27,7 @@ from hapkit_studio.laws.tree import (
     Statement,
     Test,
     Var,
+    called,
     may_fail,
     mentions,
 )  # fmt: skip
@@ -44,24 +46,27 @@ def substitute(law: Specialised) -> None:
     lasting = {name for f in law.functions for name in (*f.parameters, *f.results)}
     single = {n for n, times in read.items() if times == 1 and written[n] == 1} - lasting
     for body in bodies:
-        _in_list(body, {n for n in single if not n.startswith("s[")})
+        _in_list(body, {n for n in single if not n.startswith("s[")}, lasting)
 
 
-def _in_list(statements: list[Statement], single: set[str]) -> None:
+def _in_list(statements: list[Statement], single: set[str], lasting: set[str]) -> None:
     at = 0
     while at < len(statements):
         s = statements[at]
         for inner in _lists(s):
-            _in_list(inner, single)
+            _in_list(inner, single, lasting)
         movable = isinstance(s, Assign) and s.to in single and not may_fail(s.value)
-        if movable and _put(s, statements, at + 1):  # type: ignore[arg-type]
+        if movable and _put(s, statements, at + 1, lasting):  # type: ignore[arg-type]
             del statements[at]
         else:
             at += 1
 
 
-def _put(made: Assign, statements: list[Statement], start: int) -> bool:
-    """Replace the one reading of what was made behind a place; return whether it was reached unchanged."""
+def _put(made: Assign, statements: list[Statement], start: int, lasting: set[str]) -> bool:
+    """Replace the one reading of what was made behind a place; return whether it was reached unchanged.
+
+    What functions take and give, the lasting variables, may lie in one place: who writes one may write all.
+    """
     parts = frozenset(_reads(made.value))
     for s in statements[start:]:
         if made.to in _reads(s):
@@ -71,8 +76,9 @@ def _put(made: Assign, statements: list[Statement], start: int) -> bool:
                 return True
             if isinstance(s, Loop | SetAt):
                 return False
-            return any(_put(made, inner, 0) for inner in _lists(s))
-        if parts & set(_writes(s)):
+            return any(_put(made, inner, 0, lasting) for inner in _lists(s))
+        written = set(_writes(s))
+        if parts & written or (parts & lasting and (written & lasting or called([s]))):
             return False
     return False
 
@@ -83,7 +89,9 @@ def replaced(value: Expr | Test, name: str, by: Expr):
         case Var(found) if found == name:
             return by
         case Op(op, args):
-            return simpler(op, tuple(replaced(a, name, by) for a in args))
+            args = tuple(replaced(a, name, by) for a in args)
+            numbers = [a for a in args if isinstance(a, Num)]
+            return (computed(op, numbers) if len(numbers) == len(args) else None) or simpler(op, args)
         case Select(test, yes, no):
             return Select(*(replaced(part, name, by) for part in (test, yes, no)))
         case Compare(op, left, right):

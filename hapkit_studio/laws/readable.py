@@ -34,6 +34,7 @@ from hapkit_studio.laws.tree import (
     drop_unused,
     is_single,
     literal,
+    may_fail,
     mentions,
 )  # fmt: skip
 
@@ -169,6 +170,9 @@ class _Readable(Specialiser):
             self.functions[key] = self.made(key, tree, given, [n for n in names if n not in known])
         self.calls[key] += 1
         function = self.functions[key]
+        for name in sorted(set(given) - set(function.parameters)):
+            if may_fail(given[name]):  # what nobody reads may end the law
+                self.keep(given[name], name)
         made = Op(f"{function.name}()", tuple(given[n] for n in function.parameters))
         known_results = self.known_results[key]
         if len(known_results) == 1:

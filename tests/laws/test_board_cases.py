@@ -29,8 +29,40 @@ def changing(a, b):
         kept = 0.7 * kept + b
     b += kept
     return kept * b
+
+
+def few(a):
+    for i in range(2):
+        a = 0.5 * a + math.cos(a)
+    return a
+
+
+def many(a, b, c):
+    for i in range(2):
+        a = 0.5 * a + b * c - math.cos(a)
+    return a - c
 """
 CASES = {
+    "a result among what another function takes": """
+        f = few(x)
+        g = many(v, x, few(v))
+        return f + g + many(x, v, few(x + v))
+    """,
+    "a result read behind another call": """
+        f = few(s.sum)
+        g = many(v, x, 0.5) + many(x, v, 0.25)
+        s.sum = max(0, f)
+        return g + few(x)
+    """,
+    "a number that a loop does not change after all": """
+        g = 0.643
+        for i in range(5, 0, -2):
+            if 1.0:
+                pass
+            else:
+                g = 1.0
+        return g * p.c
+    """,
     "a value across a call that calls the same function": """
         first = inner(x, v)
         second = outer(v, x)
