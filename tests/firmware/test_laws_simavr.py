@@ -53,7 +53,8 @@ MORE = [
     ("mass_spring_damper", {}),
     ("puck", {}),
 ]
-SAMPLE, SEEDS = range(2000, 2008), range(2008, 2150)
+SAMPLE = (2000, 2001, 2002, 2004, 2005, 2007, 2016, 2025)
+SEEDS = [seed for seed in range(2000, 2150) if seed not in SAMPLE]
 slow = pytest.mark.slow
 
 
