@@ -10,6 +10,7 @@ from hapkit_studio.devices.flash import shipped
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import AvrdudeMissingError
 from hapkit_studio.gui.flash_sheet import FlashSheet
+from hapkit_studio.protocol.messages import PROTOCOL_VERSION
 from tests.firmware import boot
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
@@ -102,7 +103,10 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp
         assert seen == sorted(seen)
         qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
         build = window.studio.engine.device.hello.build
-        assert f"The board says: build {build}, protocol version 2" in sheet.verdict.words.text()
+        assert (
+            f"The board says: build {build}, protocol version {PROTOCOL_VERSION}"
+            in sheet.verdict.words.text()
+        )
         assert sheet.write.isEnabled()
         assert sheet.write.text() == "Flash"
         assert sheet.close()
