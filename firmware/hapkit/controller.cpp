@@ -96,11 +96,14 @@ void Controller::command(const protocol::Force& force) {
     drive(duty.pwm);
     now = board::now_us();
   }
-  answered_ = force.seq - force.behind;
   constexpr uint16_t kForever = 65535;
-  const uint16_t before = seq - answered_;
+  const uint16_t answered = force.seq - force.behind;
+  const uint16_t before = seq - answered;
   const uint32_t delay = now - board::us_of(stamp) + before * profile::kPeriodUs;
-  delay_us_ = before < kForever / profile::kPeriodUs && delay < kForever ? static_cast<uint16_t>(delay) : kForever;
+  const bool told = before < kForever / profile::kPeriodUs && delay < kForever;
+  const Lock lock;
+  answered_ = answered;
+  delay_us_ = told ? static_cast<uint16_t>(delay) : kForever;
 }
 
 // A law in force goes out first; poll() sees to the rest.

@@ -96,8 +96,8 @@ class Controller {
   bool streaming_ = false;
   bool lost_frame_ = false;  // the last one did not fit the queue
   uint8_t told_overruns_ = 0;
-  uint16_t answered_ = 0;
-  uint16_t delay_us_ = 0;
+  volatile uint16_t answered_ = 0;
+  volatile uint16_t delay_us_ = 0;
   uint8_t stale_ = 0;
 
   // Handed to the tick, which takes it over after a period of its length.

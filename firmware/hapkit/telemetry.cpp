@@ -34,8 +34,6 @@ void Controller::report(uint32_t time_us) {
     shown_.sample.flags |= flags | safety_.flags();
   }
   shown_.sample.time_us = time_us;
-  shown_.sample.answered = answered_;
-  shown_.sample.delay_us = delay_us_;
   shown_.sample.rx_errors = rx_errors;
   shown_.sample.stale = stale_;
   shown_.sample.generation = loading_.generation();

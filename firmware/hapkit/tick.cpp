@@ -99,10 +99,14 @@ void Controller::sample(const board::Sampling& sampling) {
 
 static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }
 
+// A force that is applied after this belongs to the next sample, also where this one is not sent yet: whoever
+// sets ages of forces against periods counts no period twice.
 void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   shown_.sample.seq = sampling.seq;
   shown_.sample.count = count;
   shown_.sample.raw = sampling.raw;
+  shown_.sample.answered = answered_;
+  shown_.sample.delay_us = delay_us_;
   shown_.sample.flags = doubt_flag();
 }
 
