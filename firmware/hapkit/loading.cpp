@@ -57,5 +57,5 @@ machine::Refusal Loading::check() const {
   const machine::Refusal found = machine::verify(shape(), &cycles);
   if (found != machine::Refusal::kNone) return found;
   const uint32_t period = board::kCpu / law_.rate;
-  return cycles + machine::kRest > period ? machine::Refusal::kTooSlow : machine::Refusal::kNone;
+  return cycles + machine::kRestAtMost > period ? machine::Refusal::kTooSlow : machine::Refusal::kNone;
 }

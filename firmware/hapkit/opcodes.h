@@ -65,7 +65,7 @@ constexpr uint16_t kMostCycles = 65534;
 constexpr uint16_t kUsualArena = 768;
 constexpr uint16_t kRamps = 8;
 constexpr uint16_t kRamp = 6;
-constexpr uint16_t kRest = 1400;
+constexpr uint16_t kRestAtMost = 1700;
 constexpr uint16_t kFrame = 3000;
 
 enum class Refusal : uint8_t {

@@ -16,7 +16,7 @@ from hapkit_studio.haptics import block, way
 from hapkit_studio.haptics.line import Line
 from hapkit_studio.haptics.settings_writer import BoardWay
 from hapkit_studio.laws.law import Law
-from hapkit_studio.laws.machine import FRAME, RAMP, REST, Refusal
+from hapkit_studio.laws.machine import FRAME, RAMP, REST, REST_AT_MOST, Refusal
 from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, Settings
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def share(program: "Program", rate: float) -> float:
 
 def fastest(program: "Program") -> float:
     """Return the highest rate in Hz at which a law leaves the processor room, and fits its period always."""
-    return min(fastest_as_a_rule(program), CLOCK / (program.most + REST))
+    return min(fastest_as_a_rule(program), CLOCK / (program.most + REST_AT_MOST))
 
 
 def fastest_as_a_rule(program: "Program") -> float:
@@ -150,7 +150,7 @@ def _first_rate(wish: float | None) -> int:
 
 def _too_slow(program: "Program") -> str:
     """Say how long a law takes, and how fast it could be rendered."""
-    usual, worst = fastest_as_a_rule(program), CLOCK / (program.most + REST)
+    usual, worst = fastest_as_a_rule(program), CLOCK / (program.most + REST_AT_MOST)
     cycles = (
         f"about {_digits(program.usual, 3):,d}" if usual < worst else f"up to {_digits(program.most, 3):,d}"
     )

@@ -108,8 +108,8 @@ ARENA = 768
 """Bytes for the slots, the code and the moving constants of the one law in force."""
 RAMPS, RAMP = 8, 6
 """Constants that must be able to move at a time, and the bytes that each takes: slot, time left, target."""
-REST = 1400
-"""Cycles of a tick besides the law, with a force that is not zero."""
+REST, REST_AT_MOST = 1400, 1700
+"""Cycles of a tick besides the law, with a force that is not zero: as a rule, and at most."""
 FRAME = 3000
 """Cycles of telemetry and messages, every millisecond."""
 
@@ -181,7 +181,7 @@ def text() -> str:
         "UsualArena": ARENA,
         "Ramps": RAMPS,
         "Ramp": RAMP,
-        "Rest": REST,
+        "RestAtMost": REST_AT_MOST,
         "Frame": FRAME,
     }
     lines = [

@@ -71,7 +71,7 @@ class Run:
 def rate_of(program: Program) -> int | None:
     """Return the rate at which every tick is told and the law fits its period, None where there is none."""
     for rate in (1000, 500):
-        if program.most + machine.REST + machine.FRAME < 16_000_000 // rate:
+        if program.most + machine.REST_AT_MOST + machine.FRAME < 16_000_000 // rate:
             return rate
     return None
 

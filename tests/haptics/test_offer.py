@@ -10,7 +10,7 @@ from hapkit_studio.haptics import block, board_offer
 from hapkit_studio.haptics.board_offer import CLOCK, RATES, Offer, Wish, share
 from hapkit_studio.haptics.settings_writer import Wanted
 from hapkit_studio.laws import law
-from hapkit_studio.laws.machine import FRAME, REST
+from hapkit_studio.laws.machine import FRAME, REST, REST_AT_MOST
 from hapkit_studio.protocol.framing import crc16
 from tests.devices.fake_kit import ARENA, KIT
 from tests.haptics.support import CONSTANT
@@ -42,7 +42,7 @@ def test_a_law_is_rendered_as_fast_as_its_cycles_allow():
         found = offer(4096).answer(wish(environment))
         if isinstance(found, str):
             continue
-        usual, most = found.program.usual + REST, found.program.most + REST
+        usual, most = found.program.usual + REST, found.program.most + REST_AT_MOST
         assert found.share == pytest.approx((found.rate * usual + 1000 * FRAME) / CLOCK)
         assert found.share <= 0.8
         assert most <= CLOCK / found.rate
