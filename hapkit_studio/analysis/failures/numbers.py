@@ -48,8 +48,8 @@ def thinned(time: np.ndarray, x: np.ndarray, points: int = POINTS) -> tuple[np.n
     count = len(x) // size
     pieces = x[: count * size].reshape(count, size)
     first = size * np.arange(count)
-    ends = [first + pieces.argmin(axis=1), first + pieces.argmax(axis=1), [len(x) - 1]]
-    chosen = np.unique(np.concatenate(ends))
+    lowest, highest = first + pieces.argmin(axis=1), first + pieces.argmax(axis=1)
+    chosen = np.unique(np.r_[lowest, highest, len(x) - 1])
     return time[chosen], x[chosen]
 
 
