@@ -26,6 +26,7 @@ from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import FakeKit
 from tests.devices.slow_line import SlowLine
+from tests.haptics.serial_support import wait_for
 from tests.lateness import ATTEMPTS
 from tests.test_cli import as_json, run
 
@@ -325,6 +326,7 @@ def test_a_spring_too_stiff_for_the_delay_is_said_at_once_and_in_the_result(caps
     assert any(words in said for said in json.loads(out)["warnings"])
 
 
+@pytest.mark.alone
 @needs_board
 def test_held_back_words_push_nobody_and_are_counted(capsys, line):
     """Bytes to the board are held back for 0.4 s while the handle is led through the spring's centre."""
@@ -332,18 +334,21 @@ def test_held_back_words_push_nobody_and_are_counted(capsys, line):
 
     def hold():
         board.send("hand 0.012 400 8 0.1 0.3")
-        time.sleep(2.0)
+        wait_for(lambda: slow.passed > passed + 12_000, 30.0)  # a second of forces
         slow.held = True
         board.send("hand -0.012 400 8 0.1 0.3")
         time.sleep(0.4)
         slow.held = False
 
-    holding = threading.Thread(target=hold)
-    holding.start()
-    found = as_json(capsys, "run", "spring", "--device", slow.path, "--seconds", "4")
-    holding.join()
+    for _ in range(ATTEMPTS):
+        passed, holding = slow.passed, threading.Thread(target=hold)
+        holding.start()
+        found = json.loads(run(capsys, "run", "spring", "--device", slow.path, "--seconds", "4", "--json")[1])
+        holding.join()
+        link = found["link"]
+        if not found["faults"] and not link["motor_off"]["computer_busy"]:
+            break
     assert not found["faults"]
-    link = found["link"]
     assert link["stale_forces"] > 0
     assert link["motor_off"]["board_watchdog"] >= 1
     assert link["motor_off"]["computer_busy"] == 0

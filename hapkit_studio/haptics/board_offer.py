@@ -166,14 +166,14 @@ def _digits(value: float, count: int) -> int:
     return int(value // step * step)
 
 
-def offered(device: HapkitBoard) -> Offer | None:
-    """Return what an open board offers; None for one whose firmware renders nothing, or does not answer."""
+def offered(device: HapkitBoard) -> Offer | str:
+    """Return what an open board offers, or in one line why that is nothing."""
     if device.hello.arena == 0:
-        return None
+        return "This firmware renders no laws. Update firmware."
     try:
         return Offer(device.hello.arena, device.settings())
-    except DeviceError:
-        return None
+    except DeviceError as error:
+        return str(error)
 
 
 _REFUSED = {

@@ -32,6 +32,8 @@ class Driver(Protocol):
     hold_seconds: float
     offer: Offer | None
     """What the device can render by itself."""
+    no_offer: str
+    """Why that is nothing, in one line."""
 
     @property
     def rate(self) -> float | None:
@@ -68,6 +70,7 @@ class SimulatedDriver:
     hold_seconds = 0.0
     rate = None
     offer: Offer | None = None
+    no_offer = "The simulated Hapkit has no board: the computer renders."
 
     def __init__(self, device: SimulatedHapkit):
         self.body = plant.new_plant(device)
@@ -107,7 +110,8 @@ class SerialDriver:
         self.device = device
         self.rate = device.rate
         self.conn = line.new_line(device.quantum, 1e-3 * device.hello.watchdog_ms)
-        self.offer = board_offer.offered(device)
+        found = board_offer.offered(device)
+        self.offer, self.no_offer = (None, found) if isinstance(found, str) else (found, "")
         if self.offer is not None and self.offer.settings is not None:
             board_offer.tell(self.conn, self.offer.settings, device.hello.pwm_top)
         self._spec = serial_loop.new_spec()

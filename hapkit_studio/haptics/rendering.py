@@ -7,7 +7,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import board_offer, rig
 from hapkit_studio.haptics.board_offer import Offer, Wish
 from hapkit_studio.haptics.delays import Measured
-from hapkit_studio.haptics.drivers import Driver
+from hapkit_studio.haptics.drivers import Driver, SimulatedDriver
 from hapkit_studio.haptics.settings_writer import BoardWay, Wanted
 
 WAYS = COMPUTER, BOARD = "computer", "board"
@@ -74,12 +74,10 @@ class Rendering:
     def _offer(self) -> Offer | str:
         """Return what the open board offers, or in one line why there is none for any law."""
         driver = self._driver
-        if self.device.simulated:
-            return "The simulated Hapkit has no board: the computer renders."
         if driver is None:
-            return "No device is open."
+            return SimulatedDriver.no_offer if self.device.simulated else "No device is open."
         if driver.offer is None:
-            return "This firmware renders no laws. Update firmware."
+            return driver.no_offer
         if self._wanted.max_force < self.device.max_force:
             return "The force limit is lowered, which only the computer keeps to."
         return driver.offer

@@ -14,11 +14,12 @@ _LOOK = 0.002
 class SlowLine:
     """Stands between a program and the port of a board; ``path`` is the port that the program opens.
 
-    to, back: s that a byte takes to the board and from it; held: nothing goes on to the board meanwhile.
+    to, back: s that a byte takes to the board and from it; held: nothing goes on to the board meanwhile;
+    passed: bytes that went on to it.
     """
 
     def __init__(self, port, to=0.0, back=0.0):
-        self.to, self.back, self.held = to, back, False
+        self.to, self.back, self.held, self.passed = to, back, False, 0
         self._board = os.open(port, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self._board)
         self._near, self._slave = os.openpty()
@@ -51,4 +52,5 @@ class SlowLine:
                         queue.append((now + delay, os.read(source, 4096)))
                 held = self.held and source == self._near
                 while queue and queue[0][0] <= now and not held:
-                    os.write(target, queue.popleft()[1])
+                    count = os.write(target, queue.popleft()[1])
+                    self.passed += count if source == self._near else 0

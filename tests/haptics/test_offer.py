@@ -12,7 +12,9 @@ from hapkit_studio.haptics.settings_writer import Wanted
 from hapkit_studio.laws import law
 from hapkit_studio.laws.machine import FRAME, REST, REST_AT_MOST
 from hapkit_studio.protocol.framing import crc16
-from tests.devices.fake_kit import ARENA, KIT
+from hapkit_studio.protocol.messages import SettingsRequest
+from tests.devices.fake_board import FakeBoard
+from tests.devices.fake_kit import ARENA, KIT, FakeKit
 from tests.haptics.support import CONSTANT
 
 SPRING = environments.named("spring")
@@ -121,3 +123,20 @@ def test_why_a_board_refuses_is_said():
     assert board_offer.refused(1) == "The board has no room for this law. The computer renders."
     assert board_offer.refused(4) == "The board refuses this law (jump). The computer renders."
     assert board_offer.refused(77) == "The board refuses this law (reason 77). The computer renders."
+
+
+@pytest.mark.parametrize(
+    ("kit", "words"),
+    [
+        (FakeKit(arena=0), "This firmware renders no laws. Update firmware."),
+        (FakeKit(deaf={SettingsRequest: 99}), "did not answer"),
+    ],
+)
+def test_a_board_that_offers_nothing_says_why(connect, kit, words):
+    engine = connect(FakeBoard(kit))
+    engine.start()
+    try:
+        assert words in engine.board_refusal()
+        assert engine.where == "computer"
+    finally:
+        engine.close()
