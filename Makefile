@@ -38,6 +38,7 @@ test: $(VENV)/.test
 	@$(MAKE) --no-print-directory -j$(JOBS) lint board $(WARM)
 	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m "not alone and not slow"
 	$(CHECK) $(BIN)/python -m pytest -q -m "alone and not slow" $$(grep -rl "mark\.alone" tests --include="test_*.py")
+	@command -v avr-g++ >/dev/null || echo "No avr-g++: what needs the firmware was not checked."
 
 test-all: test
 	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m slow $$(grep -rl "mark\.slow" tests --include="test_*.py")

@@ -11,7 +11,7 @@ FIRMWARE="gcc-avr avr-libc arduino-core-avr"
 # libFuzzer and its sanitizers; releases with another version do without, by a fuzzer built with g++
 FUZZ=
 grep -qs '^VERSION_CODENAME=bookworm' /etc/os-release && FUZZ="clang-14 libclang-rt-14-dev"
-TEST="$RUN $FIRMWARE $FUZZ avrdude gcc g++ libc6-dev libsimavr-dev libelf-dev xvfb xauth"
+TEST="$RUN $FIRMWARE $FUZZ avrdude gcc g++ libc6-dev simavr libsimavr-dev libelf-dev xvfb xauth"
 
 case "$1" in
 venv) wanted=python3-venv; "${2:-python3}" -c "import ensurepip" 2>/dev/null && wanted= ;;
@@ -47,8 +47,11 @@ fi
 if [ "$as_root" != none ]; then
     echo "Installing:$missing"
     # shellcheck disable=SC2086
-    $as_root apt-get update -qq && $as_root env DEBIAN_FRONTEND=noninteractive \
-        apt-get install -y -qq --no-install-recommends $missing </dev/null >/dev/null && exit 0
+    $as_root apt-get update -qq || true
+    $as_root env DEBIAN_FRONTEND=noninteractive \
+        apt-get -o DPkg::Lock::Timeout=600 install -y -qq --no-install-recommends $missing </dev/null >/dev/null && exit 0
 fi
 echo "System packages are missing. Run this once as root, then again what you ran:"
 echo "    $line"
+# the window may do without some of them, checks that were skipped would only seem to have passed
+[ "$1" = run ]

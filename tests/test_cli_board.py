@@ -297,6 +297,7 @@ def line():
         board.end()
 
 
+@pytest.mark.alone
 @needs_board
 def test_a_link_too_slow_for_the_computer_is_said_and_the_board_renders(capsys, line):
     board, slow = line(0.028, 0.028)  # where the machine is busy, fewer ms by the board's clock
@@ -315,6 +316,7 @@ def test_a_link_too_slow_for_the_computer_is_said_and_the_board_renders(capsys, 
     assert found["link"]["without_force_s"] == 0.0
 
 
+@pytest.mark.alone
 @needs_board
 def test_a_spring_too_stiff_for_the_delay_is_said_at_once_and_in_the_result(capsys, line):
     _, slow = line(0.005, 0.005)

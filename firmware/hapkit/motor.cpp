@@ -35,15 +35,21 @@ uint16_t shifted(uint16_t value, uint8_t places) {
 
 // The whole number nearest to the root of what was given less a quarter: a step is nearest from half a step
 // below, and (step - 1/2)^2 = step (step - 1) + 1/4.
+__attribute__((always_inline)) inline uint8_t with_bit(uint8_t bit, uint8_t root, uint16_t square_less_quarter) {
+  const uint8_t larger = root | bit;
+  return static_cast<uint16_t>(larger * static_cast<uint8_t>(larger - 1)) <= square_less_quarter ? larger : root;
+}
+
+// Written out, as a loop over the bits would take half as long again at every tick.
 uint8_t nearest_root(uint16_t square_less_quarter) {
-  uint8_t root = 0;
-  uint8_t bit = 0x80;
-  for (uint8_t left = 8; left; --left) {
-    const uint8_t larger = root | bit;
-    if (static_cast<uint16_t>(larger * static_cast<uint8_t>(larger - 1)) <= square_less_quarter) root = larger;
-    bit >>= 1;
-  }
-  return root;
+  uint8_t root = with_bit(0x80, 0, square_less_quarter);
+  root = with_bit(0x40, root, square_less_quarter);
+  root = with_bit(0x20, root, square_less_quarter);
+  root = with_bit(0x10, root, square_less_quarter);
+  root = with_bit(0x08, root, square_less_quarter);
+  root = with_bit(0x04, root, square_less_quarter);
+  root = with_bit(0x02, root, square_less_quarter);
+  return with_bit(0x01, root, square_less_quarter);
 }
 
 uint8_t square_steps(Product steps_squared) {
