@@ -111,7 +111,8 @@ class SerialDriver:
         self.rate = device.rate
         self.conn = line.new_line(device.quantum, 1e-3 * device.hello.watchdog_ms)
         found = board_offer.offered(device)
-        self.offer, self.no_offer = (None, found) if isinstance(found, str) else (found, "")
+        self.offer: Offer | None = None if isinstance(found, str) else found
+        self.no_offer = found if isinstance(found, str) else ""
         if self.offer is not None and self.offer.settings is not None:
             board_offer.tell(self.conn, self.offer.settings, device.hello.pwm_top)
         self._spec = serial_loop.new_spec()
