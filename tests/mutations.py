@@ -135,7 +135,7 @@ def copied(folder: str) -> Path:
 
 
 def tests_of(source: Path, area: str) -> tuple[str, ...]:
-    """Return a few files of an area's tests, first those that bear a module's name, then those that name it."""
+    """Return a few files of tests, first those that bear a module's name, then those that name it."""
     files = sorted(f for name in AREAS[area][1] for f in (ROOT / name).rglob("test_*.py"))
     files.sort(key=lambda f: (source.stem not in f.stem, source.stem not in f.read_text(encoding="utf-8")))
     return tuple(str(f.relative_to(ROOT)) for f in files[:FILES])
