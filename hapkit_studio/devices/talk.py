@@ -91,7 +91,7 @@ def send(line: Any, *messages: Message) -> None:
 def request(line: Any, port: str, message: Message, reply: type[Reply], seconds: float) -> Reply:
     """Return the board's answer, asking twice if it must be; raise DeviceError or OSError.
 
-    The stream is off. A second ask brings a second answer, which nobody may take for the next one's.
+    A second ask brings a second answer, which nobody may take for the next one's.
     """
     line.reset_input_buffer()
     decoder = Decoder()
@@ -100,7 +100,7 @@ def request(line: Any, port: str, message: Message, reply: type[Reply], seconds:
         found = _wait(line, decoder, reply, seconds / 2)
         if found is not None:
             if times == 2:
-                _drain(line)
+                _drain(line, seconds)
             return found
     raise no_answer(port, _ASKED.get(type(message), "a question"), seconds)
 
@@ -114,10 +114,11 @@ def _wait(line: Any, decoder: Decoder, reply: type[Reply], seconds: float) -> Re
     return None
 
 
-def _drain(line: Any) -> None:
-    """Read until nothing has come for a while, however long it was on its way."""
+def _drain(line: Any, seconds: float) -> None:
+    """Read until nothing has come for a while, at most for so many s: a stream may be on."""
     quiet = time.monotonic() + _SILENCE
-    while (now := time.monotonic()) < quiet:
+    end = time.monotonic() + seconds
+    while (now := time.monotonic()) < min(quiet, end):
         if line.read(max(1, line.in_waiting)):
             quiet = now + _SILENCE
 

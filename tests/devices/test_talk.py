@@ -1,12 +1,14 @@
 """Questions to a board: answers, repeats, refusals, silence, a cable pulled in between."""
 
 import itertools
+import threading
 from dataclasses import replace
 
 import pytest
 
 from hapkit_studio import errors
 from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
+from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import (
     Board,
     Origin,
@@ -17,6 +19,7 @@ from hapkit_studio.protocol.messages import (
 )
 from tests.devices.fake_board import UNPLUG
 from tests.devices.fake_kit import KIT, FakeKit, sample
+from tests.haptics.serial_support import wait_for
 
 
 def near(got, want):
@@ -89,6 +92,30 @@ def test_a_lost_question_is_asked_again_and_the_late_answer_is_nobody_elses(open
     assert len(asked) == 2
     changed = replace(KIT, mass=0.05)
     assert near(board.configure(changed), changed)
+
+
+def test_a_stream_that_is_on_does_not_keep_an_answer_back(opened):
+    kit, seq = FakeKit(), itertools.count()
+    asked = threading.Event()
+    board, peer = opened(lambda m: None if isinstance(m, SettingsRequest) and not asked.is_set() else kit(m))
+
+    def stream():
+        while not ended.wait(0.01):
+            asked.set()  # the second time it is heard
+            peer.say(encode(sample(next(seq))))
+
+    ended, found = threading.Event(), []
+    talking = threading.Thread(target=stream)
+    asking = threading.Thread(
+        target=lambda: found.append(board.request(SettingsRequest(), Settings, seconds=0.4)), daemon=True
+    )
+    asking.start()
+    wait_for(lambda: any(isinstance(m, SettingsRequest) for m in peer.received))
+    talking.start()
+    asking.join(30.0)
+    ended.set()
+    talking.join()
+    assert near(found[0], KIT)
 
 
 def test_no_answer_has_a_text_of_its_own(opened):
