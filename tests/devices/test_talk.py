@@ -100,7 +100,7 @@ def test_a_stream_that_is_on_does_not_keep_an_answer_back(opened):
     board, peer = opened(lambda m: None if isinstance(m, SettingsRequest) and not asked.is_set() else kit(m))
 
     def stream():
-        while not ended.wait(0.01):
+        while not ended.wait(0.002):
             asked.set()  # the second time it is heard
             peer.say(encode(sample(next(seq))))
 
@@ -112,7 +112,7 @@ def test_a_stream_that_is_on_does_not_keep_an_answer_back(opened):
     asking.start()
     wait_for(lambda: any(isinstance(m, SettingsRequest) for m in peer.received))
     talking.start()
-    asking.join(30.0)
+    asking.join(10.0)
     ended.set()
     talking.join()
     assert near(found[0], KIT)
