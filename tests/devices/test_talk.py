@@ -1,12 +1,13 @@
 """Questions to a board: answers, repeats, refusals, silence, a cable pulled in between."""
 
 import itertools
-import threading
+import time
 from dataclasses import replace
 
 import pytest
 
 from hapkit_studio import errors
+from hapkit_studio.devices import talk
 from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import (
@@ -19,7 +20,6 @@ from hapkit_studio.protocol.messages import (
 )
 from tests.devices.fake_board import UNPLUG
 from tests.devices.fake_kit import KIT, FakeKit, sample
-from tests.haptics.serial_support import wait_for
 
 
 def near(got, want):
@@ -94,26 +94,28 @@ def test_a_lost_question_is_asked_again_and_the_late_answer_is_nobody_elses(open
     assert near(board.configure(changed), changed)
 
 
-def test_a_stream_that_is_on_does_not_keep_an_answer_back(opened):
-    seq = itertools.count()
-    board, peer = opened(FakeKit(deaf={SettingsRequest: 1}))
+class Streaming:
+    """A line that never falls silent; it answers the second question."""
 
-    def stream():
-        while not ended.wait(0.002):
-            peer.say(encode(sample(next(seq))))
+    in_waiting = 1
 
-    ended, found = threading.Event(), []
-    talking = threading.Thread(target=stream)
-    asking = threading.Thread(
-        target=lambda: found.append(board.request(SettingsRequest(), Settings, seconds=0.4)), daemon=True
-    )
-    asking.start()
-    wait_for(lambda: any(isinstance(m, SettingsRequest) for m in peer.received))
-    talking.start()
-    asking.join(10.0)
-    ended.set()
-    talking.join()
-    assert near(found[0], KIT)
+    def __init__(self):
+        self.asked, self.end = 0, time.monotonic() + 20.0
+
+    def reset_input_buffer(self):
+        pass
+
+    def write(self, data):
+        self.asked += 1
+
+    def read(self, _size):
+        assert time.monotonic() < self.end, "it waits for the stream's end"
+        answer = FakeKit()(SettingsRequest()) if self.asked == 2 else b""
+        return encode(sample(1)) + answer
+
+
+def test_a_stream_that_is_on_does_not_keep_an_answer_back():
+    assert near(talk.request(Streaming(), "port", SettingsRequest(), Settings, 0.2), KIT)
 
 
 def test_no_answer_has_a_text_of_its_own(opened):
