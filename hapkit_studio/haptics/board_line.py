@@ -184,8 +184,7 @@ def latch_what_is_said(r, n, said, now):
 
 @internal
 def come_back(r, conn, count):
-    """Let the computer render again, from the motion as the board saw it; the force fades in."""
-    conn.words[way.WAY] = way.HERE
+    """Let the computer's tick go on from the motion as the board saw it; the force fades in."""
     position = line.position_of(conn, count)
     estimators.resume(r.memory, position, r.real[rig.VELOCITY])
     r.real[rig.LAST_POSITION] = position

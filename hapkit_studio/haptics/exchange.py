@@ -59,7 +59,10 @@ def row_of(r, conn, out, k, now):
         return False
     if conn.words[way.WAY] == way.RETURNING:
         board_line.come_back(r, conn, conn.samples[k, codec.COUNT])
+        conn.words[way.WAY] = way.HERE
     elif conn.words[way.WAY] == way.THERE:
+        # the board has lost its law
+        board_line.come_back(r, conn, conn.samples[k, codec.COUNT])
         conn.words[way.WAY], conn.words[way.LAW_DUE] = way.ASKING, 1
     line.render(r, conn, out, k, now)
     return True

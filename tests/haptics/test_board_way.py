@@ -99,6 +99,17 @@ def test_a_board_without_a_law_is_sent_it_anew(desk):
 
 
 @undisturbed(values=SPRING)
+def test_a_board_that_loses_its_law_far_from_where_it_began_makes_no_speed(desk):
+    desk.go()
+    desk.count = ZERO + 700  # 14 mm
+    desk.run(5)
+    desk.kit.loaded, desk.kit.generation = None, 0
+    found = desk.run(3)
+    assert desk.engine.fault is None
+    assert max(abs(row[rows.VELOCITY]) for row in found) < 1e-9
+
+
+@undisturbed(values=SPRING)
 def test_the_board_takes_over_the_zero_and_the_direction(desk):
     desk.run(10)
     desk.engine.flip_direction()
