@@ -47,23 +47,25 @@ def row_of(r, conn, out, k, now):
 
     What comes while the board takes over another zero is not: nobody knows which zero it counts from.
     """
+    words = conn.words
     count_errors(r, conn, conn.samples[k])
     if conn.samples[k, codec.KIND] == codec.TELEMETRY:
+        words[way.TICKED] = 0
         board_line.render(r, conn, out, k, now)
         return True
-    if conn.words[way.WAY] == way.SETTING or conn.words[way.WAY] == way.ASKING:
+    if words[way.WAY] == way.SETTING or words[way.WAY] == way.ASKING:
         # a board that takes over settings or checks a law leaves a sample out: the line lost none
         conn.reader[codec.LOST_FRAMES] -= int(conn.samples[k, codec.LOST])
-    if conn.words[way.WAY] == way.SETTING:
-        conn.words[way.UNSHOWN] = 1
+    if words[way.WAY] == way.SETTING:
+        words[way.UNSHOWN], words[way.TICKED] = 1, 0
         return False
-    if conn.words[way.WAY] == way.RETURNING:
+    if words[way.WAY] == way.RETURNING:
+        words[way.WAY], words[way.TICKED] = way.HERE, 0
+    elif words[way.WAY] == way.THERE:  # the board has lost its law
+        words[way.WAY], words[way.LAW_DUE] = way.ASKING, 1
+    if not words[way.TICKED]:
         board_line.come_back(r, conn, conn.samples[k, codec.COUNT])
-        conn.words[way.WAY] = way.HERE
-    elif conn.words[way.WAY] == way.THERE:
-        # the board has lost its law
-        board_line.come_back(r, conn, conn.samples[k, codec.COUNT])
-        conn.words[way.WAY], conn.words[way.LAW_DUE] = way.ASKING, 1
+        words[way.TICKED] = 1
     line.render(r, conn, out, k, now)
     return True
 

@@ -34,7 +34,8 @@ STALE_TOLD = 22  # forces refused as too old, as the board counts them
 ERRORS_TOLD = 23  # frames that the board could not read, as it counts them
 ANSWERED = 24  # the sample that its last force answered
 TOO_LONG = 25  # answers in a row that took longer than its watchdog waits
-WORDS = 26
+TICKED = 26  # the last frame was one of the computer's tick
+WORDS = 27
 
 # --- numbers: from 9 on
 LEFT = 9

@@ -110,6 +110,21 @@ def test_a_board_that_loses_its_law_far_from_where_it_began_makes_no_speed(desk)
 
 
 @undisturbed(values=SPRING)
+def test_another_law_far_from_where_the_board_took_over_makes_no_speed(desk):
+    desk.engine.set_loop(estimator="kalman")
+    desk.go()
+    desk.count = ZERO + 700  # 14 mm
+    desk.run(5)
+    desk.engine.set_environment("wall")
+    found = []
+    while desk.engine.rendering == "board" or not found:
+        found += desk.run(1)
+    found += desk.run(3)
+    assert desk.engine.fault is None
+    assert max(abs(row[rows.VELOCITY]) for row in found) < 1e-9
+
+
+@undisturbed(values=SPRING)
 def test_the_board_takes_over_the_zero_and_the_direction(desk):
     desk.run(10)
     desk.engine.flip_direction()
