@@ -9,6 +9,7 @@ from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.parameter_panel import rule
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.theme import theme
 
 _ASK = "It is a program and may do what any program may. Run it only if you know where it comes from."
@@ -23,7 +24,7 @@ class SourcePage(QWidget):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self.path, self._text = Path(), ""
-        self.title, self.ask, self.sign = QLabel(), QLabel(_ASK), QLabel()
+        self.title, self.ask, self.sign = plain(QLabel()), QLabel(_ASK), QLabel()
         self.title.setWordWrap(True)
         self.ask.setWordWrap(True)
         self.code = CodeEdit()
