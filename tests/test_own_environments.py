@@ -83,7 +83,7 @@ def test_its_parameters_are_checked_like_all_others(tmp_path, capsys):
         ("return -p.stifness * x", "stifness", "'p.stifness' is not a parameter; there is: stiffness, mass"),
         ("while x > 0.0:\n    a = 0.0\nreturn x", "while", "`while` is not allowed in a law: use `for i in"),
         ("return x / p.mass", "/ p.mass", "a division by zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the"),
-        ("return (x", "(x", "'(' is never closed"),
+        ("return (x", "(x", "Python cannot read this line: '(' was never closed"),
         ("for i in range(10**9):\n    a = i\nreturn x", "for i", "a loop runs over a constant range"),
     ],
 )
