@@ -14,6 +14,7 @@ from hapkit_studio.gui.help_dialog import words_sheet
 from hapkit_studio.gui.rich import plain_tip, rich, tip
 from hapkit_studio.parameters import Choice, Parameter
 from hapkit_studio.workshop import reading
+from hapkit_studio.workshop.source import typed
 from hapkit_studio.workshop.verdict import failed
 from tests.gui.own_support import put, spring
 
@@ -75,7 +76,7 @@ def test_nor_where_it_is_judged_told_of_or_written_out(home, window, qtbot):
     window.desk.edit(path)
     window.own.judged.emit(path, failed(f"wrong {IMAGE}", 3))
     assert IMAGE in window.desk.strip.words.text()
-    window.desk.editor.source.show_source(path.with_name(f"{IMAGE}.py"), spring())
+    window.desk.editor.source.show_source(typed(path.with_name(f"{IMAGE}.py"), spring()))
     window.studio.adopt(evil(path))
     sheets = [words_sheet(IMAGE, [IMAGE], window), ExportSheet(window.studio, window)]
     for shown in (window, *sheets):
