@@ -26,9 +26,11 @@ class Loader(QObject):
         """holder names who else has a key, "" for nobody."""
         super().__init__(parent)
         self._holder = holder
+        self._latest: dict[Path, Source] = {}
 
     def begin(self, source: Source, verdict: Verdict) -> None:
-        """Load the very text whose trial went well."""
+        """Load the very text whose trial went well; an older one of its file is not wanted any more."""
+        self._latest[source.path] = source
         self._go_on(self._pieces(source, verdict))
 
     def _go_on(self, pieces: Iterator[int]) -> None:
@@ -55,4 +57,5 @@ class Loader(QObject):
             return
         while functions and not functions.ready:
             yield _WAIT_MS
-        self.loaded.emit(environment, verdict)
+        if self._latest[source.path] is source:
+            self.loaded.emit(environment, verdict)

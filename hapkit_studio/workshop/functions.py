@@ -1,6 +1,8 @@
 """A file's own functions, called in a program of their own: the window, or a run, goes on whatever they do.
 
 ``python -m hapkit_studio.workshop.functions PATH``: a line of JSON with the text, then one for each call.
+Time is bounded everywhere; memory on Linux, elsewhere by what can be filled within that time. What stands
+outside of functions is executed in the studio too, where its law is made, and nothing bounds it there.
 """
 
 import contextlib

@@ -12,6 +12,7 @@ from hapkit_studio.gui.own_file import described
 from hapkit_studio.gui.own_scene import BARE, fitting
 from hapkit_studio.gui.shelf import Shelf
 from hapkit_studio.workshop import reading, templates
+from hapkit_studio.workshop.functions import Functions
 from hapkit_studio.workshop.source import read, typed
 from hapkit_studio.workshop.verdict import Verdict
 from tests.gui.own_support import put, spring, wait_for_verdict
@@ -129,6 +130,35 @@ def test_what_is_saved_is_not_read_from_the_file_again(home, make_window, qtbot)
     assert read == []
     assert hashed.count(path.read_bytes()) == 1
     assert window.studio.environment.title == "Typed anew"
+
+
+def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(home, make_window, qtbot):
+    check = "def check(p):\n    while 123 < p['stiffness'] < 124:\n        pass\n    return ''\n\n\n"
+    text = spring("mine").replace("ENVIRONMENT = ", f"{check}ENVIRONMENT = ")
+    path = put(home, "mine.py", text.replace("    force=force,", "    force=force,\n    check=check,"))
+    window = make_window()
+    assert wait_for_verdict(window, qtbot, passed(window, path)).ok
+    assert window.studio.environment.functions.ready
+    assert window.panel.warnings.lines == []
+    window.studio.set_value("stiffness", 123.5)
+    (line,) = window.panel.warnings.lines
+    assert line.words.text().startswith("`check` of mine.py took more than 1 s")
+    assert window.studio.values["stiffness"] == 123.5
+
+
+def test_of_two_texts_of_a_file_the_later_is_in_force(home, make_window, qtbot, monkeypatch):
+    started = []
+    monkeypatch.setattr(Functions, "begin", lambda self: None)
+    monkeypatch.setattr(Functions, "ready", property(lambda self: bool(started)))
+    check = "    force=force,\n    check=lambda p: '',"
+    path = put(home, "mine.py", spring("mine", "First").replace("    force=force,", check))
+    window = make_window()
+    passed(window, path)()
+    put(home, "mine.py", spring("mine", "Second"))
+    assert wait_for_verdict(window, qtbot, passed(window, path)).ok
+    started.append(True)
+    QTest.qWait(100)
+    assert window.studio.environment.title == "Second"
 
 
 def test_a_law_open_in_the_editor_follows_its_file(home, make_window):
