@@ -1,6 +1,7 @@
 """A file's functions in a program of their own: they may take what they like, the studio goes on."""
 
 import gc
+import json
 import sys
 import time
 
@@ -9,7 +10,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
-from hapkit_studio.workshop import functions, reading, trial
+from hapkit_studio.workshop import apart, functions, reading, trial
 from tests.workshop.student import END, line_of, saved, text
 
 GOOD = """
@@ -82,7 +83,7 @@ TAKES_TOO_MUCH = {
     "leaves": "os._exit(0)",
     "crashes": "os.abort()",
     "talks": "return 'x' * 5_000_000",
-    "memory": "(1,) * 2_000_000_000",
+    "memory": "(1,) * 500_000_000",
 }
 
 
@@ -102,7 +103,7 @@ def test_what_takes_too_much_is_switched_off_and_named_in_one_line(tmp_path, sta
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")
 def test_memory_is_refused_before_it_is_taken(tmp_path, monkeypatch):
     monkeypatch.setattr(functions, "CALL_SECONDS", 60.0)
-    own = made(tmp_path, with_check("(1,) * 2_000_000_000"))
+    own = made(tmp_path, with_check("(1,) * 500_000_000"))
     begin = time.monotonic()
     own.check({**VALUES, "stiffness": 123.5})
     assert own.functions.off
@@ -122,6 +123,15 @@ def test_the_program_ends_with_the_environment(tmp_path):
     del own
     gc.collect()
     assert process.poll() is not None
+
+
+@pytest.mark.parametrize("stiffness", [5.0, 123.5], ids=["idle", "in a loop"])
+def test_the_program_ends_where_nobody_is_left_to_end_it(tmp_path, stiffness):
+    tried = saved(tmp_path, with_functions(with_check("while True: pass")))
+    process = apart.begin("hapkit_studio.workshop.functions", str(tried.path))
+    words = [tried.text, ["check", {**VALUES, "stiffness": stiffness}]]
+    process.communicate("".join(json.dumps(w) + "\n" for w in words).encode(), timeout=20.0)
+    assert process.returncode is not None
 
 
 def test_a_law_is_checked_once_on_its_way(tmp_path, monkeypatch):

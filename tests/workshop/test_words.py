@@ -71,6 +71,12 @@ MISTAKES = [
     ("force=force,", "force=force, impedance=(1.0, 0.0),", "impedance=", "`impedance` is a function"),
     ("ENVIRONMENT = Env", "environment = Env", ")", "end it with `ENVIRONMENT = Environment(…)`"),
     ("ENVIRONMENT = Environment(", "ENVIRONMENT = dict(", "ENVIRONMENT = dict(", "ENVIRONMENT is 'dict'"),
+    (
+        'Parameter("mass"',
+        'type("P", (Parameter,), {})("mass"',
+        "parameters=(",
+        "holds Parameter(…) and Choice(…) only",
+    ),
     (END, "\nENVIRONMENT = force\n", "ENVIRONMENT = force", "ENVIRONMENT is a law: write"),
 ]
 
