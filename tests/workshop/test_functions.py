@@ -10,7 +10,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
-from hapkit_studio.workshop import apart, functions, reading, trial
+from hapkit_studio.workshop import apart, reading, trial
 from tests.workshop.student import END, line_of, saved, text
 
 GOOD = """
@@ -101,13 +101,10 @@ def test_what_takes_too_much_is_switched_off_and_named_in_one_line(tmp_path, sta
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")
-def test_memory_is_refused_before_it_is_taken(tmp_path, monkeypatch):
-    monkeypatch.setattr(functions, "CALL_SECONDS", 60.0)
-    own = made(tmp_path, with_check("(1,) * 500_000_000"))
-    begin = time.monotonic()
+def test_memory_is_refused_before_it_is_taken(tmp_path):
+    own = made(tmp_path, with_check("bytes(4 * 10**9)"))
     own.check({**VALUES, "stiffness": 123.5})
-    assert own.functions.off
-    assert time.monotonic() - begin < 30.0
+    assert own.functions.off == OFF
 
 
 def test_what_it_prints_disturbs_no_answer(tmp_path):
