@@ -1,5 +1,6 @@
 """A student's file from end to end: on the command line, in a notebook, as an installed package."""
 
+import hashlib
 import json
 import os
 import subprocess
@@ -10,8 +11,9 @@ import numpy as np
 import pytest
 
 from hapkit_studio.cli import main
-from hapkit_studio.workshop import templates, trust
-from tests.workshop.student import line_of, text, write
+from hapkit_studio.workshop import reading, templates, trial, trust
+from hapkit_studio.workshop.source import read
+from tests.workshop.student import END, line_of, text, write
 
 PACKAGE = {
     "my_walls/__init__.py": "",
@@ -43,7 +45,7 @@ def run(capsys, *words):
 def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
     write(tmp_path, templates.templates()[0].text, "my_env.py")
     csv = tmp_path / "run.csv"
-    given = ("-p", "stiffness=200", "-p", "damping=0", "--hand", "press", "--csv", str(csv))
+    given = ("--trust", "-p", "stiffness=200", "-p", "damping=0", "--hand", "press", "--csv", str(csv))
     code, out, err = run(capsys, "my_env.py", *given, "--json")
     assert (code, err) == (0, "")
     mine = json.loads(out)
@@ -61,7 +63,7 @@ def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
 
 def test_a_second_run_needs_no_trial(tmp_path, capsys, monkeypatch):
     write(tmp_path, text())
-    first = run(capsys, "mine.py", "--seconds", "0.1")
+    first = run(capsys, "mine.py", "--seconds", "0.1", "--trust")
     monkeypatch.setattr(subprocess, "Popen", None)
     assert run(capsys, "mine.py", "--seconds", "0.1") == first
     assert first[0] == 0
@@ -69,7 +71,7 @@ def test_a_second_run_needs_no_trial(tmp_path, capsys, monkeypatch):
 
 def test_its_parameters_are_checked_like_all_others(tmp_path, capsys):
     write(tmp_path, text())
-    assert run(capsys, "mine.py", "-p", "stiffness=3000") == (
+    assert run(capsys, "mine.py", "--trust", "-p", "stiffness=3000") == (
         2,
         "",
         "hapkit-studio: Stiffness goes from 0 to 2000 N/m, not 3000.\n",
@@ -83,14 +85,14 @@ def test_its_parameters_are_checked_like_all_others(tmp_path, capsys):
         ("return -p.stifness * x", "stifness", "'p.stifness' is not a parameter; there is: stiffness, mass"),
         ("while x > 0.0:\n    a = 0.0\nreturn x", "while", "`while` is not allowed in a law: use `for i in"),
         ("return x / p.mass", "/ p.mass", "a division by zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the"),
-        ("return (x", "(x", "'(' is never closed"),
+        ("return (x", "(x", "Python cannot read this line: '(' was never closed"),
         ("for i in range(10**9):\n    a = i\nreturn x", "for i", "a loop runs over a constant range"),
     ],
 )
 def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys, body, where, said):
     whole = text(body)
     write(tmp_path, whole, "my env.py")
-    code, out, err = run(capsys, str(tmp_path / "my env.py"))
+    code, out, err = run(capsys, str(tmp_path / "my env.py"), "--trust")
     assert (code, out) == (2, "")
     assert err.startswith(f"hapkit-studio: my env.py, line {line_of(whole, where)}: {said}")
     assert err.count("\n") == 1
@@ -115,6 +117,51 @@ def test_a_strangers_file_is_not_executed_unread(tmp_path, capsys):
     assert err.startswith("hapkit-studio: mine.py: not executed")
     assert "--trust" in err
     assert not (tmp_path / "mark").exists()
+
+
+@pytest.mark.parametrize("whole", [text(), templates.templates()[0].text, "ENVIRONMENT = None"])
+def test_no_file_is_so_plain_that_it_runs_unread(tmp_path, capsys, monkeypatch, whole):
+    monkeypatch.setattr(trial, "begin", None)
+    monkeypatch.setattr(reading, "execute", None)
+    write(tmp_path, whole)
+    code, out, err = run(capsys, "mine.py")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "--trust" in err
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("run", "--seconds", "0.1"),
+        ("run", "--seconds", "0.1", "--device", "simulated"),
+        ("export", "-o", "sketch"),
+    ],
+)
+def test_a_check_without_end_is_named_in_one_line_and_the_command_goes_on(tmp_path, capsys, command):
+    beside = """
+        def check(p):
+            if 123 < p["stiffness"] < 124:
+                for i in range(10**12):
+                    pass
+            return ""
+        """
+    write(tmp_path, text(beside=beside, end=END.replace("force=force,", "force=force, check=check,")))
+    name, *more = command
+    assert main((name, "mine.py", "--trust", "-p", "stiffness=123.5", *more)) == 0
+    out = capsys.readouterr().out
+    assert out.count("`check` of mine.py took more than 1 s") == 1
+
+
+def test_a_file_is_read_once_hashed_once_and_what_was_read_is_tried(tmp_path, capsys, monkeypatch):
+    path = write(tmp_path, text())
+    opened, hashed, begin, sha256 = [], [], trial.begin, hashlib.sha256
+    sys.addaudithook(lambda event, args: opened.append(str(args[0])) if event == "open" else None)
+    monkeypatch.setattr(hashlib, "sha256", lambda data=b"", **o: hashed.append(data) or sha256(data, **o))
+    monkeypatch.setattr(trial, "begin", lambda tried: path.write_bytes(b"1 / 0") and begin(tried))
+    assert run(capsys, "mine.py", "--trust", "--seconds", "0.1")[::2] == (0, "")
+    monkeypatch.undo()
+    assert opened.count(str(path)) == 2  # the second is this test's own, that writes
+    assert hashed.count(text().encode()) == 1
 
 
 def test_once_trusted_it_runs_until_it_changes(tmp_path, capsys):
@@ -147,7 +194,7 @@ def test_at_a_terminal_its_source_is_shown_and_a_person_asked(tmp_path, answer, 
     assert process.returncode == code
     assert (tmp_path / "mark").exists() == (code == 0)
     assert (json.loads(out)["environment"] == "mine") if code == 0 else out == b""
-    assert trust.is_trusted(hidden) == (code == 0)
+    assert trust.is_trusted(read(tmp_path / "mine.py")) == (code == 0)
     words = shown.decode().replace("\r\n", "\n")
     assert "pathlib.Path(" in words
     assert "A law \\x1b[8mof\\u202e mine" in words

@@ -81,6 +81,9 @@ def _silent() -> Iterator[None]:
 
 def _connected(distributed: Any, address: str, timeout: float) -> Any:
     """Return a client; none is made where nobody listens: without a scheduler it could not even close."""
+    security = distributed.Security().get_connection_args("client")
+    if address.startswith("tls://") and security["ssl_context"] is None:
+        raise ClusterError(f"{address} needs certificates: name them in Dask's distributed.comm.tls.")
     try:
         place = distributed.comm.get_address_host_port(address)
         socket.create_connection(place, timeout).close()

@@ -17,7 +17,7 @@ _INDENT = " " * 4
 def file_of(environment: Environment) -> Path:
     """Return the file that declares an environment; raise ParameterError where there is none."""
     if isinstance(environment, OwnEnvironment):
-        return environment.file
+        return environment.source.path
     inside = [name for name in sys.modules if name.startswith(environments.__name__ + ".")]
     for name in (*inside, environment.force.function.__module__):
         module = sys.modules.get(name)

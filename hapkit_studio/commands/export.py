@@ -12,6 +12,7 @@ from hapkit_studio.dynamics.estimators import USUAL
 from hapkit_studio.haptics.board_offer import ESTIMATORS
 from hapkit_studio.protocol.messages import Origin
 from hapkit_studio.workshop import sketch, sketch_file
+from hapkit_studio.workshop.own import switched_off
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -53,7 +54,7 @@ def run(options: argparse.Namespace) -> Result:
         "stable": margin.stable if margin else None,
     }
     lines = f"wrote {path}\nfor {whose}; open it in the Arduino IDE, board Arduino Uno, and upload"
-    lines += f"\n{limit}" if limit else ""
+    lines = "\n".join([lines, *filter(None, [limit]), *switched_off(found)])
     return Result(lines, {"environment": found.key, **numbers})
 
 

@@ -14,6 +14,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.parameters import Parameter
+from hapkit_studio.workshop.own import switched_off
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.1, 3600.0)
 FAULT = 2
@@ -49,6 +50,7 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
         raise ParameterError(f"Not one sample came in {played:.3g} s.")
     run = _as_run(table, engine, options, found)
     got = float(run.time[-1])
+    remarks += switched_off(chosen)
     remarks += [] if rendered.is_gone(fault) else rendered.too_few(engine, played, got)
     if played < seconds and fault is None:
         remarks.append(f"Ended after {played:.2f} s of {seconds:g} s by Ctrl-C.")

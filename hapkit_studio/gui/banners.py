@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWi
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.theme import theme
 
 HEIGHT = 54
@@ -43,7 +44,7 @@ class Banner(QWidget):
         dress(self, f"#banner {{ background: @{tone}soft; {lines} }}")
         self.sign = QLabel()
         self.sign.setPixmap(icons.pixmap(notice.icon, 24, tone, self.devicePixelRatioF()))
-        self.title, self.text = QLabel(), QLabel()
+        self.title, self.text = plain(QLabel()), plain(QLabel())
         self.title.setFont(theme.font("banner"))
         self.text.setWordWrap(True)
         self.buttons = [self._button(at, words) for at, (words, _) in enumerate(notice.buttons)]

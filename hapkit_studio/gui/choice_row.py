@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QWidget
 
-from hapkit_studio.gui.row_tip import tip
+from hapkit_studio.gui.rich import plain, tip
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.parameters import Choice
 
@@ -20,7 +20,7 @@ class ChoiceRow(QWidget):
         super().__init__(parent)
         self.parameter = choice
         words = choice.words
-        self.label = QLabel(choice.label)
+        self.label = plain(QLabel(choice.label))
         self.label.setWordWrap(True)
         self.picker: Segmented | QComboBox
         if len(words) <= _MOST_SEGMENTS and sum(map(len, words)) <= _MOST_LETTERS:

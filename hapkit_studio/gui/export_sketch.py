@@ -9,6 +9,7 @@ from hapkit_studio.devices import profiles
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.form_sheet import FormSheet
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.haptics.board_offer import spec_on_board
 from hapkit_studio.protocol.messages import Origin
@@ -28,7 +29,7 @@ class ExportSheet(FormSheet):
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("Export as sketch", _ABOUT, parent)
         self._studio = studio
-        self.what, self.velocity = QLabel(), QLabel()
+        self.what, self.velocity = plain(QLabel()), plain(QLabel())
         self.kits, self.rates, self.prints = QComboBox(), QComboBox(), QComboBox()
         self.save = QPushButton("Save…")
         self._fill()

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QWi
 from hapkit_studio.gui import banners, header
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.help_dialog import Sheet
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.tabs.bar import PRIMARY
 from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 
@@ -22,7 +23,7 @@ class FormSheet(Sheet):
     def __init__(self, title: str, about: str, parent: QWidget | None = None):
         super().__init__(title, parent)
         self.verdict = VerdictLine("")
-        words = QLabel(about)
+        words = plain(QLabel(about))
         words.setWordWrap(True)
         words.setMinimumWidth(_WIDTH)
         self.column.addWidget(words)
@@ -42,7 +43,7 @@ class FormSheet(Sheet):
         grid.setHorizontalSpacing(12)
         grid.setColumnStretch(1, 1)
         for row, (words, widget, behind) in enumerate(fields):
-            label = QLabel(words)
+            label = plain(QLabel(words))
             label.setProperty("role", "axis")
             label.setBuddy(widget)
             widget.setAccessibleName(words)

@@ -7,6 +7,7 @@ from PySide6.QtGui import QFont, QFontMetrics, QKeyEvent, QPainter, QPaintEvent,
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy, QWidget
 
 from hapkit_studio.gui import icons
+from hapkit_studio.gui.rich import plain_tip
 from hapkit_studio.gui.theme import theme
 
 WIDE, RAIL = 228, 64
@@ -63,7 +64,7 @@ class GalleryRow(QAbstractButton):
         """Draw icon and key alone, title and summary as a tooltip; or all of it."""
         self.rail = rail
         self.setFixedHeight(height)
-        self.setToolTip(self.accessibleName() if rail else "")
+        self.setToolTip(plain_tip(self.accessibleName()) if rail else "")
         self.update()
 
     def sizeHint(self) -> QSize:

@@ -5,6 +5,7 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QDialog, QGridLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from hapkit_studio.gui.actions import Action
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.theme import theme
 
 HAND_KEYS = (
@@ -32,7 +33,7 @@ class Sheet(QDialog):
         self.column = QVBoxLayout(self)
         self.column.setContentsMargins(20, 16, 20, 16)
         self.column.setSpacing(12)
-        heading = QLabel(title)
+        heading = plain(QLabel(title))
         heading.setFont(theme.font("title"))
         self.column.addWidget(heading)
 
@@ -84,7 +85,7 @@ def words_sheet(title: str, paragraphs: list[str], parent: QWidget | None = None
     """Return a sheet of paragraphs that can be selected and copied."""
     sheet = Sheet(title, parent)
     for paragraph in paragraphs:
-        label = QLabel(paragraph)
+        label = plain(QLabel(paragraph))
         label.setWordWrap(True)
         label.setMinimumWidth(460)
         label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)

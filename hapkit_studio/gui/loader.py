@@ -7,53 +7,55 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.own_scene import fitting
-from hapkit_studio.workshop import trust
-from hapkit_studio.workshop.own import OwnEnvironment
-from hapkit_studio.workshop.reading import load_text, text_of
-from hapkit_studio.workshop.verdict import Problem, Verdict, failed
+from hapkit_studio.workshop.reading import load_source
+from hapkit_studio.workshop.source import Source
+from hapkit_studio.workshop.verdict import Verdict, failed
 from hapkit_studio.workshop.words import plain
 
 Holder = Callable[[str, Path], str]
+_WAIT_MS = 10
 
 
 class Loader(QObject):
-    """Emits ``loaded(path, environment, verdict)``, or ``failed(path, verdict)`` with what was in the way."""
+    """Emits ``loaded(environment, verdict)``, or ``failed(source, verdict)`` with what was in the way."""
 
-    loaded = Signal(object, object, object)
+    loaded = Signal(object, object)
     failed = Signal(object, object)
 
     def __init__(self, holder: Holder, parent: QObject | None = None):
         """holder names who else has a key, "" for nobody."""
         super().__init__(parent)
         self._holder = holder
+        self._latest: dict[Path, Source] = {}
 
-    def begin(self, path: Path, verdict: Verdict) -> None:
-        """Load a file whose trial went well, if it still has the text that was tried."""
-        self._go_on(self._pieces(path, verdict))
+    def begin(self, source: Source, verdict: Verdict) -> None:
+        """Load the very text whose trial went well; an older one of its file is not wanted any more."""
+        self._latest[source.path] = source
+        self._go_on(self._pieces(source, verdict))
 
-    def _go_on(self, pieces: Iterator[None]) -> None:
-        if next(pieces, self) is None:
-            QTimer.singleShot(0, self, lambda: self._go_on(pieces))
+    def _go_on(self, pieces: Iterator[int]) -> None:
+        wait = next(pieces, None)
+        if wait is not None:
+            QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
 
-    def _pieces(self, path: Path, verdict: Verdict) -> Iterator[None]:
+    def _pieces(self, source: Source, verdict: Verdict) -> Iterator[int]:
         try:
-            environment = self._read(path, verdict.digest)
-            yield
+            environment = fitting(load_source(source))
+            functions = environment.functions
+            if functions:
+                functions.begin()
+            yield 0
             environment.force.compiled()
-            yield
+            yield 0
         except LawError as error:
-            self.failed.emit(path, Verdict((Problem(error.line, plain(error)),), digest=verdict.digest))
+            self.failed.emit(source, failed(plain(error), error.line))
             return
-        other = self._holder(environment.key, path)
+        other = self._holder(environment.key, source.path)
         if other:
             words = f'the key "{environment.key}" is that of {other} too: choose another one'
-            self.failed.emit(path, failed(words, digest=verdict.digest))
-        else:
-            self.loaded.emit(path, environment, verdict)
-
-    @staticmethod
-    def _read(path: Path, digest: str) -> OwnEnvironment:
-        text = text_of(path)
-        if trust.digest(text) != digest or not trust.is_trusted(text):
-            raise LawError("the file was changed while it was checked")
-        return fitting(load_text(text, path))
+            self.failed.emit(source, failed(words))
+            return
+        while functions and not functions.ready:
+            yield _WAIT_MS
+        if self._latest[source.path] is source:
+            self.loaded.emit(environment, verdict)

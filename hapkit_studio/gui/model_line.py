@@ -5,6 +5,7 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from hapkit_studio.devices.terms import MODELS, OPTIONAL, TERMS
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui.rich import rich
 from hapkit_studio.gui.segmented import Segmented
 
 _OPTIONS = ("As needed", "Everything")
@@ -48,7 +49,7 @@ class ModelLine(QWidget):
         self.words.setText(f"Modelled: {'everything' if whole else _words(keys)}")
         self.switch.setVisible(bool(spare))
         self.switch.show_index(MODELS.index(model))
-        self.setToolTip(f"<p>{_why(environment.title, spare, judged=bool(needs))}</p>")
+        self.setToolTip(f"<p>{rich(_why(environment.title, spare, judged=bool(needs)))}</p>")
 
 
 def _why(title: str, spare: list[str], judged: bool) -> str:

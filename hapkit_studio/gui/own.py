@@ -1,6 +1,5 @@
 """A person's own environments: which files there are, trying them out, bringing them in force."""
 
-from contextlib import suppress
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -12,7 +11,7 @@ from hapkit_studio.gui.own_file import OwnFile, described
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.workshop import folder, tried, trust
 from hapkit_studio.workshop.own import OwnEnvironment
-from hapkit_studio.workshop.reading import text_of
+from hapkit_studio.workshop.source import Source, read
 from hapkit_studio.workshop.verdict import Verdict, failed
 from hapkit_studio.workshop.words import plain
 
@@ -20,7 +19,7 @@ from hapkit_studio.workshop.words import plain
 class OwnEnvironments(QObject):
     """Nothing of a file is executed here before a trial of the very same text went well elsewhere.
 
-    ``asked(path)``: it was chosen, but nobody agreed to its text. ``chosen``: one that may run
+    ``asked(source)``: it was chosen, but nobody agreed to its text. ``chosen``: one that may run
     was, or one of the library. ``began(path)``, then ``judged(path, verdict)``: a trial. ``changed``: other
     files, or one that stands differently.
     """
@@ -36,6 +35,7 @@ class OwnEnvironments(QObject):
         self._studio = studio
         self._loaded: dict[Path, OwnEnvironment] = {}
         self._broken: dict[Path, str] = {}
+        self._seen: dict[Path, tuple[tuple[int, ...], Source]] = {}
         self.files: list[OwnFile] = []
         self.runner = TrialRunner(self)
         self.runner.finished.connect(self._judge)
@@ -55,6 +55,13 @@ class OwnEnvironments(QObject):
             self.files = found
             self.changed.emit()
 
+    def seen(self, path: Path) -> Source:
+        """Return a file as it was when it last changed, read once; raise LawError."""
+        stamp = _stamp(path)
+        if path not in self._seen or self._seen[path][0] != stamp:
+            self._seen[path] = stamp, read(path)
+        return self._seen[path][1]
+
     def path_of(self, key: str) -> Path | None:
         """Return the file of an environment, None for one of the library."""
         return next((path for path, e in self._loaded.items() if e.key == key), None)
@@ -73,74 +80,58 @@ class OwnEnvironments(QObject):
     def choose(self, path: Path) -> None:
         """Switch to a file's environment: at once if it is loaded, after a trial, or after asking."""
         try:
-            text = text_of(path)
+            source = read(path)
         except LawError as error:
             self.judged.emit(path, failed(plain(error)))
             self.refresh()
             return
-        loaded = self._loaded.get(path)
-        if not trust.is_trusted(text):
+        if not trust.is_trusted(source):
             self.refresh()
-            self.asked.emit(path)
+            self.asked.emit(source)
             return
         self.chosen.emit()
-        if loaded is not None and loaded.text == text:
+        loaded = self._loaded.get(path)
+        if loaded is not None and loaded.source == source:
             self._studio.choose(loaded.key)
-        elif tried.has_passed(text, path):
-            self._judge(path, Verdict(digest=trust.digest(text)))
+        elif tried.has_passed(source):
+            self._loader.begin(source, Verdict())
         else:
-            self.run(path)
+            self.run(source)
 
     def choose_built_in(self, key: str) -> None:
         """Switch to an environment of the library, even where it is in force already."""
         self.chosen.emit()
         self._studio.choose(key)
 
-    def run(self, path: Path) -> None:
-        """Try a file out in a program of its own, if it may run; the law in force goes on meanwhile."""
-        if not self._may_run(path):
-            self.asked.emit(path)
-            return
-        self.runner.begin(path)
+    def run(self, source: Source) -> None:
+        """Try out a text that may run, in a program of its own; the law in force goes on meanwhile."""
+        self._seen[source.path] = _stamp(source.path), source
+        self.runner.begin(source)
         self.refresh()
-        self.began.emit(path)
-
-    @staticmethod
-    def _may_run(path: Path) -> bool:
-        try:
-            return trust.is_trusted(text_of(path))
-        except LawError:
-            return True  # the trial says what is wrong with it
+        self.began.emit(source.path)
 
     def close(self) -> None:
         """End a trial that is under way."""
         self.runner.close()
 
-    def _judge(self, path: Path, verdict: Verdict) -> None:
+    def _judge(self, source: Source, verdict: Verdict) -> None:
+        tried.note(source, verdict.ok)
         if verdict.ok:
-            self._loader.begin(path, verdict)
+            self._loader.begin(source, verdict)
         else:
-            self._remember(path, verdict)
-            self._refuse(path, verdict)
+            self._refuse(source, verdict)
 
-    @staticmethod
-    def _remember(path: Path, verdict: Verdict) -> None:
-        """Let the next start know that a text failed; one that never ended has no digest."""
-        with suppress(LawError):
-            text = text_of(path)
-            if verdict.digest in ("", trust.digest(text)):
-                tried.failed(text, path)
-
-    def _refuse(self, path: Path, verdict: Verdict) -> None:
-        self._broken[path] = verdict.digest
-        self._tell(path, verdict)
+    def _refuse(self, source: Source, verdict: Verdict) -> None:
+        self._broken[source.path] = source.digest
+        self._tell(source.path, verdict)
 
     def _tell(self, path: Path, verdict: Verdict) -> None:
         self.refresh()
         self.judged.emit(path, verdict)
 
-    def _take_in(self, path: Path, environment: OwnEnvironment, verdict: Verdict) -> None:
+    def _take_in(self, environment: OwnEnvironment, verdict: Verdict) -> None:
         """Put a loaded environment in force, in the place of its older version."""
+        path = environment.source.path
         old = self._loaded.get(path)
         self._loaded[path] = environment
         self._broken.pop(path, None)
@@ -160,17 +151,17 @@ class OwnEnvironments(QObject):
 
     def _look(self, path: Path) -> OwnFile:
         try:
-            text = text_of(path)
+            source = self.seen(path)
         except LawError:
             return described(path, "", "broken")
-        return described(path, text, self._state(path, text))
+        return described(path, source.text, self._state(source))
 
-    def _state(self, path: Path, text: str) -> str:
-        if self.runner.path == path:
+    def _state(self, source: Source) -> str:
+        if self.runner.path == source.path:
             return "checking"
-        if not trust.is_trusted(text):
+        if not trust.is_trusted(source):
             return "foreign"
-        broken = self._broken.get(path) == trust.digest(text) or tried.has_failed(text, path)
+        broken = self._broken.get(source.path) == source.digest or tried.has_failed(source)
         return "broken" if broken else "ready"
 
     def _forget(self, path: Path) -> None:
@@ -178,3 +169,12 @@ class OwnEnvironments(QObject):
         if self._studio.environment.key == environment.key:
             self._studio.choose("free")
         self._studio.drop(environment.key)
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    """Return what changes with a file, () where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return ()
+    return found.st_mtime_ns, found.st_size, found.st_ino

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.gallery_row import LEAST_ROW, GalleryRow, icon_name
 from hapkit_studio.gui.own_file import OwnFile
+from hapkit_studio.gui.rich import plain_tip
 from hapkit_studio.gui.theme import theme
 
 # state: the icon that says it, the line that says it
@@ -48,13 +49,13 @@ class OwnRow(GalleryRow):
         self.set_words(
             _SIGNS.get(file.state, icon_name(file.scene)), file.title, _LINES.get(file.state, file.summary)
         )
-        self.pencil.setToolTip(f"Edit {file.path.name}")
+        self.pencil.setToolTip(plain_tip(f"Edit {file.path.name}"))
         self.pencil.setAccessibleName(f"Edit {file.title}")
 
     def set_rail(self, rail: bool, height: int) -> None:
         super().set_rail(rail, height)
         if not rail:
-            self.setToolTip(f"{self.title}\n{self.summary}\n{self.file.path.name}")
+            self.setToolTip(plain_tip(f"{self.title}\n{self.summary}\n{self.file.path.name}"))
         if hasattr(self, "pencil"):
             self.pencil.setVisible(not rail and self.file.state != "foreign")
 

@@ -1,10 +1,12 @@
 """The panel's head: icon, title and formula of the environment; "?" unfolds its explanation."""
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QFont, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.gallery import icon_name
+from hapkit_studio.gui.rich import plain, rich
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 
@@ -16,7 +18,7 @@ class Title(QLabel):
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
-        self.setWordWrap(True)
+        plain(self).setWordWrap(True)
 
     def show_words(self, words: str) -> None:
         """Show other words."""
@@ -46,9 +48,9 @@ class PanelTitle(QWidget):
         self._studio = studio
         self.picture = QLabel()
         self.title = Title()
-        self.formula = QLabel()
+        self.formula = QLabel(textFormat=Qt.TextFormat.RichText)
         self.formula.setWordWrap(True)
-        self.explanation = QLabel()
+        self.explanation = QLabel(textFormat=Qt.TextFormat.RichText)
         self.explanation.setWordWrap(True)
         self.explanation.setProperty("role", "hint")
         self.explanation.hide()
@@ -72,8 +74,8 @@ class PanelTitle(QWidget):
         upright = theme.font("formula")
         upright.setItalic(False)  # the formula itself says what is a symbol, so its words stay upright
         self.formula.setFont(upright)
-        self.formula.setText(environment.formula)
-        self.explanation.setText(environment.explanation)
+        self.formula.setText(rich(environment.formula))
+        self.explanation.setText(rich(environment.explanation))
 
     def _arrange(self) -> None:
         head = QHBoxLayout()

@@ -9,7 +9,7 @@ from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import mark
 from hapkit_studio.gui.number_box import NumberBox
 from hapkit_studio.gui.quantity import Quantity
-from hapkit_studio.gui.row_tip import tip
+from hapkit_studio.gui.rich import plain, plain_tip, rich, tip
 from hapkit_studio.gui.value_slider import ValueSlider
 from hapkit_studio.parameters import Parameter
 
@@ -33,18 +33,18 @@ class ParameterRow(QWidget):
         self.parameter = parameter
         self.quantity = Quantity.of(parameter)
         self._value = self.quantity.default
-        self.label = QLabel(self._label_text())
+        self.label = QLabel(self._label_text(), textFormat=Qt.TextFormat.RichText)
         self.label.setWordWrap(True)
         self.box = NumberBox(self.quantity)
         self.box.setFixedWidth(BOX_WIDE)
         self.label.setBuddy(self.box)
-        self.unit = QLabel(self.quantity.unit)
+        self.unit = plain(QLabel(self.quantity.unit))
         self.unit.setProperty("role", "hint")
         self.reset = QToolButton()
         icons.bind(self.reset, "reset", "ink2", 16)
         _keep_place(self.reset)
         self.slider = ValueSlider(self.quantity)
-        self.error = QLabel()
+        self.error = plain(QLabel())
         self.error.setProperty("role", "error")
         self.error.setWordWrap(True)
         self._arrange()
@@ -105,9 +105,8 @@ class ParameterRow(QWidget):
         self.slider.setAccessibleName(spoken)
 
     def _label_text(self) -> str:
-        symbol = self.parameter.symbol
-        symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)
-        label = self.parameter.label
+        symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", rich(self.parameter.symbol))
+        label = rich(self.parameter.label)
         if not symbol:
             return label
         # a symbol stays on the line of its word
@@ -138,7 +137,7 @@ class ParameterRow(QWidget):
 
     def _name_reset(self) -> None:
         default = f"{self.quantity.text(self.quantity.default)} {self.quantity.unit}".rstrip()
-        self.reset.setToolTip(f"Back to {default}")
+        self.reset.setToolTip(plain_tip(f"Back to {default}"))
         self.reset.setAccessibleName(f"Reset {self.parameter.label} to {default}")
 
     def _connect(self) -> None:

@@ -14,6 +14,7 @@ from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.latency_hint import reason, remedy
 from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.margin import Answer, MarginWorker, Question
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.stability_map import StabilityMap
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import number, theme
@@ -81,11 +82,11 @@ class StabilityCard(QWidget):
         self._judged: Answer | None = None
         self.heading = QLabel("Stability")
         self.heading.setProperty("role", "section")
-        self.sign, self.headline, self.words = QLabel(), QLabel(), QLabel()
+        self.sign, self.headline, self.words = QLabel(), plain(QLabel()), plain(QLabel())
         self.headline.setWordWrap(True)
         self.words.setWordWrap(True)
         self.words.setProperty("role", "hint")
-        self.drives = QLabel()
+        self.drives = plain(QLabel())
         self.drives.setWordWrap(True)
         self.drives.setProperty("role", "hint")
         self.map = StabilityMap()

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.theme import number, theme
 
 HEIGHT = 30
@@ -25,7 +26,7 @@ class Field(QWidget):
         super().__init__(parent)
         self._name = name
         self._sign_name, self._token = "", "ink2"
-        self.sign, self.words = QLabel(), QLabel()
+        self.sign, self.words = QLabel(), plain(QLabel())
         self.link = QPushButton()
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)

@@ -8,6 +8,7 @@ from hapkit_studio.environments.base import Conditions
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.history import History
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.theme import theme
 
@@ -23,7 +24,7 @@ class WarningLine(QWidget):
         self.setObjectName("warning")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         dress(self, "#warning { background: @warnsoft; border-radius: 6px; } QLabel { color: @warn; }")
-        self.sign, self.words = QLabel(), QLabel(text)
+        self.sign, self.words = QLabel(), plain(QLabel(text))
         self.sign.setPixmap(icons.pixmap("triangle", _SIGN, "warn", self.devicePixelRatioF()))
         self.words.setWordWrap(True)
         row = QHBoxLayout(self)

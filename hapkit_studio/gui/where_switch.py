@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWi
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.choice_row import ChoiceRow
 from hapkit_studio.gui.margin import MarginWorker
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.where_columns import NAMES, Facts, Lines
@@ -66,7 +67,7 @@ class WhereSwitch(QWidget):
         self.switch = Segmented("Rendered by", NAMES)
         self.switch.setToolTip(TIP)
         self.switch.chosen.connect(self._choose)
-        self.facts, self.lines, self.note = Facts(), Lines(), QLabel()
+        self.facts, self.lines, self.note = Facts(), Lines(), plain(QLabel())
         self.rate = ChoiceRow(RATE)
         self.rate.changed.connect(lambda _key, index: self._set(board_rate=_rate(int(index))))
         self.button = QPushButton("Compare both")

@@ -35,6 +35,7 @@ class Law:
         self.function = function
         self.state = {key: _start(key, value) for key, value in (state or {}).items()}
         self.parameters: tuple[AnyParameter, ...] = ()
+        self.source = ""
         # what is compiled and kept along with it
         self.companion: Law | None = None
         self._compiled: CompiledLaw | None = None
@@ -42,9 +43,11 @@ class Law:
             raise LawError(f"A law has up to {MAX_STATE} state values, not {len(self.state_names)}.")
 
     def bind(self, parameters: Sequence[AnyParameter]) -> None:
-        """Tell the law its parameters; raise LawError where it leaves the law language."""
+        """Tell the law its parameters, once; raise LawError where it leaves the law language."""
         if len(parameters) > MAX_PARAMETERS:
             raise LawError(f"A law has up to {MAX_PARAMETERS} parameters, not {len(parameters)}.")
+        if self.source and self.parameters == tuple(parameters):
+            return
         self.parameters = tuple(parameters)
         self.source = translate(self.function, self.parameters, self.state)
         self._compiled = None

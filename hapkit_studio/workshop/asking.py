@@ -1,4 +1,4 @@
-"""The command line's way to a person's file: harmless, trusted or asked about, then tried out, then read."""
+"""The command line's way to a person's file: agreed to or asked about, then tried out, then read."""
 
 import contextlib
 import sys
@@ -7,6 +7,7 @@ from pathlib import Path
 from hapkit_studio.errors import LawError
 from hapkit_studio.workshop import reading, trial, tried, trust, words
 from hapkit_studio.workshop.own import OwnEnvironment
+from hapkit_studio.workshop.source import Source, read
 
 YES = ("y", "yes")
 
@@ -14,40 +15,41 @@ YES = ("y", "yes")
 def environment(path: str, trusting: bool = False) -> OwnEnvironment:
     """Return the environment of a file; raise LawError, one line with the file's name and the line in it.
 
-    A text that is neither trusted nor harmless by construction is shown first, and executed if a person at
-    the terminal says so; trusting stands for having said so.
+    A file that nobody agreed to is shown first, and executed if a person at the terminal says so; trusting
+    stands for having said so.
     """
     file = Path(path).expanduser().absolute()
     try:
-        text = reading.text_of(file)
-        _consent(text, file, trusting)
-        _try(text, file)
-        return reading.load_text(text, file)
+        source = read(file)
+        _consent(source, trusting)
+        _try(source)
+        return reading.load_source(source)
     except LawError as error:
         where = f"{file.name}, line {error.line}" if error.line else file.name
         raise LawError(f"{where}: {words.plain(error)}") from None
 
 
-def _consent(text: str, file: Path, trusting: bool) -> None:
-    """Raise LawError unless a text may be executed."""
-    if trust.is_trusted(text) or (not trusting and reading.is_harmless(text)):
+def _consent(source: Source, trusting: bool) -> None:
+    """Raise LawError unless a file may be executed."""
+    if trust.is_trusted(source):
         return
     if not trusting:
         if not (sys.stdin.isatty() and sys.stderr.isatty()):
-            raise LawError(
-                "not executed, as it does more than declare an environment: read it, then pass --trust"
-            )
-        print(trust.shown(text), file=sys.stderr)
-        print(f"Execute {file.name} as it stands above? [y/N] ", end="", file=sys.stderr, flush=True)
+            raise LawError("not executed, as nobody agreed to it yet: read it, then pass --trust")
+        print(trust.shown(source.text), file=sys.stderr)
+        question = f"Execute {source.path.name} as it stands above? [y/N] "
+        print(question, end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip().lower() not in YES:
             raise LawError("not executed")
     with contextlib.suppress(OSError):  # where nothing can be remembered, the next run asks again
-        trust.trust(text)
+        trust.trust(source)
 
 
-def _try(text: str, file: Path) -> None:
-    """Raise LawError unless a text passes its trial, now or before."""
-    if tried.has_passed(text, file):
+def _try(source: Source) -> None:
+    """Raise LawError unless a file passes its trial, now or before."""
+    if tried.has_passed(source):
         return
-    for problem in trial.check(file, trust.digest(text)).problems:
+    verdict = trial.check(source)
+    tried.note(source, verdict.ok)
+    for problem in verdict.problems:
         raise LawError(problem.text, problem.line)

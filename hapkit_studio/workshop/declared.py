@@ -15,12 +15,11 @@ NAME = "ENVIRONMENT"
 _KEY = re.compile(r"[a-z][a-z0-9_]*")
 
 
-def environment(module: ModuleType, text: str) -> Environment:
-    """Return a module's checked ENVIRONMENT; raise LawError with its line in the text."""
-    tree = ast.parse(text)
+def environment(module: ModuleType, tree: ast.Module, lines: int) -> Environment:
+    """Return a module's checked ENVIRONMENT; raise LawError with its line, of so many, in the tree."""
     made = getattr(module, NAME, None)
     if not isinstance(made, Environment):
-        raise _missing(made, tree, text)
+        raise _missing(made, tree, lines)
     _check_words(made, tree)
     seen: set[str] = set()
     for parameter in made.parameters:
@@ -34,10 +33,11 @@ def environment(module: ModuleType, text: str) -> Environment:
     return made
 
 
-def _missing(found: object, tree: ast.Module, text: str) -> LawError:
+def _missing(found: object, tree: ast.Module, lines: int) -> LawError:
     if found is None and not _assigned(tree):
-        last = max(text.count("\n"), 1)
-        return LawError(f"the file does not say what it is: end it with `{NAME} = Environment(…)`", last)
+        return LawError(
+            f"the file does not say what it is: end it with `{NAME} = Environment(…)`", max(lines, 1)
+        )
     kind = "a law" if isinstance(found, Law) else f"'{type(found).__name__}'"
     return LawError(f"{NAME} is {kind}: write `{NAME} = Environment(…)`", _assigned(tree))
 
@@ -54,7 +54,7 @@ def _check_words(made: Environment, tree: ast.Module) -> None:
             raise LawError(f"`{name}` is text in quotation marks", _at(tree, name))
     if not made.title.strip():
         raise LawError("`title` is what the studio calls it: it may not be empty", _at(tree, "title"))
-    if not all(isinstance(p, Parameter | Choice) for p in made.parameters):
+    if not all(type(p) in (Parameter, Choice) for p in made.parameters):
         raise LawError("`parameters` holds Parameter(…) and Choice(…) only", _at(tree, "parameters"))
     for name in ("impedance", "over_position", "over_velocity", "check", "warnings", "unused"):
         function = getattr(made, name)

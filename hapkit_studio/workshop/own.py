@@ -1,25 +1,25 @@
-"""An environment that a person wrote: its law only ever runs compiled, its words can raise nothing."""
+"""An environment that a person wrote: its law only ever runs compiled, its functions in a program apart."""
 
-import math
 import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from functools import cache
-from pathlib import Path
+from functools import cache, partial
 
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.environments.base import Environment, Values
+from hapkit_studio.environments.base import Conditions, Environment, Values
 from hapkit_studio.workshop import calls
+from hapkit_studio.workshop.functions import Functions, brought
+from hapkit_studio.workshop.source import Source
 
 
 @dataclass(frozen=True, kw_only=True)
 class OwnEnvironment(Environment):
-    """An environment read from a person's file: the file, and the text it had."""
+    """An environment read from a person's file, and that file as it was read."""
 
-    file: Path
-    text: str
+    source: Source
+    functions: Functions | None = None
 
     def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
         """Return the compiled law's force (n,) in N, its state at the start; nan where it faults."""
@@ -40,45 +40,27 @@ def taken_keys() -> set[str]:
     return {module.name for module in pkgutil.iter_modules(environments.__path__)}
 
 
-def owned(environment: Environment, file: Path, text: str) -> OwnEnvironment:
+def owned(environment: Environment, source: Source) -> OwnEnvironment:
     """Return an environment marked as a person's own; it has no shortcut."""
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
     given |= {"parameters": tuple(environment.parameters), "shortcut": ""}
-    given["check"] = _guarded(environment.check, str, lambda values: "")
-    given["unused"] = _guarded(environment.unused, dict, lambda values: {})
-    given["warnings"] = _guarded(environment.warnings, _lines, lambda values, conditions: ())
-    if environment.impedance:
-        given["impedance"] = _guarded(environment.impedance, pair, lambda values: (0.0, 0.0))
-    for name in ("over_position", "over_velocity"):
-        if given[name]:
-            given[name] = _guarded(given[name], numbers, lambda values, along: np.full(len(along), math.nan))
-    return OwnEnvironment(**given, file=file, text=text)
+    names = brought(environment)
+    functions = Functions(source) if names else None
+    if functions:
+        given |= {name: partial(functions.call, name) for name in names}
+        given["warnings"] = partial(_warnings, functions, given["warnings"])
+    return OwnEnvironment(**given, source=source, functions=functions)
 
 
-def pair(found) -> tuple[float, float]:
-    """Return an impedance as two finite numbers; raise TypeError or ValueError."""
-    stiffness, damping = map(float, found)
-    if not (math.isfinite(stiffness) and math.isfinite(damping)):
-        raise ValueError
-    return stiffness, damping
+def switched_off(environment: Environment) -> list[str]:
+    """Return the line that says which function of a person's file was switched off, if one was."""
+    functions = environment.functions if isinstance(environment, OwnEnvironment) else None
+    return [functions.off] if functions and functions.off else []
 
 
-def numbers(found) -> np.ndarray:
-    """Return a curve's values as floats; raise TypeError or ValueError."""
-    return np.asarray(found, dtype=float)
-
-
-def _lines(found) -> tuple[str, ...]:
-    return tuple(map(str, found))
-
-
-def _guarded(function: Callable, convert: Callable, otherwise: Callable) -> Callable:
-    """Return a function that gives something harmless where a person's own raises or gives nonsense."""
-
-    def guarded(*args):
-        try:
-            return convert(function(*args))
-        except Exception:  # whatever a person's function raises
-            return otherwise(*args)
-
-    return guarded
+def _warnings(
+    functions: Functions, theirs: Callable, values: Values, conditions: Conditions
+) -> tuple[str, ...]:
+    """Return a person's own warnings, and which function was switched off."""
+    found = theirs(values, conditions)
+    return (*found, functions.off) if functions.off else tuple(found)

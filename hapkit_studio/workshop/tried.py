@@ -11,36 +11,28 @@ import platformdirs
 
 import hapkit_studio
 from hapkit_studio.laws.native import KEPT_SECONDS
-from hapkit_studio.workshop import trust
+from hapkit_studio.workshop.source import Source
 
 # how many versions of a file are known: going back to one of them needs no trial
 KEPT = 10
 _FAILED = "!"
 
 
-def has_passed(text: str, file: Path) -> bool:
+def has_passed(source: Source) -> bool:
     """Say whether this text of a file passed its trial with this studio, this Python and this cache."""
-    return _mark(text) in _marks(_record(file))
+    return _mark(source) in _marks(_record(source.path))
 
 
-def has_failed(text: str, file: Path) -> bool:
+def has_failed(source: Source) -> bool:
     """Say whether this text of a file failed its last trial, in the same surroundings."""
-    return _FAILED + _mark(text) in _marks(_record(file))
+    return _FAILED + _mark(source) in _marks(_record(source.path))
 
 
-def passed(text: str, file: Path) -> None:
-    """Remember that a text passed; where nothing can be written, it is tried again another time."""
-    _note(file, _mark(text), "")
-
-
-def failed(text: str, file: Path) -> None:
-    """Remember that a text failed, to say so before it is tried again."""
-    _note(file, _mark(text), _FAILED)
-
-
-def _note(file: Path, mark: str, sign: str) -> None:
-    record = _record(file)
-    marks = [m for m in _marks(record) if m.removeprefix(_FAILED) != mark] + [sign + mark]
+def note(source: Source, passed: bool) -> None:
+    """Remember how a trial ended; where nothing can be written, it is tried again another time."""
+    record, mark = _record(source.path), _mark(source)
+    marks = [m for m in _marks(record) if m.removeprefix(_FAILED) != mark]
+    marks.append(mark if passed else _FAILED + mark)
     with contextlib.suppress(OSError):
         record.parent.mkdir(parents=True, exist_ok=True)
         part = record.with_suffix(f".{os.getpid()}.part")
@@ -63,9 +55,9 @@ def _marks(record: Path) -> list[str]:
         return []
 
 
-def _mark(text: str) -> str:
+def _mark(source: Source) -> str:
     where = os.environ.get("NUMBA_CACHE_DIR", "")
-    return _hashed(trust.digest(text), sys.version, sys.prefix, hapkit_studio.__version__, where)
+    return _hashed(source.digest, sys.version, sys.prefix, hapkit_studio.__version__, where)
 
 
 def _record(file: Path) -> Path:

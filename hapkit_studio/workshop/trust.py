@@ -1,33 +1,28 @@
-"""Which texts may be executed: those saved here, and those a person has read and agreed to."""
+"""Which files may be executed, by the hash of their bytes: saved here, or agreed to by a person."""
 
-import hashlib
 from pathlib import Path
 
 import platformdirs
 
-
-def digest(text: str) -> str:
-    """Return what a text is known by; how its lines end makes no difference."""
-    lines = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
-    return hashlib.sha256(lines.encode("utf-8", "surrogatepass")).hexdigest()
+from hapkit_studio.workshop.source import Source
 
 
-def is_trusted(text: str) -> bool:
-    """Say whether exactly this text was trusted before."""
+def is_trusted(source: Source) -> bool:
+    """Say whether a person agreed to exactly this file before."""
     try:
-        return digest(text) in _list().read_text(encoding="ascii").split()
+        return source.digest in _list().read_text(encoding="ascii").split()
     except (OSError, ValueError):
         return False
 
 
-def trust(text: str) -> None:
-    """Remember that this text may be executed; raise OSError."""
-    if is_trusted(text):
+def trust(source: Source) -> None:
+    """Remember that this file may be executed; raise OSError."""
+    if is_trusted(source):
         return
     file = _list()
     file.parent.mkdir(parents=True, exist_ok=True)
     with open(file, "a", encoding="ascii") as known:
-        known.write(digest(text) + "\n")
+        known.write(source.digest + "\n")
 
 
 def shown(text: str) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.haptics import rig
-from hapkit_studio.workshop import calls, corners, own, reading, tried, trust, words
+from hapkit_studio.workshop import calls, corners, functions, reading, words
+from hapkit_studio.workshop.source import Source
 from hapkit_studio.workshop.verdict import Verdict, failed
 
 # what a law may take of the shortest period, 100 µs, before it is said
@@ -30,6 +31,18 @@ _DO = {
 _NO_NUMBER, _DO_NUMBER = "this gives no finite number", "test for it first, or narrow the parameter's limits"
 
 
+# what the other functions are given beside the values, and what they return
+_MORE = {"warnings": (Conditions(),), "over_position": (ALONG,), "over_velocity": (ALONG,)}
+_RETURNS = {
+    "check": "text",
+    "warnings": "a list of text",
+    "unused": "text by the names of parameters",
+    "impedance": "(stiffness, damping)",
+    "over_position": "numbers",
+    "over_velocity": "numbers",
+}
+
+
 @dataclass
 class _Tally:
     """The calls so far, the ns of a call in each sequence, and whether any force was not 0."""
@@ -44,31 +57,24 @@ class _Tally:
         return float(np.median(self.costs))
 
 
-def try_file(path: Path, wanted: str = "") -> Verdict:
-    """Return the verdict on a file; one without problems is remembered as tried.
-
-    Where a wanted digest is given, a file of another text is not executed.
-    """
-    digest = ""
+def try_out(source: Source, tell: Callable[[str, int], object] = lambda name, line: None) -> Verdict:
+    """Return the verdict on a text; tell each function's name and line before it is called."""
     try:
-        text = reading.text_of(path)
-        digest = trust.digest(text)
-        if wanted not in ("", digest):
-            raise LawError("the file has changed meanwhile: try again")
-        environment = reading.execute(text, path)
-        tally = _try(environment, path)
+        environment = reading.execute(source)
+        tally = _try(environment, source.path, tell)
     except LawError as error:
-        return failed(words.plain(error), error.line, digest)
-    tried.passed(text, path)
-    return Verdict((), _remarks(environment, tally), tally.cost, tally.calls, digest)
+        return failed(words.plain(error), error.line)
+    return Verdict((), _remarks(environment, tally), tally.cost, tally.calls)
 
 
-def _try(environment: Environment, path: Path) -> _Tally:
+def _try(environment: Environment, path: Path, tell: Callable[[str, int], object]) -> _Tally:
     """Compile the law, call it and the environment's other functions; raise LawError with its line."""
     law_line = environment.force.function.__code__.co_firstlineno
     try:
         environment.force.compiled()
-        _try_functions(environment)
+        for name in functions.brought(environment):
+            tell(name, _first_line(getattr(environment, name)))
+            _try_function(environment, name)
         return _try_law(environment)
     except LawError as error:
         raise LawError(words.plain(error), error.line or law_line) from None
@@ -76,32 +82,22 @@ def _try(environment: Environment, path: Path) -> _Tally:
         raise words.of_exception(error, str(path), law_line) from None
 
 
-def _try_functions(environment: Environment) -> None:
-    """Call the environment's own functions at its corners; raise LawError for nonsense."""
-    start = {p.key: p.default for p in environment.parameters}
-    if complaint := environment.check(start):
+def _try_function(environment: Environment, name: str) -> None:
+    """Call one of the environment's own functions at its corners; raise LawError for nonsense."""
+    function, (convert, _) = getattr(environment, name), functions.GIVES[name]
+    if complaint := environment.check({p.key: p.default for p in environment.parameters}):
         raise LawError(f"the defaults do not go together: {complaint}", _first_line(environment.check))
-    curves = [c for c in (environment.over_position, environment.over_velocity) if c]
     for values in corners.near(environment.parameters):
-        if environment.check(values):
+        if name != "check" and environment.check(values):
             continue
-        list(environment.warnings(values, Conditions()))
-        if environment.impedance:
-            _expect(own.pair, environment.impedance, "(stiffness, damping)", values)
-        for curve in curves:
-            found = _expect(own.numbers, curve, "numbers", values, ALONG)
-            if found.shape[-1:] != ALONG.shape:
-                raise LawError("a curve has one value for each place it is asked at", _first_line(curve))
-
-
-def _expect(convert: Callable, function: Callable, what: str, *args):
-    """Return what a function gives, converted; raise LawError where that is something else."""
-    found = function(*args)
-    try:
-        return convert(found)
-    except (TypeError, ValueError):
-        line = _first_line(function)
-        raise LawError(f"this function returns {what}, not {found!r:.60}", line) from None
+        found = function(values, *_MORE.get(name, ()))
+        try:
+            shape = np.shape(convert(found))
+        except (TypeError, ValueError):
+            line = _first_line(function)
+            raise LawError(f"this function returns {_RETURNS[name]}, not {found!r:.60}", line) from None
+        if convert is functions.numbers and shape[-1:] != ALONG.shape:
+            raise LawError("a curve has one value for each place it is asked at", _first_line(function))
 
 
 def _first_line(function: Callable) -> int:

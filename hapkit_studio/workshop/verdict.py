@@ -18,15 +18,13 @@ class Problem:
 class Verdict:
     """A trial's outcome; the environment may go to the loop where there is no problem.
 
-    ns_per_call and calls are 0 where the law was not called; digest is that of the text that was tried,
-    "" where none was read.
+    ns_per_call and calls are 0 where the law was not called.
     """
 
     problems: tuple[Problem, ...] = ()
     warnings: tuple[str, ...] = ()
     ns_per_call: float = 0.0
     calls: int = 0
-    digest: str = ""
 
     @property
     def ok(self) -> bool:
@@ -42,9 +40,9 @@ class Verdict:
         """Return the verdict of as_json's object; raise ValueError, TypeError or KeyError for any other."""
         problems = tuple(Problem(int(line), str(text)) for line, text in found["problems"])
         warnings = tuple(str(w) for w in found["warnings"])
-        return cls(problems, warnings, float(found["ns_per_call"]), int(found["calls"]), str(found["digest"]))
+        return cls(problems, warnings, float(found["ns_per_call"]), int(found["calls"]))
 
 
-def failed(text: str, line: int = 0, digest: str = "") -> Verdict:
+def failed(text: str, line: int = 0) -> Verdict:
     """Return the verdict of one problem."""
-    return Verdict((Problem(line, text),), digest=digest)
+    return Verdict((Problem(line, text),))

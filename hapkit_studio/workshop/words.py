@@ -1,46 +1,12 @@
-"""Python's own errors in a student's words, each with its line in the file."""
+"""What went wrong in a file, each with its line: Python's own words, or those that a student needs."""
 
 import re
 from types import TracebackType
 
 from hapkit_studio.errors import LawError
-from hapkit_studio.workshop import syntax
 
 _MOST = 300
 # (what Python says, what a student reads); the groups of the first fill the second
-_SYNTAX = (
-    (r"expected ':'", "a colon is missing at the end of this line"),
-    (r"expected '\('", "an opening bracket is missing after the name"),
-    (r"('[(\[{]') was never closed", r"\1 is never closed"),
-    (r"unmatched ('[)\]}]')", r"\1 closes nothing"),
-    (r"closing parenthesis (.+) does not match opening parenthesis (.+)", r"\1 does not close \2"),
-    (r"invalid syntax\. Perhaps you forgot a comma\?", "perhaps a comma is missing"),
-    (r"invalid syntax\. Maybe you meant '==' .*", "to compare two values, write =="),
-    (
-        r"cannot assign to .* here\. Maybe you meant '==' .*",
-        "only a name can be assigned; to compare, write ==",
-    ),
-    (r"cannot assign to (.+)", r"only a name can be assigned, not \1"),
-    (r"unexpected indent", "this line begins too far to the right"),
-    (r"unindent does not match any outer indentation level", "this line begins at no line's beginning above"),
-    (r"expected an indented block after .* on line (\d+)", r"what belongs to line \1 begins farther right"),
-    (r"inconsistent use of tabs and spaces in indentation", "tabs and spaces are mixed: use spaces only"),
-    (r"unterminated (?:f-|triple-quoted )?string literal.*", "a quotation mark is missing"),
-    (r"unterminated triple-quoted string literal.*", "the closing quotation marks are missing"),
-    (r"invalid character '(.+)' \(U\+.*\)", r"'\1' is no character that Python knows here"),
-    (r"invalid non-printable character (U\+\w+)", r"an invisible character (\1) stands here: delete it"),
-    (r"invalid decimal literal", "a number runs into a name: write 2 * x"),
-    (r"leading zeros in decimal integer literals.*", "a number does not begin with 0"),
-    (r"expression cannot contain assignment.*", "what stands before = is one name"),
-    (r"unexpected character after line continuation character", r"`\\` only stands at a line's end"),
-    (r"expected 'else' after 'if' expression", "an `else` is missing"),
-    (r"positional argument follows keyword argument", "a value without a name follows one with a name"),
-    (r"'return' outside function", "`return` stands outside of a function"),
-    (r".*null bytes.*", "the file is not text"),
-    (r"too many nested parentheses|.*too complex.*", "the line is nested too deep"),
-    (r"Missing parentheses in call to 'print'.*", "nothing can be printed here"),
-    (r"invalid syntax", "Python cannot read this line"),
-)
 _OTHER = (
     (r"cannot import name ('\w+') from '([\w.]+)'.*", r"there is no \1 in \2"),
     (
@@ -70,9 +36,7 @@ def plain(error: LawError) -> str:
 
 def of_syntax(error: SyntaxError, lines: int) -> LawError:
     """Return what Python cannot read, with its line in a file of so many lines."""
-    message = (error.msg or "").strip()
-    seen = syntax.clue(error.text, error.offset or 0) if message == "invalid syntax" and error.text else ""
-    words = seen or _first(_SYNTAX, message) or f"Python cannot read this line: {message}"
+    words = f"Python cannot read this line: {error.msg}"
     return LawError(_short(words), min(error.lineno or 1, max(lines, 1)))
 
 
@@ -110,7 +74,10 @@ def _words(error: BaseException, inside: bool) -> str:
     if isinstance(error, ZeroDivisionError):
         return "a division by zero"
     message = str(error).strip()
-    return _first(_OTHER, message) or f"{message or 'an error'} ({type(error).__name__})"
+    for pattern, words in _OTHER:
+        if found := re.fullmatch(pattern, message):
+            return found.expand(words)
+    return f"{message or 'an error'} ({type(error).__name__})"
 
 
 def _line(traceback: TracebackType | None, file: str) -> tuple[int, bool]:
@@ -121,14 +88,6 @@ def _line(traceback: TracebackType | None, file: str) -> tuple[int, bool]:
         line = traceback.tb_lineno if inside else line
         traceback = traceback.tb_next
     return line, inside
-
-
-def _first(table: tuple[tuple[str, str], ...], message: str) -> str:
-    for pattern, words in table:
-        found = re.fullmatch(pattern, message)
-        if found:
-            return found.expand(words)
-    return ""
 
 
 def _short(words: str) -> str:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from hapkit_studio.workshop import trust
+from hapkit_studio.workshop.source import read
 from tests.gui.window_support import PATIENCE_MS
 
 SPRING = '''"""A spring of a test."""
@@ -39,7 +40,7 @@ def put(home: Path, name: str, text: str, trusted: bool = True) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
     if trusted:
-        trust.trust(text)
+        trust.trust(read(path))
     return path
 
 

@@ -7,7 +7,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.haptics import rows
-from hapkit_studio.workshop.trust import digest, is_trusted
+from hapkit_studio.workshop.source import read, typed
+from hapkit_studio.workshop.trust import is_trusted
 from hapkit_studio.workshop.verdict import Verdict, failed
 from tests.gui.own_support import LAW_LINE, law_tab, put, spring, wait_for_verdict
 from tests.gui.window_support import PATIENCE_MS
@@ -114,7 +115,7 @@ def test_saying_that_a_trial_is_under_way(opened, no_trials):
     assert window.desk.strip.words.text() == "Checking line by line…"
     assert window.desk.strip.busy.isVisible()
     assert window.gallery.own_rows[window.desk.path].summary == "Checking line by line…"
-    window.own.runner.finished.emit(window.desk.path, failed("this is wrong", 3))
+    window.own.runner.finished.emit(read(window.desk.path), failed("this is wrong", 3))
     assert not window.desk.strip.busy.isVisible()
 
 
@@ -122,7 +123,7 @@ def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_t
     window = opened()
     window.desk.save()
     QTest.keyClicks(window.desk.page.code, "#")
-    window.own.runner.finished.emit(window.desk.path, failed("this is wrong", 3))
+    window.own.runner.finished.emit(read(window.desk.path), failed("this is wrong", 3))
     assert "#" in window.desk.page.text
     assert window.desk.page.unsaved
     assert window.desk.strip.words.text().endswith("What was typed since is not saved.")
@@ -132,9 +133,7 @@ def test_a_fault_marks_its_line(window, qtbot, home):
     text = spring(key="fault", force="-p.stiffness * x / max(x - 0.2, -0.2 * (x < 0.01))")
     path = put(home, "fault.py", text)
     # a trial would have found it: this is what only shows in the loop
-    wait_for_verdict(
-        window, qtbot, lambda: window.own.runner.finished.emit(path, Verdict(digest=digest(text)))
-    )
+    wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(typed(path, text), Verdict()))
     window.desk.edit(path)
     window.studio.move_hand(0.02)
     qtbot.waitUntil(lambda: window.studio.fault is not None, timeout=PATIENCE_MS)
@@ -184,7 +183,7 @@ def test_closing_asks_for_what_is_not_saved(opened, no_trials):
     path = window.desk.path
     window.desk.strip.buttons[0].click()
     assert path.read_text(encoding="utf-8") == text
-    assert is_trusted(text)
+    assert is_trusted(read(path))
     assert window.desk.path is None
     assert window.centre.time.isVisible()
     assert law_tab(window) is None

@@ -1,16 +1,19 @@
 """Own environments: nobody's file runs unasked, what changed outside is asked about again."""
 
+import hashlib
 from dataclasses import replace
 
 import pytest
 from PySide6.QtCore import QElapsedTimer, Qt, QTimer
 from PySide6.QtTest import QTest
 
+from hapkit_studio.gui import own
 from hapkit_studio.gui.own_file import described
 from hapkit_studio.gui.own_scene import BARE, fitting
 from hapkit_studio.gui.shelf import Shelf
 from hapkit_studio.workshop import reading, templates
-from hapkit_studio.workshop.trust import digest
+from hapkit_studio.workshop.functions import Functions
+from hapkit_studio.workshop.source import read, typed
 from hapkit_studio.workshop.verdict import Verdict
 from tests.gui.own_support import put, spring, wait_for_verdict
 from tests.lateness import ATTEMPTS
@@ -23,8 +26,8 @@ def leaving(marker, text: str) -> str:
 
 def passed(window, path):
     """Take a file for tried out, without the program that tries it."""
-    text = path.read_text(encoding="utf-8")
-    return lambda: window.own.runner.finished.emit(path, Verdict(digest=digest(text)))
+    tried = read(path)
+    return lambda: window.own.runner.finished.emit(tried, Verdict())
 
 
 def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, make_window, qtbot):
@@ -102,15 +105,60 @@ def test_a_file_changed_outside_is_asked_about_again(home, make_window, qtbot):
     assert not marker.exists()
 
 
-def test_a_file_changed_while_it_was_tried_is_not_loaded(home, make_window, qtbot):
+def test_what_is_loaded_is_the_very_text_that_was_tried(home, make_window, qtbot):
     path = put(home, "mine.py", spring("mine"))
     window = make_window()
     tried_out = passed(window, path)
     put(home, "mine.py", leaving(home / "it ran", spring("mine")), trusted=False)
-    verdict = wait_for_verdict(window, qtbot, tried_out)
-    assert "changed while it was checked" in verdict.problems[0].text
+    assert wait_for_verdict(window, qtbot, tried_out).ok
+    assert window.studio.environment.source.text == spring("mine")
     assert not (home / "it ran").exists()
-    assert window.studio.environment.key == "wall"
+    assert window.gallery.own_rows[path].picture == "lock"
+
+
+def test_what_is_saved_is_not_read_from_the_file_again(home, make_window, qtbot):
+    path = put(home, "mine.py", spring("mine"))
+    window = make_window()
+    window.desk.edit(path)
+    window.desk.page.code.setPlainText(spring("mine", "Typed anew"))
+    read, hashed, sha256 = [], [], hashlib.sha256
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(own, "read", read.append)
+        patched.setattr(reading, "read", read.append)
+        patched.setattr(hashlib, "sha256", lambda data=b"", **o: hashed.append(data) or sha256(data, **o))
+        assert wait_for_verdict(window, qtbot, window.desk.save).ok
+    assert read == []
+    assert hashed.count(path.read_bytes()) == 1
+    assert window.studio.environment.title == "Typed anew"
+
+
+def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(home, make_window, qtbot):
+    check = "def check(p):\n    while 123 < p['stiffness'] < 124:\n        pass\n    return ''\n\n\n"
+    text = spring("mine").replace("ENVIRONMENT = ", f"{check}ENVIRONMENT = ")
+    path = put(home, "mine.py", text.replace("    force=force,", "    force=force,\n    check=check,"))
+    window = make_window()
+    assert wait_for_verdict(window, qtbot, passed(window, path)).ok
+    assert window.studio.environment.functions.ready
+    assert window.panel.warnings.lines == []
+    window.studio.set_value("stiffness", 123.5)
+    (line,) = window.panel.warnings.lines
+    assert line.words.text().startswith("`check` of mine.py took more than 1 s")
+    assert window.studio.values["stiffness"] == 123.5
+
+
+def test_of_two_texts_of_a_file_the_later_is_in_force(home, make_window, qtbot, monkeypatch):
+    started = []
+    monkeypatch.setattr(Functions, "begin", lambda self: None)
+    monkeypatch.setattr(Functions, "ready", property(lambda self: bool(started)))
+    check = "    force=force,\n    check=lambda p: '',"
+    path = put(home, "mine.py", spring("mine", "First").replace("    force=force,", check))
+    window = make_window()
+    passed(window, path)()
+    put(home, "mine.py", spring("mine", "Second"))
+    assert wait_for_verdict(window, qtbot, passed(window, path)).ok
+    started.append(True)
+    QTest.qWait(100)
+    assert window.studio.environment.title == "Second"
 
 
 def test_a_law_open_in_the_editor_follows_its_file(home, make_window):
@@ -190,7 +238,7 @@ def version(tmp_path, *parameters: str):
         'Parameter("stiffness", "Stiffness", "N/m", 100.0, 0.0, 500.0)', ", ".join(parameters)
     )
     text = text.replace("import Parameter", "import Choice, Parameter").replace("-p.stiffness * x", "0.0")
-    return reading.load_text(text, tmp_path / "version.py")
+    return reading.load_source(typed(tmp_path / "version.py", text))
 
 
 def number(key: str, default: float, high: float = 9.0) -> str:
@@ -218,9 +266,9 @@ def test_a_scene_of_the_library_is_used_only_where_it_fits(tmp_path, scene, para
 
 @pytest.mark.parametrize("template", templates.templates()[:2], ids=lambda t: t.key)
 def test_a_template_has_the_picture_of_its_kind_as_long_as_that_fits(template, tmp_path):
-    made = reading.load_text(template.text, tmp_path / "mine.py")
+    made = reading.load_source(typed(tmp_path / "mine.py", template.text))
     assert fitting(made).scene == template.key
-    wider = reading.load_text(template.text.replace("0.04", "0.4"), tmp_path / "mine.py")
+    wider = reading.load_source(typed(tmp_path / "mine.py", template.text.replace("0.04", "0.4")))
     assert fitting(wider).scene == BARE
 
 

@@ -1,10 +1,9 @@
 """Files that come, go and fail beside the window: it follows them without being asked to look."""
 
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.workshop.trust import digest
+from hapkit_studio.workshop.source import read
 from hapkit_studio.workshop.verdict import failed
 from tests.gui.own_support import law_tab, put, spring
 from tests.gui.window_support import PATIENCE_MS
@@ -22,14 +21,12 @@ def test_a_file_copied_in_or_taken_away_is_noticed_at_once(home, make_window, qt
     qtbot.waitUntil(lambda: window.own.files == [], timeout=PATIENCE_MS)
 
 
-@pytest.mark.parametrize("digest_known", [True, False])
-def test_a_file_that_failed_is_known_to_after_the_next_start(home, make_window, digest_known):
+def test_a_file_that_failed_is_known_to_after_the_next_start(home, make_window):
     path = put(home, "mine.py", spring("mine", force="-p.stifness * x"))
     fine = put(home, "fine.py", spring("fine"))
-    text = path.read_text(encoding="utf-8")
     window = make_window()
     assert window.gallery.own_rows[path].picture != "triangle"
-    window.own.runner.finished.emit(path, failed("wrong", 10, digest(text) if digest_known else ""))
+    window.own.runner.finished.emit(read(path), failed("wrong", 10))
     again = make_window()
     assert again.gallery.own_rows[path].summary == "Does not run yet"
     assert again.gallery.own_rows[fine].summary == "For a test"

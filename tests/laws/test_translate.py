@@ -235,12 +235,11 @@ def test_a_huge_force_is_clamped_not_lost(tmp_path):
 def test_generated_files_that_nobody_loads_are_cleared_away(tmp_path, monkeypatch):
     """With their machine code, once another law is written; one that was loaded of late stays."""
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path / "cache"))
-    old, used = (environment(tmp_path, law_text(f"return x * {n}.5")).force for n in (7, 8))
-    files = [Path(law.compiled().keepalive.__file__) for law in (old, used)]
+    both = [environment(tmp_path, law_text(f"return x * {n}.5")).force for n in (7, 8)]
+    files = [Path(law.compiled().keepalive.__file__) for law in both]
     for path in files:
         os.utime(path, (0.0, 0.0))
-    used.bind(used.parameters)
-    used.compiled()
+    environment(tmp_path, law_text("return x * 8.5")).force.compiled()
     assert list((tmp_path / "cache").rglob(f"{files[0].stem}.*.nbi"))
     environment(tmp_path, law_text("return x * 9.5")).force.compiled()
     assert not list((tmp_path / "cache").rglob(f"{files[0].stem}.*"))

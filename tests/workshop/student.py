@@ -2,6 +2,8 @@
 
 import textwrap
 
+from hapkit_studio.workshop.source import read
+
 HEAD = '''"""A file of mine."""
 
 import math
@@ -45,3 +47,8 @@ def write(folder, whole, name="mine.py"):
     path = folder / name
     path.write_text(whole, encoding="utf-8", newline="")
     return path
+
+
+def saved(folder, whole, name="mine.py"):
+    """Write a file and return it as it was read."""
+    return read(write(folder, whole, name))

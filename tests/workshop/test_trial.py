@@ -8,9 +8,10 @@ import time
 
 import pytest
 
-from hapkit_studio.workshop import trial, tried, trust
+from hapkit_studio.workshop import trial
+from hapkit_studio.workshop.source import read
 from hapkit_studio.workshop.verdict import Problem, Verdict
-from tests.workshop.student import line_of, text, write
+from tests.workshop.student import line_of, saved, text, write
 
 on_posix = pytest.mark.skipif(sys.platform == "win32", reason="processes are asked after as POSIX does")
 
@@ -33,24 +34,20 @@ def gone(number, seconds=5.0):
     return not alive(number)
 
 
-def test_a_good_file_passes_and_is_remembered(tmp_path):
-    path = write(tmp_path, text())
-    assert not tried.has_passed(text(), path)
-    verdict = trial.check(path)
+def test_a_good_file_passes(tmp_path):
+    verdict = trial.check(saved(tmp_path, text()))
     assert verdict.ok
     assert verdict.calls >= 10_000
-    assert verdict.digest == trust.digest(text())
-    assert tried.has_passed(text(), path)
-    assert not tried.has_passed(text() + "#", path)
 
 
 def test_it_prints_one_object_and_nothing_of_what_the_file_prints(tmp_path):
     noise = (
         "import os, sys\nprint('out')\nprint('err', file=sys.stderr)\nos.write(1, b'{}')\nos.write(2, b'x')\n"
     )
-    path = write(tmp_path, text(beside=noise + "import warnings\nwarnings.warn('careful')\n"))
+    whole = text(beside=noise + "import warnings\nwarnings.warn('careful')\n")
     done = subprocess.run(
-        [sys.executable, "-m", "hapkit_studio.workshop.trial", str(path)],
+        [sys.executable, "-m", "hapkit_studio.workshop.trial", str(tmp_path / "mine.py")],
+        input=whole,
         capture_output=True,
         text=True,
         check=True,
@@ -64,7 +61,7 @@ def test_it_prints_one_object_and_nothing_of_what_the_file_prints(tmp_path):
 
 def test_a_mistake_has_its_line(tmp_path):
     whole = text("return -stifness * x")
-    verdict = trial.check(write(tmp_path, whole))
+    verdict = trial.check(saved(tmp_path, whole))
     line = line_of(whole, "stifness")
     assert verdict.problems == (Problem(line, "'stifness' is not defined"),)
     assert str(verdict.problems[0]) == f"Line {line}: 'stifness' is not defined."
@@ -80,7 +77,7 @@ def test_a_file_without_end_is_killed_with_what_it_started(tmp_path):
         f"os.replace({str(child)!r} + '.part', {str(child)!r})\n"
         "while True:\n    pass\n"
     )
-    process = trial.begin(write(tmp_path, text(beside=endless)))
+    process = trial.begin(saved(tmp_path, text(beside=endless)))
     while not child.exists():
         assert process.poll() is None
         time.sleep(0.02)
@@ -100,17 +97,15 @@ def test_what_holds_the_pipe_open_is_not_waited_for(tmp_path):
         f"open({str(child)!r}, 'w').write(str(number))\n"
     )
     begin = time.monotonic()
-    assert trial.check(write(tmp_path, text(beside=beside))).ok
+    assert trial.check(saved(tmp_path, text(beside=beside))).ok
     assert time.monotonic() - begin < trial.TIMEOUT / 2
     assert gone(int(child.read_text(encoding="ascii")))
 
 
-def test_a_trial_that_nobody_waits_for_ends_by_itself(tmp_path):
-    path = write(tmp_path, text(beside="while True:\n    pass\n"))
-    program = (
-        "import sys\nfrom hapkit_studio.workshop import trial\ntrial.TIMEOUT = 0.2\ntrial.main(sys.argv[1])"
-    )
-    done = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, timeout=30)
+def test_a_trial_that_nobody_waits_for_ends_by_itself():
+    endless = text(beside="while True:\n    pass\n").encode()
+    program = "from hapkit_studio.workshop import trial\ntrial.TIMEOUT = 0.2\ntrial.main('mine.py')"
+    done = subprocess.run([sys.executable, "-c", program], input=endless, capture_output=True, timeout=30)
     assert (done.stdout, done.stderr) == (b"", b"")
 
 
@@ -125,19 +120,15 @@ ENDS = [
 
 @pytest.mark.parametrize(("beside", "said"), ENDS)
 def test_a_file_that_ends_the_program(tmp_path, beside, said):
-    (problem,) = trial.check(write(tmp_path, text(beside=beside))).problems
+    (problem,) = trial.check(saved(tmp_path, text(beside=beside))).problems
     assert said in problem.text
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")
 def test_a_file_that_takes_all_memory(tmp_path):
     whole = text(beside="A = bytes(4 * 10**9)\n")
-    (problem,) = trial.check(write(tmp_path, whole)).problems
+    (problem,) = trial.check(saved(tmp_path, whole)).problems
     assert problem == Problem(line_of(whole, "A = bytes"), "this takes more memory than there is")
-
-
-def test_a_file_that_is_gone(tmp_path):
-    assert trial.check(tmp_path / "mine.py").problems == (Problem(0, "there is no file mine.py"),)
 
 
 def test_it_leaves_nothing_beside_the_file_and_is_kept_from_its_neighbours(tmp_path, monkeypatch):
@@ -147,7 +138,7 @@ def test_it_leaves_nothing_beside_the_file_and_is_kept_from_its_neighbours(tmp_p
     write(folder, "raise SystemExit('mistaken for the module')\n", "random.py")
     path = write(folder, text(beside="import random\nA = random.Random(1).random()\n"), "my file.py")
     monkeypatch.chdir(folder)
-    assert trial.check(path).ok
+    assert trial.check(read(path)).ok
     assert sorted(f.name for f in folder.rglob("*")) == ["my file.py", "random.py"]
 
 
@@ -155,14 +146,14 @@ def test_it_leaves_nothing_beside_the_file_and_is_kept_from_its_neighbours(tmp_p
 def test_it_has_low_priority(tmp_path):
     nice = tmp_path / "nice"
     path = write(tmp_path, text(beside=f"import os\nopen({str(nice)!r}, 'w').write(str(os.nice(0)))\n"))
-    assert trial.check(path).ok
+    assert trial.check(read(path)).ok
     assert int(nice.read_text(encoding="ascii")) >= min(os.nice(0) + 10, 19)
 
 
 def test_the_law_it_compiled_is_loaded_without_compiling(tmp_path):
     whole = text("a = 0.0\nfor i in range(50):\n    a += math.sin(a + 0.5 * x)\nreturn -a")
     path = write(tmp_path, whole)
-    assert trial.check(path).ok
+    assert trial.check(read(path)).ok
     never_seen = f"0.{time.time_ns()}"  # by no earlier run either
     other = write(tmp_path, whole.replace("0.5", never_seen), "other.py")
     program = (

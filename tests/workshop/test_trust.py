@@ -1,41 +1,47 @@
-"""Trust is in a text, not in a file's name: one letter more is another text."""
+"""Trust is in a file's bytes, not in its name: one letter more is another file."""
+
+from pathlib import Path
 
 from hapkit_studio.workshop import trust
+from hapkit_studio.workshop.source import typed
 
 TEXT = "import os\nprint('−')\n"
 
 
+def of(text, name="mine.py"):
+    return typed(Path(name), text)
+
+
 def test_a_text_is_trusted_once_it_was_agreed_to():
-    assert not trust.is_trusted(TEXT)
-    trust.trust(TEXT)
-    assert trust.is_trusted(TEXT)
+    assert not trust.is_trusted(of(TEXT))
+    trust.trust(of(TEXT))
+    assert trust.is_trusted(of(TEXT))
 
 
 def test_any_other_text_is_not():
-    trust.trust(TEXT)
+    trust.trust(of(TEXT))
     for other in (TEXT + " ", TEXT[1:], TEXT.replace("−", "-"), "", TEXT.replace("\n", "\n\n")):
-        assert not trust.is_trusted(other)
+        assert not trust.is_trusted(of(other))
 
 
-def test_how_lines_end_is_no_difference():
-    trust.trust(TEXT.replace("\n", "\r\n"))
-    assert trust.is_trusted(TEXT)
-    assert trust.is_trusted("\ufeff" + TEXT)
+def test_the_same_bytes_are_trusted_wherever_they_lie():
+    trust.trust(of(TEXT))
+    assert trust.is_trusted(of(TEXT, "other.py"))
 
 
 def test_many_are_remembered_and_none_twice(tmp_path):
     for n in range(5):
-        trust.trust(f"x = {n}")
-        trust.trust(f"x = {n}")
-    assert all(trust.is_trusted(f"x = {n}") for n in range(5))
+        trust.trust(of(f"x = {n}"))
+        trust.trust(of(f"x = {n}"))
+    assert all(trust.is_trusted(of(f"x = {n}")) for n in range(5))
     assert [len(f.read_text(encoding="ascii").split()) for f in (tmp_path / "data").rglob("trusted")] == [5]
 
 
 def test_a_list_that_cannot_be_read_trusts_nobody(tmp_path):
-    trust.trust(TEXT)
+    trust.trust(of(TEXT))
     (file,) = (tmp_path / "data").rglob("trusted")
     file.write_bytes(b"\xff\xfe\x00")
-    assert not trust.is_trusted(TEXT)
+    assert not trust.is_trusted(of(TEXT))
 
 
 def test_nothing_hides_in_a_text_that_is_shown():

@@ -19,17 +19,10 @@ def wrong(folder, whole):
 
 # (what is replaced, by what, what the line with the error holds, what is said)
 MISTAKES = [
-    (LAW, LAW[:-1], "def force", "a colon is missing at the end of this line"),
-    ("return -p", "if x > 0 return 0.0\n    return -p", "if x > 0", "a colon is missing before `return`"),
-    ("return -p", "  return (-p", "return (-p", "'(' is never closed"),
-    ("return -p", "return )-p", "return )", "')' closes nothing"),
-    ("return -p", "a = 1\n      return -p", "      return", "this line begins too far to the right"),
-    ("    return -p", "return -p", "return -p", "what belongs to line"),
-    ("return -p", "if x = 1:\n        return 0.0\n    return -p", "if x = 1", "to compare"),
-    ("return -p", "if x > 0:\n\ta = 1\n        b = 1\n    return -p", "\ta = 1", "tabs and spaces are mixed"),
-    ('title="Mine', "title='Mine", "title='Mine", "a quotation mark is missing"),
-    ("return -p", "return −p", "return −p", "'−' is no character that Python knows here"),
-    ("return -p", "return\u00a0-p", "return\u00a0", "an invisible character (U+00A0) stands here"),
+    (LAW, LAW[:-1], "def force", "Python cannot read this line: expected ':'"),
+    ("return -p", "  return (-p", "return (-p", "'(' was never closed"),
+    ("return -p", "a = 1\n      return -p", "      return", "unexpected indent"),
+    ("return -p", "return −p", "return −p", "invalid character '−' (U+2212)"),
     (
         "return -p",
         "return p.stifness + -p",
@@ -45,19 +38,12 @@ MISTAKES = [
     ("import math\n", "def f():\n    return f()\n\n\nf()\n", "return f()", "calls itself without end"),
     ("import math\n", "raise ValueError('my\\nown')\n", "raise Val", "my own (ValueError)"),
     ("import math\n", "exec('a b')\n", "exec(", "invalid syntax"),
-    ("return -p", "a = 2x\n    return -p", "a = 2x", "a number runs into a name: write 2 * x"),
-    ("return -p", "a = 007\n    return -p", "a = 007", "a number does not begin with 0"),
-    ("return -p", "a = \\ 1\n    return -p", "a = ", "`\\` only stands at a line's end"),
-    ("return -p", "a = 1 if x\n    return -p", "a = 1", "an `else` is missing"),
-    ('key="mine"', 'my key="mine"', "my key", "perhaps a comma is missing"),
-    ('key="mine"', 'a.key="mine"', "a.key", "what stands before = is one name"),
     (
         "import Choice",
         "import Choices, Choice",
         "import Choices",
         "there is no 'Choices' in hapkit_studio.par",
     ),
-    ("0.0, 2000.0),", "0.0, 2000.0)", '"stiffness"', "perhaps a comma is missing"),
     ('Choice("side", "Side", ("right", "left"))', '"side"', "ENVIRONMENT = Env", "holds Parameter(…) and Ch"),
     ("import math\n", "A = {}['b']\n", "A = {}", "there is no 'b'"),
     ("@law\n", "", "ENVIRONMENT = Env", "not a law: write `@law` above"),
@@ -85,6 +71,12 @@ MISTAKES = [
     ("force=force,", "force=force, impedance=(1.0, 0.0),", "impedance=", "`impedance` is a function"),
     ("ENVIRONMENT = Env", "environment = Env", ")", "end it with `ENVIRONMENT = Environment(…)`"),
     ("ENVIRONMENT = Environment(", "ENVIRONMENT = dict(", "ENVIRONMENT = dict(", "ENVIRONMENT is 'dict'"),
+    (
+        'Parameter("mass"',
+        'type("P", (Parameter,), {})("mass"',
+        "parameters=(",
+        "holds Parameter(…) and Choice(…) only",
+    ),
     (END, "\nENVIRONMENT = force\n", "ENVIRONMENT = force", "ENVIRONMENT is a law: write"),
 ]
 
@@ -117,7 +109,7 @@ def test_one_parameter_without_its_comma(tmp_path):
         ("a = 1\n".encode("utf-16"), "not text in UTF-8", 1),
         (b"a = 1\nb = 2\0\n", "the file is not text", 1),
         (b"#" * 1_000_001, "larger than 1 MB", 0),
-        (b"a = " + b"(" * 500, "nested too deep", 1),
+        (b"a = " + b"(" * 500, "nested", 1),
         (b"a = " + b"-" * 100_000 + b"1\n", "", 0),
         (b"a = " + b"9" * 5000 + b"\n", "", 1),
     ],

@@ -11,6 +11,7 @@ from hapkit_studio.gui.editor import drafts
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.editor.strip import Strip
 from hapkit_studio.gui.parameter_panel import rule
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.theme import theme
 
 DRAFT_MS = 800
@@ -42,7 +43,7 @@ class CodePage(QWidget):
         super().__init__(parent)
         self.path: Path | None = None
         self.code, self.strip = CodeEdit(), Strip()
-        self.name, self.marker = QLabel(), QLabel("● not saved")
+        self.name, self.marker = plain(QLabel()), QLabel("● not saved")
         self.marker.setProperty("role", "hint")
         self.marker.hide()
         self.save = QPushButton("Save and run", autoDefault=True)
@@ -50,7 +51,7 @@ class CodePage(QWidget):
         self.count = QPushButton("Cycles", autoDefault=True)
         self.count.setCheckable(True)
         self.count.setToolTip(f"{CYCLES} ({CYCLES_KEY})")
-        self.cycles = QLabel()
+        self.cycles = plain(QLabel())
         self.cycles.setProperty("role", "hint")
         self.cycles.setWordWrap(True)
         self.cycles.setContentsMargins(12, 5, 12, 5)

@@ -109,7 +109,7 @@ class Cycles(QObject):
         offer = (driver and driver.offer) or board_offer.Offer(ARENA)
         values = studio.values_of(environment.key)
         wish = board_offer.Wish(environment, values, studio.loop.spec, rate=studio.loop.board_rate)
-        return Question(offer, wish, environment.text)
+        return Question(offer, wish, environment.source.text)
 
     def _show(self, found: Count) -> None:
         if not self._page.counting:

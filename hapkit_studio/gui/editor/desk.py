@@ -15,7 +15,7 @@ from hapkit_studio.gui.help_dialog import words_sheet
 from hapkit_studio.gui.own import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.workshop import folder, templates, trust
-from hapkit_studio.workshop.reading import text_of
+from hapkit_studio.workshop.source import Source, read, typed
 from hapkit_studio.workshop.verdict import Verdict
 
 
@@ -64,25 +64,29 @@ class Desk(QObject):
         """Make a file from a template, open it and put it in force."""
         try:
             path = folder.new_path(title)
-            self._write(path, templates.fill(template, title, path.stem))
+            source = self._write(path, templates.fill(template, title, path.stem))
         except OSError as error:
             self.editor.chooser.strip.say(words.not_saved(error), "danger")
             return
-        self.own.run(path)
-        self.edit(path)
+        self.own.run(source)
+        self._open(source)
 
     def edit(self, path: Path) -> None:
         """Open a file's law; what nobody agreed to is only shown."""
         try:
-            text = text_of(path)
+            source = read(path)
         except LawError as error:
             words_sheet(path.name, [str(error)], self.editor.window()).show()
             return
-        if not trust.is_trusted(text):
-            self.ask(path)
-            return
-        if path != self.path or (text != self.page.text and not self.page.unsaved):
-            self.page.open(path, text)
+        if not trust.is_trusted(source):
+            self.ask(source)
+        else:
+            self._open(source)
+
+    def _open(self, source: Source) -> None:
+        path = source.path
+        if path != self.path or (source.text != self.page.text and not self.page.unsaved):
+            self.page.open(path, source.text)
         self.editor.show_page(self.page)
         self.shown.emit(True)
         self.page.code.setFocus()
@@ -92,20 +96,16 @@ class Desk(QObject):
         if self.path is None:
             return
         try:
-            self._write(self.path, self.page.text)
+            source = self._write(self.path, self.page.text)
         except OSError as error:
             self.strip.say(words.not_saved(error), "danger")
             return
         self.page.note_saved()
-        self.own.run(self.path)
+        self.own.run(source)
 
-    def ask(self, path: Path) -> None:
+    def ask(self, source: Source) -> None:
         """Show the source of a file nobody agreed to; nothing of it is executed."""
-        try:
-            self.editor.source.show_source(path, text_of(path))
-        except LawError as error:
-            words_sheet(path.name, [str(error)], self.editor.window()).show()
-            return
+        self.editor.source.show_source(source)
         self.editor.show_page(self.editor.source)
         self.shown.emit(True)
         self.editor.source.leave.setFocus()
@@ -114,8 +114,11 @@ class Desk(QObject):
         """Open a file from anywhere: one of the folder as it stands there, any other after asking."""
         if path in folder.own_files():
             self.own.choose(path)
-        else:
-            self.ask(path)
+            return
+        try:
+            self.ask(read(path))
+        except LawError as error:
+            words_sheet(path.name, [str(error)], self.editor.window()).show()
 
     def forget(self, path: Path) -> None:
         """Take note that a file is gone."""
@@ -124,17 +127,18 @@ class Desk(QObject):
             self.leaving.discard()
         self.own.refresh()
 
-    def agree(self, path: Path, text: str) -> None:
+    def agree(self, source: Source) -> None:
         """Trust the very text that was shown, take it into the folder, and try it out."""
+        path = source.path
         try:
-            if path not in folder.own_files():
-                path = folder.new_path(path.stem)
-                folder.save(path, text)
-            trust.trust(text)
+            if path in folder.own_files():
+                trust.trust(source)
+            else:
+                path = self._write(folder.new_path(path.stem), source.text).path
         except OSError as error:
             self.strip.say(words.not_saved(error), "danger")
             return
-        self.own.run(path)
+        self.own.choose(path)
         self.edit(path)
 
     def end(self) -> None:
@@ -143,9 +147,12 @@ class Desk(QObject):
         self.cycles.close()
         self.own.close()
 
-    def _write(self, path: Path, text: str) -> None:
+    def _write(self, path: Path, text: str) -> Source:
+        """Save a text, which is agreeing to it; return it as the file now is; raise OSError."""
+        source = typed(path, text)
         folder.save(path, text)
-        trust.trust(text)
+        trust.trust(source)
+        return source
 
     def ask_to_quit(self, quit_: Callable[[], object]) -> bool:
         """Say whether the window may go; where a law is not saved, bring it into sight and ask."""
@@ -171,7 +178,7 @@ class Desk(QObject):
             self._leave_source()
 
     def _leave_what_is_gone(self) -> None:
-        if not self.editor.source.path.exists():
+        if not self.editor.source.source.path.exists():
             self._leave_source()
 
     def _leave_source(self) -> None:

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QWi
 
 from hapkit_studio.gui.editor.desk import Desk
 from hapkit_studio.gui.help_dialog import Sheet
+from hapkit_studio.gui.rich import plain
 
 
 class Files(QObject):
@@ -41,7 +42,7 @@ class DeleteSheet(Sheet):
     def __init__(self, path: Path, desk: Desk, parent: QWidget):
         super().__init__(f"Delete {path.name}?", parent)
         self._path, self._desk = path, desk
-        self.words = QLabel("It goes to the bin, from where it can be fetched back.")
+        self.words = plain(QLabel("It goes to the bin, from where it can be fetched back."))
         self.words.setWordWrap(True)
         self.words.setMinimumWidth(360)
         self.keep, self.delete = QPushButton("Keep it"), QPushButton("Move to bin")

@@ -9,21 +9,23 @@ from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.parameter_panel import rule
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.theme import theme
+from hapkit_studio.workshop.source import Source
 
 _ASK = "It is a program and may do what any program may. Run it only if you know where it comes from."
 
 
 class SourcePage(QWidget):
-    """Emits ``run_pressed`` with the file's path and the very text that was shown, or ``left``."""
+    """Emits ``run_pressed`` with the very source that was shown, or ``left``."""
 
-    run_pressed = Signal(object, str)
+    run_pressed = Signal(object)
     left = Signal()
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
-        self.path, self._text = Path(), ""
-        self.title, self.ask, self.sign = QLabel(), QLabel(_ASK), QLabel()
+        self.source = Source(Path(), "", "")
+        self.title, self.ask, self.sign = plain(QLabel()), QLabel(_ASK), QLabel()
         self.title.setWordWrap(True)
         self.ask.setWordWrap(True)
         self.code = CodeEdit()
@@ -32,18 +34,18 @@ class SourcePage(QWidget):
             QPushButton("Run it", autoDefault=True),
             QPushButton("Leave it", autoDefault=True),
         )
-        self.run.clicked.connect(lambda: self.run_pressed.emit(self.path, self._text))
+        self.run.clicked.connect(lambda: self.run_pressed.emit(self.source))
         self.leave.clicked.connect(self.left)
         self._arrange()
         theme.changed.connect(self._show_look)
         self._show_look()
 
-    def show_source(self, path: Path, text: str) -> None:
+    def show_source(self, source: Source) -> None:
         """Show a file that nobody has agreed to yet."""
-        self.path, self._text = path, text
-        self.title.setText(f"{path.name} is from someone else, or was changed outside the studio.")
-        self.code.setPlainText(text)
-        self.code.setAccessibleName(f"Source of {path.name}, to read")
+        self.source, name = source, source.path.name
+        self.title.setText(f"{name} is from someone else, or was changed outside the studio.")
+        self.code.setPlainText(source.text)
+        self.code.setAccessibleName(f"Source of {name}, to read")
 
     def _show_look(self) -> None:
         self.title.setFont(theme.font("banner"))

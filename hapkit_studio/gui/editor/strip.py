@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QW
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.theme import theme
 
 Button = tuple[str, Callable[[], object]]
@@ -30,7 +31,7 @@ class Strip(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setMinimumHeight(_HEIGHT)
         self.tone = ""
-        self.sign, self.words, self.busy = QLabel(), QLabel(), QProgressBar()
+        self.sign, self.words, self.busy = QLabel(), plain(QLabel()), QProgressBar()
         self.words.setWordWrap(True)
         self.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.busy.setRange(0, 0)

@@ -8,13 +8,14 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.workshop import trial
+from hapkit_studio.workshop.source import Source
 from hapkit_studio.workshop.verdict import Verdict, failed
 
 LOOK_SECONDS = 0.02
 
 
 class TrialRunner(QObject):
-    """Emits ``finished(path, verdict)``; beginning again gives up what has not ended yet."""
+    """Emits ``finished(source, verdict)``; beginning again gives up what has not ended yet."""
 
     finished = Signal(object, object)
     _ended = Signal(object, object, object)
@@ -26,11 +27,11 @@ class TrialRunner(QObject):
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="trial")
         self._ended.connect(self._deliver)
 
-    def begin(self, path: Path) -> None:
-        """Start a file's trial."""
+    def begin(self, source: Source) -> None:
+        """Start the trial of a text."""
         self.give_up()
-        self.path = path
-        self._worker.submit(self._work, path, self._unwanted)
+        self.path = source.path
+        self._worker.submit(self._work, source, self._unwanted)
 
     def give_up(self) -> None:
         """Want no verdict any more; the program ends soon."""
@@ -43,22 +44,22 @@ class TrialRunner(QObject):
         self.give_up()
         self._worker.shutdown(wait=True, cancel_futures=True)
 
-    def _work(self, path: Path, unwanted: threading.Event) -> None:
+    def _work(self, source: Source, unwanted: threading.Event) -> None:
         try:
-            verdict = _tried(path, unwanted)
+            verdict = _tried(source, unwanted)
         except OSError as error:
             verdict = failed(f"the file cannot be tried out: {error.strerror}")
-        self._ended.emit(path, verdict, unwanted)
+        self._ended.emit(source, verdict, unwanted)
 
-    def _deliver(self, path: Path, verdict: Verdict, unwanted: threading.Event) -> None:
+    def _deliver(self, source: Source, verdict: Verdict, unwanted: threading.Event) -> None:
         if not unwanted.is_set():
             self.path = None
-            self.finished.emit(path, verdict)
+            self.finished.emit(source, verdict)
 
 
-def _tried(path: Path, unwanted: threading.Event) -> Verdict:
-    """Return a file's verdict; end its program where it takes too long or nobody wants to know."""
-    process = trial.begin(path)
+def _tried(source: Source, unwanted: threading.Event) -> Verdict:
+    """Return the verdict on a text; end its program where it takes too long or nobody wants to know."""
+    process = trial.begin(source)
     end = time.monotonic() + trial.TIMEOUT
     while process.poll() is None:
         if unwanted.wait(LOOK_SECONDS) or time.monotonic() > end:

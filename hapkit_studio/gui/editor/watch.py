@@ -10,7 +10,6 @@ from hapkit_studio.gui.editor.desk import Desk
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop import folder
-from hapkit_studio.workshop.reading import text_of
 
 SETTLED_MS = 200
 _LINE = re.compile(r"\bline (\d+)")
@@ -39,7 +38,7 @@ class Watch(QObject):
         if desk.path is None or desk.page.unsaved:
             return
         try:
-            text = text_of(desk.path)
+            text = desk.own.seen(desk.path).text
         except LawError:
             return
         if text != desk.page.text:

@@ -10,6 +10,7 @@ from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.plots.canvas import RIGHT
 from hapkit_studio.gui.plots.declared import TimePlot
 from hapkit_studio.gui.plots.held import SAMPLE
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.theme import number, theme
 
 HEIGHT = 29
@@ -95,7 +96,7 @@ class Header(QWidget):
         self.show_value(0.0)
 
     def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
-        parts: list[QWidget] = [Sample(token, width, dash), QLabel(text)]
+        parts: list[QWidget] = [Sample(token, width, dash), plain(QLabel(text))]
         dress(parts[1], ".QLabel { color: @axis; }")
         for part in parts:
             part.setToolTip(help)

@@ -5,13 +5,14 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWi
 
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.parameter_panel import rule
+from hapkit_studio.gui.rich import plain
 
 _EDGE, _TOP = 16, 12
 
 
 def hint(text: str = "") -> QLabel:
     """Return quiet words that wrap."""
-    label = QLabel(text)
+    label = plain(QLabel(text))
     label.setWordWrap(True)
     label.setProperty("role", "hint")
     return label
@@ -46,7 +47,7 @@ class Pairs(QWidget):
             part.setVisible(bool(pairs))
 
     def _append(self) -> None:
-        row, name, value = len(self._labels), QLabel(), QLabel()
+        row, name, value = len(self._labels), plain(QLabel()), plain(QLabel())
         dress(name, "QLabel { color: @ink2; }")
         value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
         value.setWordWrap(True)

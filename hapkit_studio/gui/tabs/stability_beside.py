@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QSizePol
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.parameter_panel import rule
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.tabs.side import Pairs, hint
 from hapkit_studio.gui.tabs.stability_legend import Legend
 from hapkit_studio.gui.tabs.stability_verdict import Verdict
@@ -32,7 +33,8 @@ class Beside(QScrollArea):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Ignored)
         self._sign = ("circle", "ink2")
         self._known, self._line = False, rule()
-        self.sign, self.headline, self.hand, self.out = QLabel(), QLabel(), hint(), QLabel()
+        self.sign, self.hand = QLabel(), hint()
+        self.headline, self.out = plain(QLabel()), plain(QLabel())
         self.legend, self.conditions = Legend(), Pairs()
         self.heading = QLabel("Conditions")
         self.heading.setProperty("role", "section")

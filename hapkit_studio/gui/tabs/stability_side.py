@@ -5,6 +5,7 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QWidget
 
 from hapkit_studio.gui.panel_title import PanelTitle
 from hapkit_studio.gui.parameter_panel import ParameterRows, rule
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.tabs.side import Pairs, SidePanel, hint
 from hapkit_studio.gui.theme import number
@@ -69,7 +70,7 @@ class StabilitySide(SidePanel):
         self.release = QPushButton("Release the handle here")
         self.release.clicked.connect(self.release_pressed)
         self.add(self.try_words)
-        self.outcome = QLabel()
+        self.outcome = plain(QLabel())
         self.outcome.setWordWrap(True)
         self.add(self.release)
         self.add(self.outcome)

@@ -4,6 +4,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.theme import theme
 
 
@@ -13,7 +14,7 @@ class VerdictLine(QWidget):
     def __init__(self, text: str) -> None:
         super().__init__()
         self._sign = ("circle", "ink2")
-        self.sign, self.words = QLabel(), QLabel()
+        self.sign, self.words = QLabel(), plain(QLabel())
         dress(self.words, "QLabel { font-size: 14px; font-weight: 650; }")
         self.words.setWordWrap(True)
         row = QHBoxLayout(self)

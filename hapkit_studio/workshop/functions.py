@@ -1,0 +1,194 @@
+"""A file's own functions, called in a program of their own: the window, or a run, goes on whatever they do.
+
+``python -m hapkit_studio.workshop.functions PATH``: a line of JSON with the text, then one for each call.
+Time is bounded everywhere; memory on Linux, elsewhere by what can be filled within that time. What stands
+outside of functions is executed in the studio too, where its law is made, and nothing bounds it there.
+"""
+
+import contextlib
+import json
+import math
+import os
+import subprocess
+import sys
+import threading
+import weakref
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio.environments.base import Conditions, Environment
+from hapkit_studio.workshop import apart, source
+from hapkit_studio.workshop.source import Source
+
+START_SECONDS = 20.0
+CALL_SECONDS = 1.0
+MOST_BYTES = 1_000_000
+_MODULE = "hapkit_studio.workshop.functions"
+
+
+def lines(found: Any) -> tuple[str, ...]:
+    """Return what stands in a list as text; raise TypeError."""
+    return tuple(map(str, found))
+
+
+def reasons(found: Any) -> dict[str, str]:
+    """Return a mapping of text to text; raise TypeError or ValueError."""
+    return {str(key): str(words) for key, words in dict(found).items()}
+
+
+def pair(found: Any) -> tuple[float, float]:
+    """Return an impedance as two finite numbers; raise TypeError or ValueError."""
+    stiffness, damping = map(float, found)
+    if not (math.isfinite(stiffness) and math.isfinite(damping)):
+        raise ValueError
+    return stiffness, damping
+
+
+def numbers(found: Any) -> np.ndarray:
+    """Return a curve's values as floats; raise TypeError or ValueError."""
+    return np.asarray(found, dtype=float)
+
+
+def _nowhere(values: Any, along: np.ndarray) -> np.ndarray:
+    return np.full(len(along), math.nan)
+
+
+# what a function of an environment returns, and what stands for it where it gives nothing of the kind
+GIVES: Mapping[str, tuple[Callable, Callable]] = {
+    "check": (str, lambda values: ""),
+    "warnings": (lines, lambda values, conditions: ()),
+    "unused": (reasons, lambda values: {}),
+    "impedance": (pair, lambda values: (0.0, 0.0)),
+    "over_position": (numbers, _nowhere),
+    "over_velocity": (numbers, _nowhere),
+}
+
+
+def brought(environment: Environment) -> list[str]:
+    """Return the names of the functions that an environment does not leave to the studio."""
+    return [name for name in GIVES if getattr(environment, name) is not getattr(Environment, name)]
+
+
+class Functions:
+    """The functions of one file; the first that takes too much of time or memory ends them all."""
+
+    def __init__(self, owner: Source):
+        self._source = owner
+        self.off = ""
+        self._lock = threading.RLock()
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="own-functions")
+        self._process: subprocess.Popen | None = None
+        self._hello: Future[bytes] | None = None
+
+    def begin(self) -> None:
+        """Start their program, unless it runs already."""
+        with self._lock:
+            if self._process is not None or self.off:
+                return
+            try:
+                self._process = apart.begin(_MODULE, str(self._source.path))
+            except OSError as error:
+                self.off = f"The functions of {self._source.path.name} cannot be called: {error.strerror}."
+                return
+            weakref.finalize(self, _end, self._process)
+            self._hello = self._ask(self._source.text)
+
+    @property
+    def ready(self) -> bool:
+        """Say whether a call need not wait for their program to start."""
+        return bool(self.off) or (self._hello is not None and self._hello.done())
+
+    def call(self, name: str, *args: Any) -> Any:
+        """Return what a function gives, or what stands for it where it raises, gives nonsense or is off."""
+        convert, otherwise = GIVES[name]
+        found = self._answer(name, *args)
+        return otherwise(*args) if found is None else convert(found)
+
+    def _answer(self, name: str, *args: Any) -> Any:
+        with self._lock:
+            self.begin()
+            if self.off:
+                return None
+            try:
+                self._hello.result(START_SECONDS)  # type: ignore[union-attr]
+                return json.loads(self._ask([name, *map(_plain, args)]).result(CALL_SECONDS))
+            except (TimeoutError, OSError, ValueError):
+                self._switch_off(name)
+                return None
+
+    def _switch_off(self, name: str) -> None:
+        assert self._process is not None
+        apart.end(self._process)
+        self._process.wait()
+        self.off = (
+            f"`{name}` of {self._source.path.name} took more than {CALL_SECONDS:g} s or too much memory: "
+            "the functions beside its law are switched off."
+        )
+
+    def _ask(self, words: Any) -> "Future[bytes]":
+        """Send a line; return the answer to come, which is empty where the program ended."""
+        return self._worker.submit(_exchange, self._process, json.dumps(words).encode() + b"\n")
+
+
+def _exchange(process: Any, line: bytes) -> bytes:
+    process.stdin.write(line)
+    process.stdin.flush()
+    return process.stdout.readline(MOST_BYTES)
+
+
+def _end(process: Any) -> None:
+    """End a program that nobody will ask again."""
+    apart.end(process)
+    process.wait()
+    with contextlib.suppress(OSError):
+        process.stdin.close()
+    process.stdout.close()
+
+
+def _plain(value: Any) -> Any:
+    """Return an argument of a function as JSON has it."""
+    if isinstance(value, Conditions):
+        return asdict(value)
+    return dict(value) if isinstance(value, Mapping) else np.asarray(value).tolist()
+
+
+def main(path: str) -> None:
+    """Execute a text, whose file has this path, then answer calls of its functions until nobody asks."""
+    heard, said = apart.pipes()
+    apart.take_little_memory()
+    from hapkit_studio.workshop import reading
+
+    try:
+        apart.last_for(2 * START_SECONDS)
+        environment = reading.execute(source.typed(Path(path), json.loads(heard.readline())))
+        answer: Any = ""
+        while True:
+            said.write(json.dumps(answer).encode() + b"\n")
+            apart.last_for(None)
+            asked = json.loads(heard.readline())
+            apart.last_for(2 * CALL_SECONDS)
+            answer = _called(environment, *asked)
+    finally:
+        os._exit(0)  # also where memory runs out or nobody is left to ask
+
+
+def _called(environment: Environment, name: str, values: Mapping[str, float], *more: Any) -> Any:
+    """Return what a function gives, as JSON has it; None where it raises or gives nonsense."""
+    convert, _ = GIVES[name]
+    args = [Conditions(**m) if isinstance(m, dict) else np.array(m) for m in more]
+    try:
+        found = convert(getattr(environment, name)(values, *args))
+    except MemoryError:
+        raise
+    except Exception:  # whatever a person's function raises
+        return None
+    return found.tolist() if isinstance(found, np.ndarray) else found
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

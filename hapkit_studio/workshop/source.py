@@ -1,0 +1,44 @@
+"""A person's file as it was read: once, with the hash of its bytes, by which it is known from then on."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from hapkit_studio.errors import LawError
+
+MOST_BYTES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file's path, its text with lines that end in newlines, and the hash of its bytes."""
+
+    path: Path
+    text: str
+    digest: str
+
+
+def read(path: Path) -> Source:
+    """Read a file; raise LawError with the line of what is no text."""
+    try:
+        with open(path, "rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        raise LawError(f"there is no file {path.name}") from None
+    except OSError as error:
+        raise LawError(f"{path.name} cannot be read: {error.strerror}") from None
+    if len(data) > MOST_BYTES:
+        raise LawError("the file is larger than 1 MB")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise LawError("this line is not text in UTF-8: save the file as UTF-8", line) from None
+    if "\0" in text:  # Pythons differ in what they call it
+        raise LawError("the file is not text", 1)
+    return Source(path, text.replace("\r\n", "\n").replace("\r", "\n"), hashlib.sha256(data).hexdigest())
+
+
+def typed(path: Path, text: str) -> Source:
+    """Return what read() will, once a text is saved to a file."""
+    return Source(path, text, hashlib.sha256(text.encode()).hexdigest())

@@ -1,0 +1,153 @@
+"""A file's functions in a program of their own: they may take what they like, the studio goes on."""
+
+import gc
+import json
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.environments.base import Conditions
+from hapkit_studio.workshop import apart, reading, trial
+from tests.workshop.student import END, line_of, saved, text
+
+GOOD = """
+def check(p):
+    return "" if p["mass"] else "no mass"
+
+
+def warnings(p, c):
+    yield f"{p['stiffness']:g} N/m every {c.period:g} s"
+
+
+GIVEN = {
+    "check": check,
+    "warnings": warnings,
+    "unused": lambda p: {"mass": "it has none"},
+    "impedance": lambda p: (p["stiffness"], 0),
+    "over_position": lambda p, x: -p["stiffness"] * x,
+    "over_velocity": lambda p, v: [v, 2.0 * v],
+}
+"""
+VALUES = {"stiffness": 5.0, "mass": 1.0, "side": 0.0}
+OFF = (
+    "`check` of mine.py took more than 1 s or too much memory: the functions beside its law are switched off."
+)
+
+
+def made(folder, beside=GOOD):
+    """Return the environment of a file whose functions are GIVEN."""
+    return reading.load_source(saved(folder, with_functions(beside)))
+
+
+def with_functions(beside):
+    return text(beside=beside, end=END.replace("    force=force,", "    force=force,\n    **GIVEN,"))
+
+
+def with_check(statement):
+    """Return a check that does something between 123 and 124 only, where no corner is."""
+    return f"""
+import os
+
+
+def check(p):
+    if 123 < p['stiffness'] < 124:
+        {statement}
+    return ''
+
+
+GIVEN = {{'check': check}}
+"""
+
+
+def test_they_are_given_and_give_what_they_do_at_home(tmp_path):
+    own = made(tmp_path)
+    assert own.check(VALUES) == ""
+    assert own.check({**VALUES, "mass": 0.0}) == "no mass"
+    assert own.warnings(VALUES, Conditions(period=1e-4)) == ("5 N/m every 0.0001 s",)
+    assert own.unused(VALUES) == {"mass": "it has none"}
+    assert own.impedance(VALUES) == (5.0, 0.0)
+    assert own.over_position(VALUES, np.array([1.0, np.nan])) == pytest.approx([-5.0, np.nan], nan_ok=True)
+    assert own.over_velocity(VALUES, np.array([1.0, 2.0])).tolist() == [[1.0, 2.0], [2.0, 4.0]]
+
+
+def test_without_any_there_is_no_program(tmp_path):
+    assert reading.load_source(saved(tmp_path, text())).functions is None
+
+
+TAKES_TOO_MUCH = {
+    "a loop": "for i in range(10**12): pass",
+    "one call": "sum(range(10**12))",
+    "leaves": "os._exit(0)",
+    "crashes": "os.abort()",
+    "talks": "return 'x' * 5_000_000",
+    "memory": "(1,) * 500_000_000",
+}
+
+
+@pytest.mark.parametrize("statement", TAKES_TOO_MUCH.values(), ids=TAKES_TOO_MUCH)
+def test_what_takes_too_much_is_switched_off_and_named_in_one_line(tmp_path, statement):
+    own = made(tmp_path, with_check(statement))
+    assert own.check(VALUES) == ""
+    begin = time.monotonic()
+    run = hs.simulate(own, {"stiffness": 123.5}, hand="press", seconds=0.3)
+    assert time.monotonic() - begin < 10.0
+    assert run.warnings == (OFF,)
+    assert np.allclose(run.force, -123.5 * run.position)
+    assert own.check({**VALUES, "stiffness": 123.5}) == ""
+    assert own.warnings(VALUES, Conditions()) == (OFF,)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")
+def test_memory_is_refused_before_it_is_taken(tmp_path):
+    own = made(tmp_path, with_check("bytes(4 * 10**9)"))
+    own.check({**VALUES, "stiffness": 123.5})
+    assert own.functions.off == OFF
+
+
+def test_what_it_prints_disturbs_no_answer(tmp_path):
+    own = made(tmp_path, with_check("os.write(1, b'{}'); print('a'); return 'odd'"))
+    assert own.check({**VALUES, "stiffness": 123.5}) == "odd"
+
+
+def test_the_program_ends_with_the_environment(tmp_path):
+    own = made(tmp_path)
+    own.check(VALUES)
+    process = own.functions._process
+    assert process.poll() is None
+    del own
+    gc.collect()
+    assert process.poll() is not None
+
+
+@pytest.mark.parametrize("stiffness", [5.0, 123.5], ids=["idle", "in a loop"])
+def test_the_program_ends_where_nobody_is_left_to_end_it(tmp_path, stiffness):
+    tried = saved(tmp_path, with_functions(with_check("while True: pass")))
+    process = apart.begin("hapkit_studio.workshop.functions", str(tried.path))
+    words = [tried.text, ["check", {**VALUES, "stiffness": stiffness}]]
+    process.communicate("".join(json.dumps(w) + "\n" for w in words).encode(), timeout=20.0)
+    assert process.returncode is not None
+
+
+def test_a_law_is_checked_once_on_its_way(tmp_path, monkeypatch):
+    law, seen = sys.modules["hapkit_studio.laws.law"], []
+    translate = law.translate
+    monkeypatch.setattr(law, "translate", lambda *given: seen.append(given) or translate(*given))
+    made(tmp_path)
+    assert len(seen) == 1
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("while True: pass", "`check` does not come to an end"),
+        ("os._exit(0)", "`check` ended the program that tried it: remove what exits"),
+        ("os.abort()", "`check` crashed Python"),
+    ],
+)
+def test_in_a_trial_the_function_is_named_at_its_line(tmp_path, statement, said):
+    tried = saved(tmp_path, with_functions(with_check(statement).replace("123 <", "0 <=")))
+    (problem,) = trial.check(tried, timeout=10.0).problems
+    assert (problem.text, problem.line) == (said, line_of(tried.text, "def check"))
