@@ -31,7 +31,8 @@ def wait(application, condition, seconds):
 def visit(application, window, key, folder):
     """Choose an environment, push into it for 200 rows, take a picture."""
     window.studio.choose(key)
-    wait(application, lambda: window.studio.environment.key == key, PATIENCE)  # its law may not be compiled yet
+    # its law may not be compiled yet
+    wait(application, lambda: window.studio.environment.key == key, PATIENCE)
     window.studio.move_hand(0.012)
     window.live.tick()  # takes the rows from before
     first = window.live.last[rows.TICK]
