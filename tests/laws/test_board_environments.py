@@ -64,7 +64,7 @@ def options(environment):
 
 def usual(environment):
     """Return an environment's default choices, as {key: option}."""
-    return {p.key: p.options[p.default] for p in environment.parameters if isinstance(p, Choice)}
+    return {p.key: p.options[int(p.default)] for p in environment.parameters if isinstance(p, Choice)}
 
 
 def settings(environment, chosen, rng, count):
