@@ -16,6 +16,9 @@ from hapkit_studio.arguments import window_parser
 from hapkit_studio.gui import app
 from hapkit_studio.haptics import rows
 
+PATIENCE = 60.0
+"""s after which something is taken not to come any more."""
+
 
 def wait(application, condition, seconds):
     end = time.perf_counter() + seconds
@@ -28,12 +31,16 @@ def wait(application, condition, seconds):
 def visit(application, window, key, folder):
     """Choose an environment, push into it for 200 rows, take a picture."""
     window.studio.choose(key)
+    # its law may not be compiled yet
+    wait(application, lambda: window.studio.environment.key == key, PATIENCE)
     window.studio.move_hand(0.012)
+    window.live.tick()  # takes the rows from before
     first = window.live.last[rows.TICK]
-    wait(application, lambda: window.live.last[rows.TICK] >= first + 200, 20.0)
+    wait(application, lambda: window.live.last[rows.TICK] >= first + 200, PATIENCE)
     picture = folder / f"{key}.png"
     window.grab().save(str(picture))
     return {
+        "chosen": window.studio.environment.key,
         "rows": window.live.last[rows.TICK] - first,
         "force": abs(window.live.last[rows.APPLIED]),
         "bytes": picture.stat().st_size,

@@ -127,7 +127,7 @@ def test_devices(capsys):
 def test_loop_test_measures_the_loop(capsys):
     for _ in range(ATTEMPTS):  # a busy machine may wake the command late
         found = as_json(capsys, "loop-test", "--seconds", "0.4", "--rate", "500")
-        if found["samples"] <= 300:
+        if found["samples"] <= 300 and not found["missed"]:
             break
     assert set(found["lateness_us"]) == {"p50", "p99", "p99.9", "max"}
     late = [found["lateness_us"][name] for name in ("p50", "p99", "p99.9", "max")]

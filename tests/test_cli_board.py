@@ -26,9 +26,9 @@ from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import FakeKit
 from tests.devices.slow_line import SlowLine
-from tests.haptics.serial_support import wait_for
 from tests.lateness import ATTEMPTS
 from tests.test_cli import as_json, run
+from tests.waiting import wait_until
 
 needs_board = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 
@@ -336,7 +336,7 @@ def test_held_back_words_push_nobody_and_are_counted(capsys, line):
 
     def hold():
         board.send("hand 0.012 400 8 0.1 0.3")
-        wait_for(lambda: slow.passed > passed + 12_000, 30.0)  # a second of forces
+        wait_until(lambda: slow.passed > passed + 12_000)  # a second of forces
         slow.held = True
         board.send("hand -0.012 400 8 0.1 0.3")
         time.sleep(0.4)

@@ -82,7 +82,8 @@ def test_installed_window_goes_through_every_environment(python, tmp_path):
     assert seen["found"]
     assert all(Path(seen[what]).is_relative_to(python.parent.parent) for what in ("package", "assets"))
     assert set(seen["visits"]) == set(environments.discover())
-    for visit in seen["visits"].values():
+    for key, visit in seen["visits"].items():
+        assert visit["chosen"] == key
         assert visit["running"]
         assert visit["rows"] >= 200
         assert visit["bytes"] > 20_000

@@ -14,9 +14,10 @@ from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.ring import RingReader
 from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import Force
-from tests.firmware.vb import FULL_FORCE, QUANTUM, needs_board, wait_until
+from tests.firmware.vb import FULL_FORCE, QUANTUM, needs_board
 from tests.gui.window_support import PATIENCE_MS, build_engine
 from tests.lateness import clear_lateness
+from tests.waiting import wait_until
 
 # a paced board beside a window: on a machine full of other tests it would slip
 pytestmark = [needs_board, pytest.mark.alone]
@@ -146,16 +147,16 @@ def test_unplugged_under_real_time_priority_the_loop_ends_with_a_zero_command(tm
     try:
         engine.set_environment("spring", {"center": 0.01, "stiffness": 200.0})
         pushing = []
-        wait_until(lambda: pushing.append(reader.read()) or np.any(pushing[-1][:, rows.APPLIED] > 0.5), 30.0)
+        wait_until(lambda: pushing.append(reader.read()) or np.any(pushing[-1][:, rows.APPLIED] > 0.5))
         board.unplug()
-        wait_until(lambda: engine.fault is not None, 10.0)
+        wait_until(lambda: engine.fault is not None)
         assert engine.fault.code == rig.DEVICE_GONE
         wait_until(lambda: not engine.health().connected)
-        wait_until(lambda: engine.arrays.control[rig.DONE] == 1, 10.0)
+        wait_until(lambda: engine.arrays.control[rig.DONE] == 1)
         before, begin = time.process_time(), time.perf_counter()
         wait_until(lambda: time.perf_counter() - begin > 0.5)
         assert time.process_time() - before < 0.1
         assert last_command(engine) == 0.0
-        wait_until(lambda: board.status()["duty"] == 0, 10.0)
+        wait_until(lambda: board.status()["duty"] == 0)
     finally:
         engine.close()

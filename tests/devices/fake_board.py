@@ -6,6 +6,7 @@ import threading
 import tty
 
 from hapkit_studio.protocol.framing import Decoder
+from tests.waiting import PATIENCE
 
 HELLO_FIELDS = {
     "version": 3,
@@ -56,7 +57,7 @@ class FakeBoard:
     def wait_for(self, count):
         """Return the messages received once there are count of them."""
         with self._arrived:
-            assert self._arrived.wait_for(lambda: len(self.received) >= count, timeout=5.0), self.received
+            assert self._arrived.wait_for(lambda: len(self.received) >= count, PATIENCE), self.received
             return list(self.received)
 
     def unplug(self):

@@ -8,6 +8,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.errors import ParameterError
+from tests.waiting import shortest
 
 # mass, spring, static, kinetic, speed; slip s, period s, greatest speed m/s, peak N
 SETS = [
@@ -151,12 +152,12 @@ def test_lugres_classic_motion(dt):
 
 
 def test_a_hundred_thousand_steps_take_milliseconds():
-    took = []
-    for _ in range(5):
-        start = time.perf_counter()
+    def seconds():
+        start = time.process_time()
         hs.stick_slip("projection", **FIRST, speed=0.02, dt=1e-4, seconds=10.0)
-        took.append(time.perf_counter() - start)
-    assert min(took) < 0.05
+        return time.process_time() - start
+
+    assert shortest(seconds, 0.05) < 0.05
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from hapkit_studio.laws.board import Program
 from hapkit_studio.protocol.declare import Message
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, crc16, encode
 from hapkit_studio.protocol.messages import PIECE, Alive, Estimator, Law, Piece, Sample, Telemetry
-from tests.firmware.vb_host import SILENCE
+from tests.waiting import PATIENCE
 
 FREQUENCY = 16e6
 SETTLE = 0.05
@@ -63,7 +63,7 @@ def piece(law: Program, generation: int, at: int) -> Piece:
 def frames(board: VirtualBoard, decoder: Decoder) -> Iterator[Message]:
     """Yield what the board says for ever; fail where it falls silent."""
     while True:
-        ready, _, _ = select.select([board.fileno()], [], [], SILENCE)
+        ready, _, _ = select.select([board.fileno()], [], [], PATIENCE)
         assert ready, "the board has gone silent"
         yield from decoder.feed(os.read(board.fileno(), 4096))
 

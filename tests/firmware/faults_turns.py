@@ -18,6 +18,7 @@ from hapkit_studio.devices import virtual_board
 from hapkit_studio.devices.board_program import BoardProgram
 from hapkit_studio.protocol.declare import Message
 from hapkit_studio.protocol.framing import Decoder, encode
+from tests.waiting import PATIENCE, write_all
 
 _POLLIN, _POLLHUP = 1, 16
 _EDGE = 1e-9
@@ -71,7 +72,7 @@ class Turns:
         """Let the board go on until a frame has come or 20 ms are over."""
         spam = self.spam(self.time) if self.fd >= 0 else b""
         if spam:
-            self._written += os.write(self.fd, spam)
+            self._write(spam)
         self.board.send(f"go {self._written}")
         self._hear()
         if self.time >= self.killed:
@@ -130,7 +131,7 @@ class Turns:
     def take(self, size: int) -> bytes:
         want, data = min(size, self._handed - self._taken), b""
         while len(data) < want:
-            select.select([self.fd], [], [], 10.0)
+            select.select([self.fd], [], [], PATIENCE)
             data += os.read(self.fd, want - len(data))
         self._taken += len(data)
         return data
@@ -144,8 +145,12 @@ class Turns:
 
     def say(self, data: bytes) -> None:
         """Send bytes to the board, in its next turn."""
-        self._written += os.write(self.fd, data)
+        self._write(data)
         self.sent.append((self.time, data))
+
+    def _write(self, data: bytes) -> None:
+        write_all(self.fd, data)
+        self._written += len(data)
 
     def clock(self, _which: int, address: int) -> int:
         words = (ctypes.c_int64 * 2).from_address(address)

@@ -11,6 +11,7 @@ from hapkit_studio.parameters import Choice
 from hapkit_studio.protocol.messages import Estimator
 from tests.firmware.board_runs import program, render
 from tests.firmware.vb import QUANTUM, needs_board
+from tests.wide import wide
 
 pytestmark = needs_board
 
@@ -33,7 +34,7 @@ def choices(key):
 HELD = [(key, given) for key in environments() for given in choices(key)]
 
 
-@pytest.mark.parametrize(("key", "given"), HELD)
+@pytest.mark.parametrize(("key", "given"), wide(HELD, lambda key, given: not given))
 def test_each_law_at_its_rate_leaves_a_fifth_of_the_processor(tmp_path, key, given):
     environment = environments()[key]
     wish = Wish(environment, environment.values(given), "kalman", QUANTUM)

@@ -19,7 +19,8 @@ from hapkit_studio.protocol.messages import (
     SettingsRequest,
 )
 from tests.firmware import kits
-from tests.firmware.vb import needs_board, run, wait_until
+from tests.firmware.vb import needs_board, run
+from tests.waiting import wait_until
 
 pytestmark = needs_board
 

@@ -25,6 +25,7 @@ from tests.laws.board_laws import ENVIRONMENTS
 from tests.laws.error_analysis import Analysis, Fault, Unclear, compile_unrounded, single
 from tests.laws.machine_pc import Machine, build, needs_compiler
 from tests.laws.twins import Compiled, NoNumber, Plain
+from tests.wide import wide
 
 pytestmark = [needs_board, needs_compiler]
 
@@ -54,8 +55,6 @@ MORE = [
     ("puck", {}),
 ]
 SAMPLE = (2000, 2001, 2002, 2004, 2005, 2007, 2016, 2025)
-SEEDS = [seed for seed in range(2000, 2150) if seed not in SAMPLE]
-slow = pytest.mark.slow
 
 
 @dataclass
@@ -163,7 +162,7 @@ def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
     return worst
 
 
-@pytest.mark.parametrize(("key", "given"), [*CASES, *(pytest.param(*case, marks=slow) for case in MORE)])
+@pytest.mark.parametrize(("key", "given"), wide(CASES + MORE, lambda key, given: (key, given) in CASES))
 def test_the_firmware_renders_an_environment(key, given, twin, tmp_path):
     environment = ENVIRONMENTS[key]
     values = environment.values(given)
@@ -182,7 +181,7 @@ def test_the_firmware_renders_an_environment(key, given, twin, tmp_path):
     assert near.mean() >= 0.99, int(np.argmin(near))
 
 
-@pytest.mark.parametrize("seed", [*SAMPLE, *(pytest.param(seed, marks=slow) for seed in SEEDS)])
+@pytest.mark.parametrize("seed", wide(range(2000, 2150), lambda seed: seed in SAMPLE))
 def test_the_firmware_renders_a_random_law(seed, twin, tmp_path):
     law, values = random_laws.law(tmp_path, seed), random_laws.settings(seed)
     program = compile_unrounded(law, values, 1e-3, ARENA)

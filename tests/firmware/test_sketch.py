@@ -15,6 +15,7 @@ from hapkit_studio.workshop import reading, sketch, sketch_file
 from tests.firmware import sketches
 from tests.firmware.sketches import needs_ide
 from tests.firmware.vb import QUANTUM
+from tests.wide import wide
 
 ARITHMETIC = 2e-3
 """N between single and double precision."""
@@ -254,12 +255,13 @@ def choices(environment):
     ]
 
 
+LENGTHY = ("mass_spring_damper", "puck")
 LINES = {"exact": 500}
 """More than others: a motion is parted at events there, each searched for."""
 
 
 @needs_ide
-@pytest.mark.parametrize("key", environments.discover())
+@pytest.mark.parametrize("key", wide(environments.discover(), lambda key: key not in LENGTHY))
 def test_every_choice_is_a_short_sketch_without_a_warning(key, archive, tmp_path):
     environment = environments.named(key)
     for given in choices(environment):

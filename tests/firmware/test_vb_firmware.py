@@ -14,8 +14,9 @@ import pytest
 
 from hapkit_studio.devices.virtual_board import VirtualBoard, firmware, truth
 from hapkit_studio.errors import PortGoneError
-from tests.firmware.vb import FULL_FORCE, QUANTUM, needs_board, run, wait_until
+from tests.firmware.vb import FULL_FORCE, QUANTUM, needs_board, run
 from tests.firmware.vb_host import exchange, rows_of, session
+from tests.waiting import wait_until
 
 pytestmark = needs_board
 
@@ -115,7 +116,7 @@ def test_a_killed_host_leaves_the_motor_off_within_25_ms(tmp_path, mode):
     host = subprocess.Popen(words, cwd=root)
     board._abandon()  # the port is the other program's now; nobody says goodbye
     try:
-        wait_until(lambda: board.status()["motor_force"] > 1.9, 20.0)
+        wait_until(lambda: board.status()["motor_force"] > 1.9)
         pushed = board.status()["time"]
         os.kill(host.pid, signal.SIGKILL)
         host.wait()

@@ -22,7 +22,7 @@ from hapkit_studio.protocol.messages import (
     Stream,
 )
 from tests.firmware.vb import Host, chip, needs_board, needs_compiler
-from tests.firmware.vb_host import SILENCE
+from tests.waiting import PATIENCE
 
 UDRE, TXC = 1 << 5, 1 << 6
 QUESTIONS = (HelloRequest(), SettingsRequest())
@@ -77,7 +77,7 @@ def test_a_sleep_that_is_not_allowed_is_none(tmp_path):
 
 
 def heard(board, decoder):
-    ready, _, _ = select.select([board.fileno()], [], [], SILENCE)
+    ready, _, _ = select.select([board.fileno()], [], [], PATIENCE)
     assert ready, "the board has gone silent"
     return decoder.feed(os.read(board.fileno(), 4096))
 

@@ -5,8 +5,7 @@ import os
 import select
 import shutil
 import subprocess
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.devices import virtual_board
+from tests.waiting import PATIENCE, write_all
 
 CHIPS = Path(__file__).with_name("chips")
 FULL_FORCE = 0.0183 * 0.074 / (0.090 * 0.005)
@@ -55,7 +55,7 @@ def run(firmware: Path, folder: Path, *options: str, script: Sequence[str] = ())
     log.touch()
     commands.write_text("\n".join(script))
     words = [virtual_board.program(), firmware, "--fast", "--log", log, "--script", commands, *options]
-    done = subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=PATIENCE)
     last = done.stdout.strip().split("\n")[-1]
     summary = json.loads(last) if last.startswith("{") else {}
     return Outcome(done.returncode, virtual_board.truth(log), summary, done.stderr)
@@ -68,24 +68,16 @@ class Host:
         self.fd = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
 
     def write(self, data: bytes) -> None:
-        assert os.write(self.fd, data) == len(data)
+        write_all(self.fd, data)
 
-    def read(self, size: int, seconds: float = 10.0) -> bytes:
-        """Return exactly size bytes; fail if they do not come in time."""
-        data, deadline = b"", time.monotonic() + seconds
+    def read(self, size: int) -> bytes:
+        """Return exactly size bytes; fail if they do not come."""
+        data = b""
         while len(data) < size:
-            ready, _, _ = select.select([self.fd], [], [], max(deadline - time.monotonic(), 0.0))
+            ready, _, _ = select.select([self.fd], [], [], PATIENCE)
             assert ready, f"{len(data)} of {size} bytes came"
             data += os.read(self.fd, size - len(data))
         return data
 
     def close(self) -> None:
         os.close(self.fd)
-
-
-def wait_until(true: Callable[[], bool], seconds: float = 10.0) -> None:
-    """Return as soon as something is so; fail if it never is."""
-    deadline = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < deadline, "it never came about"
-        time.sleep(0.002)

@@ -11,9 +11,7 @@ import numpy as np
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.protocol.framing import Decoder, encode
 from hapkit_studio.protocol.messages import Force, Sample
-
-SILENCE = 5.0
-"""s without a sample after which a test gives up."""
+from tests.waiting import PATIENCE, write_all
 
 
 def exchange(fd: int, seconds: float, law: Callable[[Sample], float], halves: int = 0) -> list[Sample]:
@@ -23,11 +21,11 @@ def exchange(fd: int, seconds: float, law: Callable[[Sample], float], halves: in
     """
     decoder, seen = Decoder(), []
     while not seen or (seen[-1].time_us - seen[0].time_us) * 1e-6 < seconds:
-        ready, _, _ = select.select([fd], [], [], SILENCE)
+        ready, _, _ = select.select([fd], [], [], PATIENCE)
         assert ready, "the board has gone silent"
         new = [m for m in decoder.feed(os.read(fd, 4096)) if isinstance(m, Sample)]
         for sample in new:
-            os.write(fd, encode(Force(sample.seq, 0, law(sample))))
+            write_all(fd, encode(Force(sample.seq, 0, law(sample))))
         seen += new
     assert decoder.bad_frames <= halves
     return seen

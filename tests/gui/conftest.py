@@ -1,5 +1,7 @@
 """Windows to test on: the real window, the real engine, the simulated Hapkit at normal priority."""
 
+from functools import partial
+
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent
 
@@ -18,6 +20,14 @@ def look(qapp):
     """Dress the application in the light theme."""
     theme.apply(qapp)
     theme.set_mode("light")
+
+
+@pytest.fixture
+def qtbot(qtbot, monkeypatch):
+    """Return a robot that waits for what it needs, however busy the machine is."""
+    for wait in ("waitUntil", "waitSignal"):
+        monkeypatch.setattr(qtbot, wait, partial(getattr(qtbot, wait), timeout=PATIENCE_MS))
+    return qtbot
 
 
 @pytest.fixture(autouse=True)

@@ -53,6 +53,7 @@ sys.exit(app.run([]))
 """
 
 
+@pytest.mark.slow
 def test_a_signal_amid_a_picture_ends_it_without_a_word(tmp_path):
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
     done = subprocess.run(

@@ -87,7 +87,9 @@ def test_without_a_state_it_is_at_rest(view, rows):
     assert cat_mood.read(Motion(state=rows)).word == "at rest"
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(
+    "size", [SIZES[0], *(pytest.param(size, marks=pytest.mark.slow) for size in SIZES[1:])]
+)
 @pytest.mark.parametrize("mood", MOODS)
 def test_nothing_overlaps_or_leaves_the_picture(view, size, mood):
     view.resize(*size)

@@ -158,7 +158,7 @@ def test_other_words_at_the_same_line_are_drawn_at_once(code, qapp, qtbot):
     place = code.cursorRect(QTextCursor(code.document().findBlockByNumber(1))).center()
     painted = Painted(code.viewport())
     code.mark([(2, "still wrong, but otherwise")])
-    qtbot.waitUntil(lambda: any(region.contains(place) for region in painted.regions), timeout=2000)
+    qtbot.waitUntil(lambda: any(region.contains(place) for region in painted.regions))
 
 
 @pytest.mark.parametrize("height", range(200, 216, 3))

@@ -33,7 +33,9 @@ def in_order(boxes, width, height):
     return inside and not any(a.intersects(b) for a, b in itertools.combinations(boxes, 2))
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(
+    "size", [SIZES[0], *(pytest.param(size, marks=pytest.mark.slow) for size in SIZES[1:])]
+)
 @pytest.mark.parametrize("key", sorted(LIBRARY))
 def test_no_words_overlap_or_leave_the_card_at_any_corner(qtbot, key, size):
     view, _ = scene_of(qtbot, key, size)

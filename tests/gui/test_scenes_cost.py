@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtGui import QPixmap
 
 from tests.gui.scene_support import LIBRARY, scene_of
+from tests.waiting import shortest
 
 SIZE = (1100, 330)
 FRAMES, ROUNDS = 12, 6
@@ -18,15 +19,15 @@ COSTLY = {
 
 
 def seconds_for(view, picture, frames):
-    """Return the seconds for so many frames of a handle that moves."""
+    """Return the processor seconds for so many frames of a handle that moves."""
     state = np.array(LIBRARY[view._scene.key].force.initial_state)
     if "started" in LIBRARY[view._scene.key].state_names:
         state[:4] = 0.012, 0.2, 0.0, 1.0
-    start = time.perf_counter()
+    start = time.thread_time()
     for i in range(frames):
         view.update_state(0.006 + 2e-4 * i, -1.2, -1.2, 0.02, False, False, state)
         view.render(picture)
-    return time.perf_counter() - start
+    return time.thread_time() - start
 
 
 @pytest.mark.parametrize("key", sorted(set(LIBRARY) - {"free", "spring", "wall", "damping", "cat"}))
@@ -49,8 +50,9 @@ def test_what_stays_put_is_painted_once(qtbot, key):
     picture = QPixmap(*SIZE)
     seconds_for(view, picture, 2)
     for _ in range(ROUNDS):
-        start = time.perf_counter()
+        start = time.thread_time()
         view._forget()
         seconds_for(view, picture, 1)
-        times.append(time.perf_counter() - start)
-    assert seconds_for(view, picture, FRAMES) / FRAMES < 0.7 * min(times)
+        times.append(time.thread_time() - start)
+    limit = 0.7 * min(times)
+    assert shortest(lambda: seconds_for(view, picture, FRAMES) / FRAMES, limit) < limit

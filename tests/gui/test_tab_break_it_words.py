@@ -14,6 +14,7 @@ from hapkit_studio.gui.tabs.break_it_record import Record
 from hapkit_studio.gui.tabs.break_it_trace import scaled
 from hapkit_studio.haptics import rows
 from tests.gui.window_support import PATIENCE_MS
+from tests.wide import wide
 
 
 def test_a_limit_without_a_unit_names_its_quantity():
@@ -42,7 +43,9 @@ def test_tiny_traces_have_ticks_that_can_be_read(most, factor, power):
     assert found[1] == power
 
 
-@pytest.mark.parametrize(("share", "swings"), [(0.99, False), (1.9, True)])
+@pytest.mark.parametrize(
+    ("share", "swings"), wide([(0.99, False), (1.9, True)], lambda share, swings: swings)
+)
 def test_a_spring_pulled_and_let_go_does_what_the_advice_says(window, qtbot, share, swings):
     failure, studio = failures()["sampled_spring"], window.studio
     case = failure.case()

@@ -1,7 +1,6 @@
 """Boards that a test scripts, and the engine on either serial loop."""
 
 import threading
-import time
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Sample, Stream
 from tests.devices.fake_board import HELLO_FIELDS, FakeBoard
 from tests.lateness import ATTEMPTS
+from tests.waiting import PATIENCE, wait_until
 
 QUANTUM = float(np.float32(HELLO_FIELDS["quantum"]))
 
@@ -77,13 +77,6 @@ class Told(FakeBoard):
         return [m for m in list(self.received) if isinstance(m, Force)]
 
 
-def wait_for(condition, seconds=5.0):
-    limit = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < limit, f"not so within {seconds:g} s"
-        time.sleep(0.001)
-
-
 def connector(kind, monkeypatch, finally_):
     def connect(board, hold=0.0, environment="spring", values=None, **loop):
         def driver_for(device):
@@ -105,7 +98,7 @@ def connector(kind, monkeypatch, finally_):
 def stream_once(engine, board):
     reader = engine.reader()
     engine.start()
-    wait_for(lambda: board.finished)
+    wait_until(lambda: board.finished)
     health = engine.health()
     engine.close()
     return reader.read(), board.answers, health
@@ -130,7 +123,7 @@ def told(connect, **options):
     engine = connect(board, **options)
     reader = engine.reader()
     engine.start()
-    assert board.streaming.wait(5.0)
+    assert board.streaming.wait(PATIENCE)
     return board, engine, reader
 
 
@@ -153,11 +146,13 @@ def undisturbed(**options):
     return decorated
 
 
-def read(reader, count, seconds=5.0):
-    found = reader.read()
-    limit = time.monotonic() + seconds
-    while len(found) < count:
-        assert time.monotonic() < limit
-        time.sleep(0.001)
-        found = np.concatenate((found, reader.read()))
-    return found
+def read(reader, count):
+    """Return the next rows, at least count of them."""
+    parts = []
+
+    def came():
+        parts.append(reader.read())
+        return sum(map(len, parts)) >= count
+
+    wait_until(came)
+    return np.concatenate(parts)

@@ -8,6 +8,7 @@ import pytest
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import block, rig, settings
 from hapkit_studio.haptics.fences import load_acquire, store_release
+from tests.waiting import PATIENCE
 
 STOP = 0
 WANTED = 5000
@@ -150,7 +151,7 @@ def test_a_word_stops_a_loop_without_the_gil(times):
     thread = threading.Thread(target=spin, args=(words,), daemon=True)
     thread.start()
     store_release(words, STOP, 1)
-    thread.join(2.0)
+    thread.join(PATIENCE)
     assert not thread.is_alive()
 
 

@@ -26,8 +26,8 @@ from hapkit_studio.protocol.messages import (
 )
 from tests.devices.fake_kit import ARENA, KIT
 from tests.haptics.board_support import ZERO, undisturbed
-from tests.haptics.serial_support import wait_for
 from tests.haptics.support import CONSTANT
+from tests.waiting import wait_until
 
 SPRING = {"stiffness": 100.0}
 QUANTUM = KIT.quantum
@@ -280,7 +280,7 @@ def test_the_computer_comes_back_with_a_fade(desk):
     desk.go()
     desk.engine.set_where("computer")
     found = desk.until(lambda: desk.engine.rendering == "computer" and not desk.kit.renders)
-    wait_for(lambda: desk.told(Leave))
+    wait_until(lambda: desk.told(Leave))
     back = desk.run(36)
     found = [row[rows.APPLIED] for row in back]
     assert found[-1] == pytest.approx(-100.0 * 100 * QUANTUM)
@@ -298,12 +298,12 @@ def test_the_stop_goes_out_first(desk):
     desk.telemetry = {"flags": int(BoardFlag.STOPPED)}
     row = desk.run(2)[-1]
     assert int(row[rows.FLAGS]) & rows.STOPPED
-    wait_for(lambda: desk.told(Stop))
+    wait_until(lambda: desk.told(Stop))
     laws = len(desk.told(Law))
     desk.engine.release_stop()
     desk.telemetry = {}
     desk.run(2)
-    wait_for(lambda: desk.told(Stop, Release)[-1] == Release())
+    wait_until(lambda: desk.told(Stop, Release)[-1] == Release())
     desk.until(lambda: len(desk.told(Law)) == laws + 1)
     desk.until(lambda: desk.engine.rendering == "board")
     desk.run(40)
@@ -317,11 +317,11 @@ def test_over_speed_on_the_board_is_latched_here_and_stops_it(desk):
     desk.run(2)
     assert desk.engine.fault.code == rig.OVER_SPEED
     assert "3.5 m/s" in desk.engine.fault.text
-    wait_for(lambda: desk.told(Stop))
+    wait_until(lambda: desk.told(Stop))
     desk.telemetry = {"flags": int(BoardFlag.OVER_SPEED)}
     desk.engine.clear_fault()
     desk.run(3)
-    wait_for(lambda: desk.told(Stop, Release)[-1] == Release())
+    wait_until(lambda: desk.told(Stop, Release)[-1] == Release())
     desk.telemetry = {}
     desk.run(10)
     assert desk.engine.fault is None
@@ -361,7 +361,7 @@ def test_a_silent_board_is_no_more_told_that_someone_is_there(desk):
     desk.go()
     desk.run(5)
     alive, forces = len(desk.told(Alive)), len(desk.told(Force))
-    wait_for(lambda: desk.engine.health().stale and len(desk.told(HelloRequest)) >= 2)
+    wait_until(lambda: desk.engine.health().stale and len(desk.told(HelloRequest)) >= 2)
     assert len(desk.told(Alive)) == alive
     assert len(desk.told(Force)) == forces
     desk.run(80)
@@ -374,7 +374,7 @@ def test_a_silent_board_is_no_more_told_that_someone_is_there(desk):
 def test_the_last_act_takes_the_law_away_and_commands_zero(desk):
     desk.go()
     desk.engine.close()
-    wait_for(lambda: desk.told(Leave, Force)[-1] == Force(0, 0, 0.0))
+    wait_until(lambda: desk.told(Leave, Force)[-1] == Force(0, 0, 0.0))
     told = desk.told(Leave, Force)
     left = told.index(Leave())
     assert told[left : left + 2] == [Leave(), Leave()]

@@ -12,8 +12,9 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import batch, headless, rig, rows
 from hapkit_studio.haptics.engine import Engine
-from tests.haptics.engine_support import read, rest, wait_for
+from tests.haptics.engine_support import read, rest
 from tests.haptics.support import slow_environment
+from tests.waiting import wait_until
 
 HOST = [rows.HOST_TIME, rows.BOARD_TIME, rows.LATENESS, rows.COMPUTE]
 SPRING = environments.named("spring")
@@ -136,7 +137,7 @@ def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_stops_pushing(st
     engine = started(environment=slow_environment())
     reader = engine.reader()
     engine.set_loop(rate=10_000.0)
-    wait_for(lambda: engine.fault is not None)
+    wait_until(lambda: engine.fault is not None)
     assert engine.fault.code == rig.SLOW_LAW
     assert engine.fault.text.endswith(" ms, a period 0.10 ms.")
     missed = engine.health().missed
@@ -167,9 +168,9 @@ def test_says_whose_state_the_rows_hold():
     assert not engine.renders(wall)
     engine.start()
     try:
-        wait_for(lambda: engine.renders(wall))
+        wait_until(lambda: engine.renders(wall))
         engine.set_environment("button")
         assert not engine.renders(wall)
-        wait_for(lambda: engine.renders(button))
+        wait_until(lambda: engine.renders(button))
     finally:
         engine.close()

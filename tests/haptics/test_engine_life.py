@@ -9,8 +9,9 @@ import numpy as np
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.haptics import plant, rig, rows
 from hapkit_studio.haptics.engine import Engine
-from tests.haptics.engine_support import loop_threads, read, rest, wait_for
+from tests.haptics.engine_support import loop_threads, read, rest
 from tests.haptics.support import CONSTANT, COUNTING
+from tests.waiting import wait_until
 
 
 # --- stopping
@@ -66,7 +67,7 @@ def test_closing_leaves_a_zero_command(started):
 
 def test_an_escape_latches_over_speed_with_the_reason(started):
     engine = started(SimulatedHapkit(initial_velocity=4.0, damping=0.0, coulomb_force=0.0))
-    wait_for(lambda: engine.fault is not None)
+    wait_until(lambda: engine.fault is not None)
     assert engine.fault.text == "Fault: over-speed, 4.0 m/s (limit 3.0 m/s)."
 
 

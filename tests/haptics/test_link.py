@@ -7,8 +7,9 @@ from hapkit_studio.analysis import link
 from hapkit_studio.haptics import line, rig, rows, tick
 from hapkit_studio.protocol.messages import BoardFlag, Stop
 from tests.haptics.board_support import undisturbed as with_desk
-from tests.haptics.serial_support import read, sample, undisturbed, wait_for
+from tests.haptics.serial_support import read, sample, undisturbed
 from tests.haptics.support import BROKEN, CONSTANT, Bench
+from tests.waiting import wait_until
 
 OFF = int(BoardFlag.WATCHDOG)
 
@@ -86,7 +87,7 @@ def test_a_board_whose_motor_never_comes_on_is_not_taken_for_one_that_renders(bo
 @undisturbed(environment=CONSTANT)
 def test_silence_is_the_line_s_and_a_long_pass_the_computer_s(board, engine, reader):
     say_in_time(board, reader, [sample(k, 1000) for k in range(10)])
-    wait_for(lambda: engine.health().stale)
+    wait_until(lambda: engine.health().stale)
     found = engine.health().link
     assert (found.no_sample, found.away, found.held_up, found.cut) == (1, 0, 0, 0)
 

@@ -75,7 +75,8 @@ def test_a_person_can_have_everything(started):
     assert engine.modelled == SimulatedHapkit()
     reader = engine.reader()
     engine.move_hand(0.0123)
-    found = read(reader, lambda found: abs(found[-1, rows.TRUE_POSITION] - 0.0088) < 1e-4)
+    # friction holds it within 0.36 mm of its rest, where depends on its way there
+    found = read(reader, lambda found: abs(found[-1, rows.TRUE_POSITION] - 0.0088) < 4e-4)
     counts = found[-1, rows.POSITION] / 20.7e-6
     assert counts == pytest.approx(round(counts), abs=1e-6)
     assert found[-1, rows.POSITION] != found[-1, rows.TRUE_POSITION]

@@ -13,8 +13,9 @@ import pytest
 from hapkit_studio.haptics import histogram, line, rig, ring, rows, serial_loop, sleep
 from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import Force
-from tests.haptics.serial_support import QUANTUM, sample, wait_for
+from tests.haptics.serial_support import QUANTUM, sample
 from tests.haptics.support import CONSTANT, Bench
+from tests.waiting import PATIENCE, wait_until
 
 
 def cpu_seconds(thread):
@@ -55,7 +56,7 @@ def direct():
     yield made
     made.r.control[rig.QUIT] = 1
     if made.thread.ident:
-        made.thread.join(5.0)
+        made.thread.join(PATIENCE)
     made.near.close()
     made.far.close()
 
@@ -71,13 +72,13 @@ def push(direct):
         out = reader.read()
         return len(out) and out[-1, rows.APPLIED] > 0.5
 
-    wait_for(pushes)
+    wait_until(pushes)
 
 
 def test_the_last_act_is_a_zero_command_when_the_line_ends(direct):
     push(direct)
     direct.far.shutdown(socket.SHUT_WR)
-    direct.thread.join(5.0)
+    direct.thread.join(PATIENCE)
     assert not direct.thread.is_alive()
     sent = direct.forces()
     assert sent[-1] == Force(0, 0, 0.0)
@@ -88,7 +89,7 @@ def test_the_last_act_is_a_zero_command_when_the_line_ends(direct):
 def test_the_last_act_is_a_zero_command_when_told_to_quit(direct):
     push(direct)
     direct.r.control[rig.QUIT] = 1
-    direct.thread.join(5.0)
+    direct.thread.join(PATIENCE)
     assert direct.forces()[-1] == Force(0, 0, 0.0)
     assert direct.r.control[rig.FAULT] == rig.NO_FAULT
 
@@ -102,7 +103,7 @@ def test_a_closed_descriptor_ends_the_loop(direct):
 
 
 def test_a_silent_line_costs_next_to_nothing(direct):
-    direct.thread.start()
+    push(direct)
     before, start = cpu_seconds(direct.thread), time.monotonic()
     time.sleep(0.5)
     assert cpu_seconds(direct.thread) - before < 0.05 * (time.monotonic() - start)
@@ -115,7 +116,7 @@ def test_a_pulled_pseudo_terminal_leaves_the_processor_idle(direct):
     thread.start()
     used = time.process_time()
     os.close(fds[0])
-    thread.join(2.0)
+    thread.join(PATIENCE)
     assert not thread.is_alive()
     assert time.process_time() - used < 0.5
     assert direct.r.control[rig.FAULT] == rig.DEVICE_GONE
@@ -157,8 +158,8 @@ def test_a_flood_of_garbage_is_demoted_and_latched(direct, rng):
     direct.thread = threading.Thread(target=run, args=(direct.near.fileno(),))
     flooder.start()
     direct.thread.start()
-    wait_for(lambda: direct.r.control[rig.FAULT] == rig.RUNAWAY)
-    wait_for(lambda: os.sched_getscheduler(direct.tid) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER)
+    wait_until(lambda: direct.r.control[rig.FAULT] == rig.RUNAWAY)
+    wait_until(lambda: os.sched_getscheduler(direct.tid) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER)
     before, start = cpu_seconds(direct.thread), time.monotonic()
     time.sleep(0.3)
     assert cpu_seconds(direct.thread) - before < 0.5 * (time.monotonic() - start)

@@ -6,15 +6,16 @@ import pytest
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import line, rig, rows
 from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Stop
-from tests.haptics.serial_support import QUANTUM, read, sample, undisturbed, wait_for
+from tests.haptics.serial_support import QUANTUM, read, sample, undisturbed
 from tests.haptics.support import CONSTANT
+from tests.waiting import wait_until
 
 
 @undisturbed()
 def test_one_answer_a_chunk_the_newest(board, engine, reader):
     board.say(b"".join(sample(k, 1000 + k) for k in range(3)))
     assert len(read(reader, 3)) == 3
-    wait_for(lambda: any(f.seq == 2 for f in board.forces()))
+    wait_until(lambda: any(f.seq == 2 for f in board.forces()))
     assert not any(f.seq == 1 for f in board.forces())
     assert engine.health().missed == 2
 
@@ -39,7 +40,7 @@ def test_a_lost_answer_leaves_no_old_force_in_the_delay(board, engine, reader):
     read(reader, 60)
     board.say(sample(65, 1000))
     row = read(reader, 1)[-1]
-    wait_for(lambda: any((f.seq, f.behind) == (65, 2) for f in board.forces()))
+    wait_until(lambda: any((f.seq, f.behind) == (65, 2) for f in board.forces()))
     assert next(f for f in board.forces() if f.seq == 65).force == np.float32(row[rows.APPLIED])
 
 
@@ -56,12 +57,12 @@ def test_stop_and_release_reach_the_board(board, engine, reader):
     engine.stop()
     board.say(sample(40, 1000))
     assert read(reader, 1)[0, rows.FLAGS] == rows.STOPPED
-    wait_for(lambda: any(f.seq == 40 for f in board.forces()))
+    wait_until(lambda: any(f.seq == 40 for f in board.forces()))
     told_to = [m for m in board.received if isinstance(m, Stop | Release) or getattr(m, "seq", 0) == 40]
     assert told_to[-2:] == [Stop(), Force(40, 0, 0.0)]
     engine.release_stop()
     board.say(sample(41, 1000))
-    wait_for(lambda: any(f.seq == 41 for f in board.forces()))
+    wait_until(lambda: any(f.seq == 41 for f in board.forces()))
     told_to = [m for m in board.received if isinstance(m, Stop | Release) or getattr(m, "seq", 0) == 41]
     assert told_to[-2] == Release()
     assert told_to[-1].force == pytest.approx(1.0 / 30.0)
@@ -77,7 +78,7 @@ def test_the_stop_leaves_no_force_in_an_added_delay(board, engine, reader):
     engine.release_stop()
     board.say(sample(101, 1000))
     read(reader, 1)
-    wait_for(lambda: any((f.seq, f.behind) == (101, 50) for f in board.forces()))
+    wait_until(lambda: any((f.seq, f.behind) == (101, 50) for f in board.forces()))
     assert all(f.force == 0.0 for f in board.forces() if f.seq in (100, 101))
 
 
@@ -87,7 +88,7 @@ def test_zero_and_direction(board, engine, reader):
     def move(seq, count):
         board.say(b"".join(sample(seq + k, count) for k in range(40)))
         row = read(reader, 40)[-1]
-        wait_for(lambda: any(f.seq == seq + 39 for f in board.forces()))
+        wait_until(lambda: any(f.seq == seq + 39 for f in board.forces()))
         return row, next(f.force for f in board.forces() if f.seq == seq + 39)
 
     row, force = move(0, 1000)
@@ -122,8 +123,8 @@ def test_the_board_sets_the_rate(board, engine, reader):
 def test_a_silent_board_gets_zero_and_comes_back_with_a_fade(board, engine, reader):
     board.say(b"".join(sample(k, 1000) for k in range(40)))
     assert read(reader, 40)[-1, rows.APPLIED] == 1.0
-    wait_for(lambda: engine.health().stale)
-    wait_for(lambda: board.forces()[-1] == Force(0, 0, 0.0))
+    wait_until(lambda: engine.health().stale)
+    wait_until(lambda: board.forces()[-1] == Force(0, 0, 0.0))
     board.say(b"".join(sample(40 + k, 1000) for k in range(99)))
     out = read(reader, 99)
     assert not out[:, rows.APPLIED].any()
@@ -149,7 +150,7 @@ def test_a_board_that_is_pulled_ends_the_loop_in_words(board, engine, reader):
     board.say(b"".join(sample(k, 1000) for k in range(40)))
     read(reader, 40)
     board.unplug()
-    wait_for(lambda: not engine.health().running)
+    wait_until(lambda: not engine.health().running)
     assert engine.fault.code == rig.DEVICE_GONE
     assert not engine.health().connected
     assert engine.arrays.control[rig.DONE] == 1

@@ -81,12 +81,15 @@ def hold(seen: Seen, count: int) -> None:
     assert 0.02 * seen.rows < seen.faults < 0.3 * seen.rows
 
 
-def test_random_laws(machine, tmp_path):
-    hold(run(machine, tmp_path, range(1000, 1120), Plain), 120)
+@pytest.mark.parametrize(
+    "seeds", [range(1000, 1040), pytest.param(range(1040, 1120), marks=pytest.mark.slow)]
+)
+def test_random_laws(machine, tmp_path, seeds):
+    hold(run(machine, tmp_path, seeds, Plain), len(seeds))
 
 
 def test_random_laws_compiled(machine, tmp_path):
-    assert run(machine, tmp_path, range(1, 5), Compiled).laws >= 2
+    assert run(machine, tmp_path, range(1, 3), Compiled).laws >= 1
 
 
 @pytest.mark.slow

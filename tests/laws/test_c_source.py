@@ -25,7 +25,6 @@ from tests.laws.board_laws import Job, by_python
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
 
 PERIOD = 2.0**-10
-LAWS = 40
 _IN_DOUBLE = (
     "sin cos tan asin acos atan sinh cosh tanh exp log sqrt fabs floor ceil trunc round fmod pow atan2 "
 )
@@ -104,14 +103,15 @@ def test_every_environment_with_every_choice(tmp_path, monkeypatch):
     check(jobs, tmp_path, monkeypatch)
 
 
-def test_random_laws(tmp_path, monkeypatch):
+@pytest.mark.parametrize("seeds", [range(6), pytest.param(range(6, 40), marks=pytest.mark.slow)])
+def test_random_laws(tmp_path, monkeypatch, seeds):
     jobs = []
-    for seed in range(LAWS):
+    for seed in seeds:
         try:
             law = random_laws.law(tmp_path, seed)
         except LawError:
             continue
         values = {key: float(np.float32(value)) for key, value in random_laws.settings(seed).items()}
         jobs.append(Job(SimpleNamespace(force=law), values, PERIOD, random_laws.rows(seed)))
-    assert len(jobs) > 0.8 * LAWS
+    assert len(jobs) > 0.8 * len(seeds)
     check(jobs, tmp_path, monkeypatch)

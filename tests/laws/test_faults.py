@@ -57,9 +57,9 @@ def test_a_loop_without_end_faults_on_its_line(tmp_path, loop):
     text = law_text(loop + "\nreturn 5.0", RING, SLOW + FAN)
     made = environment(tmp_path, text)
     held(made)
-    begin = time.perf_counter()
+    begin = time.process_time()
     run = held(made)
-    assert time.perf_counter() - begin < 1.0
+    assert time.process_time() - begin < 1.0
     assert_faulted(run, "of the law does not come to an end")
     line = int(run.faults[0].split("line ")[1].split()[0])
     assert (HEAD + text).splitlines()[line - 1].strip().startswith(("for ", "def "))

@@ -11,11 +11,9 @@ from hapkit_studio.laws.machine import FIRST, MOST_CYCLES, Refusal
 from hapkit_studio.laws.specialise import Specialiser
 from tests.laws.board_laws import ENVIRONMENTS
 from tests.laws.machine_pc import Machine, build, needs_compiler
-from tests.laws.test_board_environments import PERIOD, TOO_SLOW, motion, options, settings
+from tests.laws.test_board_environments import KEYS, PERIOD, TOO_SLOW, motion, options, settings
 
 STEPS = 30  # of 1 ms
-LONG = ("mass_spring_damper", "puck")
-KEYS = [pytest.param(key, marks=pytest.mark.slow) if key in LONG else key for key in ENVIRONMENTS]
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ import pytest
 from hapkit_studio.workshop import trial
 from hapkit_studio.workshop.source import read
 from hapkit_studio.workshop.verdict import Problem, Verdict
+from tests.waiting import PATIENCE, wait_until
 from tests.workshop.student import line_of, saved, text, write
 
 on_posix = pytest.mark.skipif(sys.platform == "win32", reason="processes are asked after as POSIX does")
@@ -24,14 +25,6 @@ def alive(number):
             return file.read().rsplit(")", 1)[1].split()[0] != "Z"
     except (OSError, ProcessLookupError):
         return False
-
-
-def gone(number, seconds=5.0):
-    """Wait until a process has ended; say whether it did."""
-    end = time.monotonic() + seconds
-    while alive(number) and time.monotonic() < end:
-        time.sleep(0.02)
-    return not alive(number)
 
 
 def test_a_good_file_passes(tmp_path):
@@ -78,13 +71,12 @@ def test_a_file_without_end_is_killed_with_what_it_started(tmp_path):
         "while True:\n    pass\n"
     )
     process = trial.begin(saved(tmp_path, text(beside=endless)))
-    while not child.exists():
-        assert process.poll() is None
-        time.sleep(0.02)
+    wait_until(lambda: child.exists() or process.poll() is not None)
+    assert process.poll() is None
     verdict = trial.result(process, timeout=0.2)
     assert verdict.problems == (Problem(0, "the file does not come to an end"),)
     assert process.poll() is not None
-    assert gone(int(child.read_text(encoding="ascii")))
+    wait_until(lambda: not alive(int(child.read_text(encoding="ascii"))))
 
 
 @on_posix
@@ -96,16 +88,16 @@ def test_what_holds_the_pipe_open_is_not_waited_for(tmp_path):
         "if number == 0:\n    import time\n    time.sleep(600)\n"
         f"open({str(child)!r}, 'w').write(str(number))\n"
     )
-    begin = time.monotonic()
-    assert trial.check(saved(tmp_path, text(beside=beside))).ok
-    assert time.monotonic() - begin < trial.TIMEOUT / 2
-    assert gone(int(child.read_text(encoding="ascii")))
+    assert trial.check(saved(tmp_path, text(beside=beside))).ok  # one waited for to the end is not
+    wait_until(lambda: not alive(int(child.read_text(encoding="ascii"))))
 
 
 def test_a_trial_that_nobody_waits_for_ends_by_itself():
     endless = text(beside="while True:\n    pass\n").encode()
     program = "from hapkit_studio.workshop import trial\ntrial.TIMEOUT = 0.2\ntrial.main('mine.py')"
-    done = subprocess.run([sys.executable, "-c", program], input=endless, capture_output=True, timeout=30)
+    done = subprocess.run(
+        [sys.executable, "-c", program], input=endless, capture_output=True, timeout=PATIENCE
+    )
     assert (done.stdout, done.stderr) == (b"", b"")
 
 

@@ -5,13 +5,17 @@ import pytest
 
 from hapkit_studio.analysis.identify import from_run, identify
 from tests.analysis.identify.motions import impedance, shaken, sine_run
+from tests.wide import wide
 
 TRUTH = np.array([0.094, 0.5, 0.10])
 
 
 @pytest.mark.parametrize(
     ("quantum", "rate", "delay", "first"),
-    [(20.7e-6, 1000.0, 1e-3, 0), (61e-6, 1000.0, 0.5e-3, 100), (20.7e-6, 500.0, 1e-3, 200)],
+    wide(
+        [(20.7e-6, 1000.0, 1e-3, 0), (61e-6, 1000.0, 0.5e-3, 100), (20.7e-6, 500.0, 1e-3, 200)],
+        lambda quantum, rate, delay, first: first == 0,
+    ),
 )
 def test_handle(quantum, rate, delay, first):
     errors, halves = [], []
