@@ -11,6 +11,7 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.workshop import apart, reading, trial
+from tests.waiting import PATIENCE
 from tests.workshop.student import END, line_of, saved, text
 
 GOOD = """
@@ -93,7 +94,7 @@ def test_what_takes_too_much_is_switched_off_and_named_in_one_line(tmp_path, sta
     assert own.check(VALUES) == ""
     begin = time.monotonic()
     run = hs.simulate(own, {"stiffness": 123.5}, hand="press", seconds=0.3)
-    assert time.monotonic() - begin < 10.0
+    assert time.monotonic() - begin < PATIENCE  # on its own it would take hours
     assert run.warnings == (OFF,)
     assert np.allclose(run.force, -123.5 * run.position)
     assert own.check({**VALUES, "stiffness": 123.5}) == ""
