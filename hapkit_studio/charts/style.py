@@ -17,7 +17,7 @@ Paint = Callable[[Any, Colors], object]
 TICK, TEXT, HEAD = 12, 13, 18
 DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
 _LETTER = 5.6  # points that a letter of a caption takes
-_DPI = 110
+_DPI, _PAD = 110, 0.12  # inches
 # what stays as strong while data are out of date
 _GROUND = {"surface", "plot", "grid", "line", "edge", "axis", "ink2", "ink3"}
 
@@ -40,9 +40,8 @@ def save(
 
     The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
     """
-    figure = new_figure(path, (size[0] / 72.0, size[1] / 72.0))
-    light = colors()
-    paint(figure, light)
+    figure, light = new_figure(path, (size[0] / 72.0, size[1] / 72.0)), colors()
+    figure.get_layout_engine().set(w_pad=_PAD, h_pad=_PAD)
     letters = round(size[0] / _LETTER)
     if title:
         words = textwrap.fill(title, round(0.6 * letters))
@@ -52,6 +51,7 @@ def save(
             textwrap.fill(line, letters, break_on_hyphens=False) for line in caption.split("\n")
         )
         figure.supxlabel(words, size=TICK - 1, color=light.ink3, x=0.01, ha="left")
+    paint(figure, light)
     figure.savefig(path, dpi=_DPI, facecolor=light.surface)
 
 

@@ -5,18 +5,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QGuiApplication, QKeyEvent, QKeySequence, QMouseEvent
+from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QKeySequence, QMouseEvent
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QSizePolicy, QTableView
 
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.theme import theme
 
-_ROW = 28
+_ROW, _GAP = 28, 8  # px
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LOOK = """
-QTableView { background: transparent; gridline-color: @line; border: none; selection-color: @ink;
-             selection-background-color: @accentsoft; alternate-background-color: @surface; }
+QTableView { background: transparent; border: none; font-size: 12px;
+             selection-color: @ink; selection-background-color: @accentsoft; }
 QTableView:focus { border: 2px solid @accent; }
 QTableView::item { padding: 0 2px; }
 QHeaderView { background: transparent; }
@@ -112,6 +112,7 @@ class Table(QTableView):
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.horizontalHeader().setMinimumSectionSize(_GAP)
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(_ROW)
         dress(self, _LOOK)
@@ -124,9 +125,12 @@ class Table(QTableView):
         self.content.show(columns, rows)
         head = self.horizontalHeader()
         head.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
-        for index in range(len(self.content.columns)):
-            mode = QHeaderView.ResizeMode.ResizeToContents if index else QHeaderView.ResizeMode.Stretch
+        metrics = QFontMetrics(theme.font("hint"))
+        for index, column in enumerate(self.content.columns):
+            mode = QHeaderView.ResizeMode.Fixed if index else QHeaderView.ResizeMode.Stretch
             head.setSectionResizeMode(index, mode)
+            wide = metrics.size(0, column.head).width() + _GAP  # the arrow that tells the order needs no more
+            self.setColumnWidth(index, max(wide, self.sizeHintForColumn(index)))
         self.setSortingEnabled(True)
         tall = head.sizeHint().height() + _ROW * len(self.content.rows) + 4
         self.setFixedHeight(tall if self.content.rows else 0)
