@@ -16,6 +16,7 @@ Paint = Callable[[Any, Colors], object]
 
 TICK, TEXT, HEAD = 12, 13, 18
 DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
+_TICKS, _MOST = 90.0, 0.34  # points that ticks and title of an axis take; share of the height for names
 _LETTER = 5.6  # points that a letter of a caption takes
 _DPI, _PAD = 110, 0.12  # inches
 # what stays as strong while data are out of date
@@ -72,14 +73,17 @@ def dress(axes: Any, c: Colors, across: str, up: str) -> None:
 
 
 def legend(axes: Any, c: Colors) -> None:
-    """Name what is drawn above the axes, in as few rows as the figure's width takes."""
+    """Name what is drawn above the axes, in as few rows as fit; nothing where little else would stay."""
     names = axes.get_legend_handles_labels()[1]
+    box = axes.figure.bbox
     for columns in range(len(names), 0, -1):
         made = axes.legend(
             loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, fontsize=TICK,
-            labelcolor=c.ink2, borderaxespad=0.2, columnspacing=1.6,
+            labelcolor=c.ink2, borderaxespad=0.2, columnspacing=1.2, handlelength=1.7, labelspacing=0.3,
         )  # fmt: skip
-        if made.get_window_extent().width <= 0.9 * axes.figure.bbox.width:
+        taken = made.get_window_extent()
+        if taken.width <= box.width - _TICKS * axes.figure.dpi / 72.0:
+            made.set_visible(taken.height <= _MOST * box.height)
             return
 
 

@@ -40,7 +40,7 @@ def words(drawing) -> list[str]:
     from matplotlib.text import Text
 
     drawn(drawing)
-    return [text.get_text() for text in drawing.figure.findobj(Text) if text.get_text()]
+    return [text.get_text() for text in drawing.figure.findobj(Text) if text.get_visible()]
 
 
 def outside(drawing) -> list[str]:
@@ -51,10 +51,18 @@ def outside(drawing) -> list[str]:
     frame = drawing.figure.bbox.padded(1.0)
     ticks = {label for axes in drawing.figure.axes for axis in (axes.xaxis, axes.yaxis)
              for label in axis.findobj(Text)}  # fmt: skip
-    words = [t for t in drawing.figure.findobj(Text) if t.get_text().strip() and t not in ticks]
+    words = [
+        t for t in drawing.figure.findobj(Text) if t.get_text().strip() and t not in ticks and not hidden(t)
+    ]
     boxes = [(t.get_text(), t.get_window_extent()) for t in words]
     boxes += [(f"axes {i}", axes.get_tightbbox()) for i, axes in enumerate(drawing.figure.axes)]
     return [name for name, box in boxes if not _inside(frame, box)]
+
+
+def hidden(text) -> bool:
+    """Say whether words belong to a legend that is not shown."""
+    legends = [axes.get_legend() for axes in text.figure.axes]
+    return any(legend and not legend.get_visible() and text in legend.get_texts() for legend in legends)
 
 
 def _inside(frame, box) -> bool:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from hapkit_studio.charts.style import Paint
 
-_NEAR, _SIGN = 16.0, 12.0  # px
+_NEAR, _BESIDE, _SIGN = 16.0, 12.0, 12.0  # px
 _PAD = 10.0 / 72.0, 6.0 / 72.0  # inches
 _PIXELS_AN_INCH = 72  # sizes in points are pixels then
 
@@ -90,6 +90,7 @@ class Drawing(QWidget):
         self._pale = self._old = False
         self._moving: list[Artist] = []
         self._ground: Any = None
+        self._reading: list[Artist] = []
         self._press: _Press | None = None
         self._soon = QTimer(self, interval=0, singleShot=True)
         self._soon.timeout.connect(self.redraw)
@@ -107,6 +108,11 @@ class Drawing(QWidget):
         self._paint, self._pale = paint, pale
         self._outdate()
 
+    def fade(self) -> None:
+        """Show what is there paler: it holds no more."""
+        self._pale = True
+        self._outdate()
+
     @property
     def pale(self) -> bool:
         """Say whether what is shown is out of date."""
@@ -120,6 +126,7 @@ class Drawing(QWidget):
         if self._old or self._paint is None:
             return
         colors = style.colors(theme.name)
+        self._moving, self._reading = [], []
         self.figure.clear()
         self.figure.set_facecolor(colors.surface)
         self._moving = list(self._paint(self.figure, style.pale(colors) if self._pale else colors) or ())  # type: ignore[call-overload]
@@ -134,6 +141,29 @@ class Drawing(QWidget):
         self.canvas.restore_region(self._ground)
         self._draw_moving()
         self.canvas.blit(self.figure.bbox)
+
+    def read(self, event: "MouseEvent | None", words: str = "") -> None:
+        """Write words beside the pointer, kept inside the axes; nothing without an event or words."""
+        self._reading = self._read(event, words) if event is not None and event.inaxes and words else []
+        self.follow()
+
+    def _read(self, event: "MouseEvent", words: str) -> "list[Artist]":
+        from matplotlib.lines import Line2D
+        from matplotlib.text import Text
+
+        from hapkit_studio.charts import style
+
+        assert event.inaxes is not None
+        colors, box = style.colors(theme.name), event.inaxes.bbox
+        left, low = event.x > 0.62 * box.x1, event.y < box.y0 + 0.3 * box.height
+        away = _BESIDE * self.canvas.device_pixel_ratio
+        x, y = event.x + (-away if left else away), event.y + (away if low else -away)
+        made = Text(x, y, words, size=style.TICK, color=colors.ink, path_effects=style.rim(colors))
+        made.set(ha="right" if left else "left", va="bottom" if low else "top")
+        cross = Line2D([event.x], [event.y], marker="+", markersize=11, color=colors.ink2)
+        for artist in (cross, made):
+            artist.set_figure(self.figure)
+        return [cross, made]
 
     def near(self, event: "MouseEvent", x: "ArrayLike", y: "ArrayLike") -> int | None:
         """Return the index of the point nearest to the pointer, None where none is within reach."""
@@ -164,7 +194,7 @@ class Drawing(QWidget):
         self._draw_moving()
 
     def _draw_moving(self) -> None:
-        for artist in self._moving:
+        for artist in (*self._moving, *self._reading):
             self.figure.draw_artist(artist)
 
     # pointer

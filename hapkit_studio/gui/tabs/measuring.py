@@ -53,7 +53,10 @@ class MeasuringPage(Page):
 
     def build(self, body: QWidget | None = None) -> None:
         """Put the parts together; body: what stands below the answer if not the drawing alone."""
-        self.column.addWidget(filled(self.bar, self.verdict, body or self.chart))
+        answer = (self.verdict,) if self.begin else ()
+        self.column.addWidget(filled(self.bar, *answer, body or self.chart))
+        if not self.heading:  # its side and what stands in it are its own
+            return
         self.side.add(self.table)
         self.side.add(self.point)
         self.fill_side()

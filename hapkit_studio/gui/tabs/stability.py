@@ -3,20 +3,18 @@
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
+from hapkit_studio.analysis.margin import Margin, short
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.margin import MarginWorker
 from hapkit_studio.gui.segmented import Segmented
-from hapkit_studio.gui.tabs.bar import RunBar
-from hapkit_studio.gui.tabs.base import Page, Tab, filled
-from hapkit_studio.gui.tabs.export import Export
-from hapkit_studio.gui.tabs.job import Job
+from hapkit_studio.gui.tabs.base import Tab
+from hapkit_studio.gui.tabs.measuring import MeasuringPage
 from hapkit_studio.gui.tabs.stability_back import Back
 from hapkit_studio.gui.tabs.stability_beside import Beside
-from hapkit_studio.gui.tabs.stability_chart import StabilityChart
-from hapkit_studio.gui.tabs.stability_legend import legend_words
 from hapkit_studio.gui.tabs.stability_lines import Ask, Lines, solve
 from hapkit_studio.gui.tabs.stability_measure import Measured, Results, measuring
 from hapkit_studio.gui.tabs.stability_pair import Pair, pair_of
@@ -24,8 +22,12 @@ from hapkit_studio.gui.tabs.stability_side import StabilitySide
 from hapkit_studio.gui.tabs.stability_start import Held
 from hapkit_studio.gui.tabs.stability_trial import Trial
 from hapkit_studio.gui.tabs.stability_verdict import Verdict, nothing_yet, verdict
+from hapkit_studio.gui.theme import number
 
 if TYPE_CHECKING:
+    from matplotlib.backend_bases import MouseEvent
+
+    from hapkit_studio.charts.stability import Dot, Map
     from hapkit_studio.gui.live import Live
     from hapkit_studio.gui.studio import Studio
 
@@ -35,16 +37,17 @@ _NAMES = {"Delay": "Delay, measured"}
 _ROOM_BESIDE = 560
 
 
-class StabilityPage(Page):
+class StabilityPage(MeasuringPage):
     """Asks for lines while it is in sight, shows the newest, and measures on demand."""
 
+    file = "stability"
+    drawn = "Stability map, damping across, stiffness up"
     side: StabilitySide
 
     def __init__(self, studio: "Studio", live: "Live"):
-        super().__init__()
-        self._studio = studio
+        super().__init__(studio, live)
         self.facts = LoopFacts(studio, self)
-        self.job, self.trial = Job(self), Trial(studio, live, self)
+        self.trial = Trial(studio, live, self)
         self.back = Back(studio, self)
         self._worker = MarginWorker(solve, self)
         self.lines: Lines | None = None
@@ -55,9 +58,9 @@ class StabilityPage(Page):
         self.hands.setMinimumWidth(self.hands.sizeHint().width())
         self.real = QCheckBox("Friction and sensor steps")
         self.real.setToolTip("Measure with the device's friction and sensor steps, or an ideal one")
-        self.bar = RunBar(self.job)
-        self.chart, self.beside, self.side = StabilityChart(), Beside(), StabilitySide(studio)
-        self._export = Export(self, "stability", self.bar.say)
+        self.beside, self.side = Beside(), StabilitySide(studio)
+        self._map: Map | None = None
+        self._dot: Dot | None = None
         self._arrange()
         self._join(live)
         self._forget_lines()
@@ -74,7 +77,7 @@ class StabilityPage(Page):
         except ParameterError as error:
             self.bar.say(str(error), danger=True)
 
-    def measure(self) -> None:
+    def run(self) -> None:
         """Measure the map and the boundary for what is shown."""
         self._wanted = self.lines is None
         if self.lines is None:
@@ -85,12 +88,10 @@ class StabilityPage(Page):
         self._show_measured()
 
     def export(self) -> None:
-        """Save the map as a picture or as numbers."""
-        lines = self.lines
-        if lines is None:
+        """Save the map, if there is one, as a picture or as numbers."""
+        if self.lines is None:
             return
-        plane = lines.plane if self.outdated else self.results.put_into(lines.plane)
-
+        plane = self.lines.plane if self.outdated else self.results.put_into(self.lines.plane)
         engine = self._studio.engine
         device = engine.device.title if engine is not None else ""
 
@@ -151,14 +152,13 @@ class StabilityPage(Page):
     def show_lines(self, lines: Lines) -> None:
         """Show the newest lines."""
         self.lines = lines
-        self.chart.show_lines(lines, self._studio.environment.impedance is not None)
         self.side.show_hands(lines.plane.hands, lines.plane.margin.damping)
         self.bar.export.setEnabled(True)
         self._show_conditions()
         self._show_measured()
         self._say_measured()
         if self._wanted:
-            self.measure()
+            self.run()
 
     def show_result(self, measured: Measured) -> None:
         """Take a measurement in beside the one with, or without, the controller."""
@@ -185,8 +185,7 @@ class StabilityPage(Page):
         self._worker.wait()
 
     def end(self) -> None:
-        self.job.end()
-        self._export.job.end()
+        super().end()
         self._worker.close()
 
     # inner
@@ -201,11 +200,40 @@ class StabilityPage(Page):
     def _show_measured(self) -> None:
         if self.lines is not None:
             self.results.prefer(self.lines.plane.setting, self.real.isChecked())
-        self.chart.show_measured(self.results.all, self.job.running or self.outdated)
         if self.lines is not None:
             self.beside.show_verdict(self._verdict(self.lines))
-            plane, marks = self.results.shown(self.lines.plane)
-            self.beside.show_legend(legend_words(plane, {**marks, "hands": bool(self.lines.hands)}))
+            self._show_map(self.lines)
+
+    def _show_map(self, lines: Lines) -> None:
+        """Draw the map anew, or move the dot alone where nothing else is another."""
+        from hapkit_studio.charts.stability import Map, draw
+
+        dotted = self._studio.environment.impedance is not None
+        outdated = bool(self.results.all) and (self.job.running or self.outdated)
+        others = tuple(measured.points for measured in self.results.all[:-1])
+        plane = self.results.put_into(lines.plane)
+        shown, before = Map(plane, others, lines.hands, outdated, dotted), self._map
+        self._map = shown
+        if self._dot is not None and before is not None and not self.chart.pale and _same(shown, before):
+            self._dot.place(plane, dotted)
+            self.chart.follow()
+            return
+        self.beside.show_lines(shown.lines())
+
+        def paint(figure, colors):
+            assert self._map is not None
+            self._dot = draw(figure, colors, self._map)
+            return self._dot.artists
+
+        self.chart.show_drawing(paint)
+
+    def show_near(self, event: "MouseEvent | None") -> None:
+        """Say limit and margin where the pointer is."""
+        known = event is not None and self.lines is not None and not self.chart.pale
+        if known and self.lines is not None and event is not None and event.xdata is not None:
+            self.chart.read(event, "\n".join(reading(self.lines, event.xdata, float(event.ydata or 0.0))))
+        else:
+            self.chart.read(None)
 
     def _verdict(self, lines: Lines) -> Verdict:
         if self._studio.environment.impedance is None:
@@ -232,6 +260,7 @@ class StabilityPage(Page):
     def _forget_lines(self) -> None:
         self.lines = None
         self.chart.fade()
+        self.beside.show_lines({})
         self.beside.show_conditions([])
         self.side.show_hands({}, 0.0)
         self.bar.export.setEnabled(False)
@@ -258,7 +287,7 @@ class StabilityPage(Page):
         row.setSpacing(0)
         row.addWidget(self.chart, 1)
         row.addWidget(self.beside)
-        self.column.addWidget(filled(self.bar, body))
+        self.build(body)
 
     def _join(self, live: "Live") -> None:
         studio = self._studio
@@ -280,10 +309,29 @@ class StabilityPage(Page):
         self.chart.clicked.connect(lambda *_place: self.back.remember())
         self.chart.clicked.connect(self.go)
         self.chart.dragged.connect(self.go)
-        self.bar.run_pressed.connect(self.measure)
-        self.bar.export_pressed.connect(self.export)
-        self.job.finished.connect(self.show_result)
+        self.chart.pointed.connect(self.show_near)
         self.job.running_changed.connect(self._show_measured)
+
+
+def _same(one: "Map", other: "Map") -> bool:
+    """Say whether two maps differ in what the dot shows alone."""
+    parts = ("damping", "exact", "simple", "edge", "top", "setting", "points", "cells")
+    same = all(getattr(one.plane, part) is getattr(other.plane, part) for part in parts)
+    rest = [
+        (m.outdated, list(map(id, m.others)), {k: id(v) for k, v in m.hands.items()}) for m in (one, other)
+    ]
+    return same and rest[0] == rest[1]
+
+
+def reading(lines: Lines, damping: float, stiffness: float) -> tuple[str, str]:
+    """Return what the map says of a point: its values, and the limit with the margin there."""
+    plane = lines.plane
+    values = f"{stiffness:,.0f} N/m, {number(damping, 1)} N·s/m"
+    limit = float(np.interp(damping, plane.damping, plane.exact))
+    said = short(Margin(stiffness, damping, limit, plane.setting.hand))
+    if not math.isfinite(limit) or limit <= 0.0:
+        return values, said
+    return values, f"limit {limit:,.0f} N/m: {said.removesuffix(' the limit')}"
 
 
 TAB = Tab("stability", "Stability", 10, StabilityPage)

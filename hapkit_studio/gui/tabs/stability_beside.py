@@ -1,14 +1,13 @@
 """What stands beside the map: the verdict, what each line means, and the conditions all of it holds for."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFontMetricsF, QResizeEvent
+from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.parameter_panel import rule
 from hapkit_studio.gui.tabs.side import Pairs, hint
-from hapkit_studio.gui.tabs.stability_legend import Legend
 from hapkit_studio.gui.tabs.stability_verdict import Verdict
 from hapkit_studio.gui.theme import theme
 
@@ -19,7 +18,7 @@ _SIGN = 24
 
 
 class Beside(QScrollArea):
-    """Verdict, legend and conditions in a column that scrolls where it is too long."""
+    """Verdict, lines and conditions in a column that scrolls where it is too long."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -31,11 +30,11 @@ class Beside(QScrollArea):
         dress(self, "QScrollArea, #beside { background: transparent; border: none; }")
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Ignored)
         self._sign = ("circle", "ink2")
-        self._known, self._line = False, rule()
         self.sign, self.headline, self.hand, self.out = QLabel(), QLabel(), hint(), QLabel()
-        self.legend, self.conditions = Legend(), Pairs()
-        self.heading = QLabel("Conditions")
-        self.heading.setProperty("role", "section")
+        self.lines, self.conditions = hint(), Pairs()
+        heading = QLabel("Conditions")
+        heading.setProperty("role", "section")
+        self._above = (rule(), heading)
         self.out.setWordWrap(True)
         dress(self.hand, "QLabel { color: @ink2; font-size: 14px; }")
         dress(self.out, "QLabel { color: @danger; }")
@@ -52,35 +51,14 @@ class Beside(QScrollArea):
         self.out.setVisible(bool(verdict.more))
         self._sign = verdict.sign
         self._look()
-        self.fit()
 
     def show_conditions(self, pairs: list[tuple[str, str]]) -> None:
         """Show what the limits hold for."""
-        self._known = bool(pairs)
         self.conditions.show_pairs(pairs)
-        self.fit()
 
-    def show_legend(self, words: dict[str, tuple[str, str]]) -> None:
-        """Show which lines there are, and what they mean."""
-        self.legend.show_lines(words)
-        self.fit()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self.fit()
-
-    def fit(self) -> None:
-        """Leave explanations away where there is no room for them; the rest scrolls."""
-        for part in (self._line, self.heading, self.conditions):
-            part.setVisible(self._known)
-        layout = self._body.layout()
-        assert layout is not None
-        for folded in (False, True):
-            self.legend.fold(folded)
-            layout.invalidate()
-            layout.activate()
-            if layout.totalHeightForWidth(self.width()) <= self.height():
-                break
+    def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
+        """Say what each line of the map means."""
+        self.lines.setText("\n".join(f"{name}: {meaning}" for name, meaning in words.values()))
 
     def _look(self) -> None:
         name, token = self._sign
@@ -113,9 +91,10 @@ class Beside(QScrollArea):
         column.addWidget(self.hand)
         column.addWidget(self.out)
         column.addSpacing(6)
-        column.addWidget(self.legend)
-        column.addWidget(self._line)
-        column.addWidget(self.heading)
+        column.addWidget(self.lines)
+        for part in self._above:
+            column.addWidget(part)
         column.addWidget(self.conditions)
         column.addStretch(1)
         self.setWidget(self._body)
+        self.conditions.stand_under(self._above)

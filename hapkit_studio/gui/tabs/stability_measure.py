@@ -17,8 +17,6 @@ SIDE = 100
 COLUMNS = 13
 # Bisection takes about so many cells a column.
 _CELLS_A_COLUMN = 25
-# The class of what stays in motion, of the measured ones.
-_BUZZES = 1
 
 
 @dataclass(frozen=True)
@@ -69,20 +67,6 @@ class Results:
         """Return a plane with what was measured last."""
         last = self.last
         return replace(plane, points=last.points, cells=last.cells) if last else plane
-
-    def shown(self, plane: "Plane") -> tuple["Plane", dict[str, bool]]:
-        """Return the plane as the legend names it, and which marks there are."""
-        plain = [m for m in self.all if not m.points.controller]
-        last = self.last
-        marks = {
-            "measured": bool(plain),
-            "controlled": len(plain) < len(self.all),
-            "controlled_seen": any(
-                bool((m.points.stiffness <= plane.top).any()) for m in self.all if m.points.controller
-            ),
-            "buzzes": last is not None and bool((last.cells.classes == _BUZZES).any()),
-        }
-        return replace(plane, points=plain[-1].points if plain else None), marks
 
 
 def _same_loop(one: Measured, other: Measured) -> bool:
