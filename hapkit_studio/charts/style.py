@@ -76,13 +76,14 @@ def legend(axes: Any, c: Colors) -> None:
     """Name what is drawn above the axes, in as few rows as fit; nothing where little else would stay."""
     names = axes.get_legend_handles_labels()[1]
     box = axes.figure.bbox
+    share = axes.get_subplotspec().get_position(axes.figure).width / 0.775
     for columns in range(len(names), 0, -1):
         made = axes.legend(
             loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, fontsize=TICK,
             labelcolor=c.ink2, borderaxespad=0.2, columnspacing=1.2, handlelength=1.7, labelspacing=0.3,
         )  # fmt: skip
         taken = made.get_window_extent()
-        if taken.width <= box.width - _TICKS * axes.figure.dpi / 72.0:
+        if taken.width <= share * box.width - _TICKS * axes.figure.dpi / 72.0:
             made.set_visible(taken.height <= _MOST * box.height)
             return
 

@@ -203,7 +203,7 @@ class BreakItPage(Page):
         self.all.clicked.connect(self.run_all)
         self.list.chosen.connect(self.choose)
         self.knob.turned.connect(self.turn)
-        self.detail.curve.picked.connect(self.turn)
+        self.detail.picked.connect(self.turn)
         self.side.changed.connect(self.set_condition)
         self.bench.arrived.connect(self._take)
         self.bench.begun.connect(self._begin)

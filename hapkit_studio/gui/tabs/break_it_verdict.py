@@ -6,13 +6,35 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWi
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.break_it_record import HERE, Record, reading
-from hapkit_studio.gui.tabs.break_it_traces import Sign, verdict
 from hapkit_studio.gui.theme import theme
 
 _SIGN = 26
 _BOARD = "Only the simulated Hapkit is made to fail on purpose"
 _GONE = "Not in the scene any more: the scene or its values were changed by hand."
 _FEEL = "Puts scene, values and loop into the window; Take back undoes that"
+
+
+class Sign(QLabel):
+    """A check mark, a cross, or nothing, in the theme's colours."""
+
+    def __init__(self, size: int = _SIGN):
+        super().__init__()
+        self._size = size
+        self._holds: bool | None = None
+        self.setFixedSize(size, size)
+        theme.changed.connect(self._paint)
+
+    def show_sign(self, holds: bool | None) -> None:
+        """Show that it holds, that it fails, or neither."""
+        self._holds = holds
+        self._paint()
+
+    def _paint(self) -> None:
+        if self._holds is None:
+            self.clear()
+        else:
+            name, token = ("check", "ok") if self._holds else ("close", "danger")
+            self.setPixmap(icons.pixmap(name, self._size, token, self.devicePixelRatioF()))
 
 
 class Verdict(QWidget):
@@ -74,7 +96,9 @@ class Verdict(QWidget):
         if record.wrong:
             return record.wrong
         if record.here is not None:
-            return verdict(record.here.evidence.words)[0]
+            from hapkit_studio.charts.failures import clauses
+
+            return clauses(record.here.evidence.words)[0]
         return "Not tried yet"
 
     @staticmethod
@@ -86,5 +110,7 @@ class Verdict(QWidget):
         limit = reading(record.limit, knob)
         name = "" if knob.unit else f"{knob.symbol or knob.label} = "
         place = f"{name}{reading(record.value, knob)}, {record.share:.2f} of the limit {limit}"
-        rest = verdict(record.here.evidence.words)[1:] if record.here else []
+        from hapkit_studio.charts.failures import clauses
+
+        rest = clauses(record.here.evidence.words)[1:] if record.here else []
         return " ".join(f"{part}." for part in [place, *rest])

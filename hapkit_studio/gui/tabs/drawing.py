@@ -202,6 +202,8 @@ class Drawing(QWidget):
     def _pressed(self, event: "MouseEvent") -> None:
         if event.button != 1 or event.inaxes is None or event.xdata is None or event.ydata is None:
             return
+        if not event.inaxes.get_navigate():
+            return
         axes, screen = event.inaxes, event.guiEvent.globalPosition()
         to_data = axes.transData.inverted().frozen()
         self._press = _Press((event.x, event.y), screen, axes.bbox.frozen(), to_data)
