@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QKeySequence, QMouseEvent
+from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QKeySequence, QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QSizePolicy, QTableView
 
 from hapkit_studio.gui.dress import dress
@@ -114,7 +114,7 @@ class Table(QTableView):
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.horizontalHeader().setMinimumSectionSize(_GAP)
         self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(_ROW)
+        self.verticalHeader().setMinimumSectionSize(_ROW)
         dress(self, _LOOK)
         theme.changed.connect(self.viewport().update)
         self.show_rows((), ())
@@ -132,9 +132,18 @@ class Table(QTableView):
             wide = metrics.size(0, column.head).width() + _GAP  # the arrow that tells the order needs no more
             self.setColumnWidth(index, max(wide, self.sizeHintForColumn(index)))
         self.setSortingEnabled(True)
-        tall = head.sizeHint().height() + _ROW * len(self.content.rows) + 4
-        self.setFixedHeight(tall if self.content.rows else 0)
         self.setVisible(bool(self.content.rows))
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Be as high as all rows, whose words wrap where their column is narrow."""
+        self.resizeRowsToContents()
+        tall = self.horizontalHeader().sizeHint().height() + self.verticalHeader().length() + 4
+        self.setFixedHeight(tall if self.content.rows else 0)
 
     def texts(self) -> list[tuple[str, ...]]:
         """Return head and rows as they stand."""
