@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _SIZE = (1080, 560)
 _LONG = 50  # letters that leave room for the knob's name and its share of the limit
-_LETTER = 7.0  # points that a letter of a title takes
+_LETTER = 6.6  # points that a letter of a title takes
 _ROOM = 0.08  # of the height, for each mark's words at the top
 _LINE = 16.0  # points
 # A mark beyond this share of the axis has its words at its left.

@@ -23,7 +23,7 @@ AXES = {
 }
 TITLES = {"rendered": "What was rendered", "handle": "What the handle is"}
 _MOST_PANELS = 3
-_SIZE = (1080, 430)
+_SIZE = (1080, 500)
 # less height than that, in points, leaves the upper charts no axis beside the residuals
 _BOTH = 270.0
 _STEPS = 60

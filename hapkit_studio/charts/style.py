@@ -14,7 +14,7 @@ Colors = SimpleNamespace
 Paint = Callable[[Any, Colors], object]
 """Draws on an empty figure of any size; text sizes are in points, which in the window are pixels."""
 
-TICK, TEXT, HEAD = 12, 13, 18
+TICK, TEXT, HEAD = 12, 13, 16
 DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
 _TICKS, _MOST = 90.0, 0.34  # points that ticks and title of an axis take; share of the height for names
 _LETTER = 5.6  # points that a letter of a caption takes
@@ -45,7 +45,7 @@ def save(
     figure.get_layout_engine().set(w_pad=_PAD, h_pad=_PAD)
     letters = round(size[0] / _LETTER)
     if title:
-        words = textwrap.fill(title, round(0.6 * letters))
+        words = textwrap.fill(title, round(0.47 * letters))
         figure.suptitle(words, size=HEAD, weight="bold", color=light.ink, x=0.01, ha="left")
     if caption:
         words = "\n".join(
@@ -93,15 +93,3 @@ def rim(c: Colors) -> list:
     from matplotlib.patheffects import withStroke
 
     return [withStroke(linewidth=4, foreground=c.plot, alpha=0.8)]
-
-
-# what drawings that know no theme yet are drawn with
-LIGHT = table("light")
-INK, INK2, QUIET = LIGHT["ink"], LIGHT["ink2"], LIGHT["ink3"]
-LINE, EDGE, SURFACE, GRID = LIGHT["line"], LIGHT["edge"], LIGHT["surface"], LIGHT["grid"]
-ACCENT, ACCENT_SOFT = LIGHT["accent"], LIGHT["accentsoft"]
-DANGER, DANGER_SOFT = LIGHT["danger"], LIGHT["dangersoft"]
-WARN, WARN_SOFT, OK, OK_SOFT = LIGHT["warn"], LIGHT["warnsoft"], LIGHT["ok"], LIGHT["oksoft"]
-STABLE, PASSIVE, UNSTABLE = LIGHT["stable"], LIGHT["passive"], LIGHT["unstable"]
-POSITION, VELOCITY, ASKED, APPLIED = (LIGHT[name] for name in ("position", "velocity", "asked", "applied"))
-THEORY, ENERGY, HELD = LIGHT["theory"], LIGHT["energy"], LIGHT["hold"]

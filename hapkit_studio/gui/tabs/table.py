@@ -23,6 +23,9 @@ QHeaderView { background: transparent; }
 QHeaderView::section { background: transparent; color: @ink3; border: none; border-bottom: 1px solid @line;
                        padding: 2px; font-size: 12px; }
 """
+_CELLS = """
+QTableView { padding: 4px 8px; selection-color: @onaccent; selection-background-color: @accent; }
+"""
 Index = QModelIndex | QPersistentModelIndex
 
 
@@ -32,13 +35,14 @@ def _ink(_row: Any) -> str:
 
 @dataclass(frozen=True)
 class Column:
-    """A head, what a row says under it, what it is sorted by if not by that, its colour's token, its sign."""
+    """A head, what a row says under it, what it is sorted by if not by that, tokens of colours, a sign."""
 
     head: str
     text: Callable[[Any], str]
     order: Callable[[Any], Any] | None = None
     token: Callable[[Any], str] = _ink
     sign: Callable[[Any], Any] | None = None
+    ground: Callable[[Any], str] | None = None
     right: bool = True
 
     @property
@@ -73,6 +77,8 @@ class Rows(QAbstractTableModel):
             return column.text(row)
         if role == Qt.ItemDataRole.ForegroundRole:
             return theme.color(column.token(row))
+        if role == Qt.ItemDataRole.BackgroundRole and column.ground is not None:
+            return theme.color(column.ground(row))
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return column.align
         if role == Qt.ItemDataRole.DecorationRole and column.sign is not None:
@@ -95,27 +101,36 @@ class Rows(QAbstractTableModel):
 
 
 class Table(QTableView):
-    """Emits ``chosen`` with the row that is chosen, None once a second click chooses none."""
+    """Emits ``chosen`` with the row that is chosen, None once a second click chooses none.
+
+    cells: it takes the room there is, and a cell is chosen: ``cell_chosen`` with its row and column.
+    """
 
     chosen = Signal(object)
+    cell_chosen = Signal(object, int)
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, cells: bool = False) -> None:
         super().__init__()
+        self._cells = cells
         self.content = Rows()
         self.setModel(self.content)
         self.setAccessibleName(name)
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        behavior = QAbstractItemView.SelectionBehavior
+        self.setSelectionBehavior(behavior.SelectItems if cells else behavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setTabKeyNavigation(False)
-        self.setShowGrid(False)
+        self.setShowGrid(cells)
         self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        up = QSizePolicy.Policy.Expanding if cells else QSizePolicy.Policy.Fixed
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, up)
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.horizontalHeader().setMinimumSectionSize(_GAP)
         self.verticalHeader().hide()
-        self.verticalHeader().setMinimumSectionSize(_ROW)
-        dress(self, _LOOK)
+        self.verticalHeader().setMinimumSectionSize(_GAP if cells else _ROW)
+        if cells:
+            self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        dress(self, _LOOK + (_CELLS if cells else ""))
         theme.changed.connect(self.viewport().update)
         self.show_rows((), ())
 
@@ -127,12 +142,12 @@ class Table(QTableView):
         head.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
         metrics = QFontMetrics(theme.font("hint"))
         for index, column in enumerate(self.content.columns):
-            mode = QHeaderView.ResizeMode.Fixed if index else QHeaderView.ResizeMode.Stretch
+            fixed = bool(index) != self._cells
+            mode = QHeaderView.ResizeMode.Fixed if fixed else QHeaderView.ResizeMode.Stretch
             head.setSectionResizeMode(index, mode)
             wide = metrics.size(0, column.head).width() + _GAP  # the arrow that tells the order needs no more
             self.setColumnWidth(index, max(wide, self.sizeHintForColumn(index)))
         self.setSortingEnabled(True)
-        self.setVisible(bool(self.content.rows))
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -141,6 +156,9 @@ class Table(QTableView):
 
     def _fit(self) -> None:
         """Be as high as all rows, whose words wrap where their column is narrow."""
+        if self._cells:
+            return
+        self.setVisible(bool(self.content.rows))
         self.resizeRowsToContents()
         tall = self.horizontalHeader().sizeHint().height() + self.verticalHeader().length() + 4
         self.setFixedHeight(tall if self.content.rows else 0)
@@ -163,9 +181,14 @@ class Table(QTableView):
         rows = self.selectionModel().selectedRows() if self.selectionModel() else []
         self.chosen.emit(self.content.rows[rows[0].row()] if rows else None)
 
+    def currentChanged(self, current: Index, previous: Index) -> None:
+        super().currentChanged(current, previous)
+        if current.isValid():
+            self.cell_chosen.emit(self.content.rows[current.row()], current.column())
+
     def mousePressEvent(self, event: QMouseEvent) -> None:
         index = self.indexAt(event.position().toPoint())
-        if index.isValid() and self.selectionModel().isSelected(index):
+        if not self._cells and index.isValid() and self.selectionModel().isSelected(index):
             self.clearSelection()
         else:
             super().mousePressEvent(event)
