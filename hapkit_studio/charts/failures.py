@@ -219,6 +219,7 @@ class Knob:
         (self._tip,) = axes.plot([], [], "^", color=c.accent, markersize=10, transform=across)
         (self._dot,) = axes.plot([], [], "o", color=c.accent, markersize=11, zorder=8)
         self.artists = (self._line, self._tip, self._dot)
+        self.place(None, None)
 
     def place(self, value: float | None, measure: float | None) -> None:
         """Show a value, in the knob's unit, and what was measured there if the curve runs up over that."""

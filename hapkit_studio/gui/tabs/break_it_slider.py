@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QBrush, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.number_box import NumberBox
 from hapkit_studio.gui.quantity import Quantity
 from hapkit_studio.gui.tabs.break_it_record import Record, figures
-from hapkit_studio.gui.tabs.marks import hatching
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.value_slider import ValueSlider
 
@@ -93,7 +92,10 @@ class BoundarySlider(ValueSlider):
         painter.drawRoundedRect(whole, 3, 3)
         if limit < self.width() - 1:
             beyond = QRectF(limit, top, self.width() - 1 - limit, _GROOVE)
-            for brush in (theme.color("unstable"), hatching("danger", 0.8)):
+            for brush in (
+                theme.color("unstable"),
+                QBrush(theme.color("danger", 0.8), Qt.BrushStyle.BDiagPattern),
+            ):
                 painter.setBrush(brush)
                 painter.drawRoundedRect(beyond, 3, 3)
 
