@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import QPointF, Qt, QTimer, Signal
-from PySide6.QtGui import QPainter, QPixmap, QPolygonF, QResizeEvent, QShowEvent
+from PySide6.QtGui import QPainter, QPixmap, QPolygonF, QShowEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from hapkit_studio.gui.theme import theme
@@ -97,6 +97,7 @@ class Drawing(QWidget):
         theme.changed.connect(self._outdate)
         connect = self.canvas.mpl_connect
         connect("draw_event", self._drawn)
+        connect("resize_event", lambda _event: self.redraw())
         connect("button_press_event", self._pressed)
         connect("button_release_event", self._released)
         connect("motion_notify_event", self._moved)
@@ -122,16 +123,20 @@ class Drawing(QWidget):
         """Draw anew, if anybody looks."""
         from hapkit_studio.charts import style
 
+        self._soon.stop()
         self._old = not self.isVisible()
-        if self._old or self._paint is None:
+        if self._old:
             return
         colors = style.colors(theme.name)
         self._moving, self._reading = [], []
         self.figure.clear()
         self.figure.set_facecolor(colors.surface)
-        self._moving = list(self._paint(self.figure, style.pale(colors) if self._pale else colors) or ())  # type: ignore[call-overload]
+        if self._paint is not None:
+            moving: Any = self._paint(self.figure, style.pale(colors) if self._pale else colors)
+            self._moving = list(moving or ())
         for artist in self._moving:
             artist.set_animated(True)
+        self._ground = None  # until it is drawn
         self.canvas.draw_idle()
 
     def follow(self) -> None:
@@ -179,10 +184,6 @@ class Drawing(QWidget):
         super().showEvent(event)
         if self._old:
             self._outdate()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._outdate()
 
     def _outdate(self) -> None:
         """Draw anew with the next events: what changes at once is drawn once."""

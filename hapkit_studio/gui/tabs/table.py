@@ -126,6 +126,7 @@ class Table(QTableView):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, up)
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.horizontalHeader().setMinimumSectionSize(_GAP)
+        self.horizontalHeader().setHighlightSections(cells)
         self.verticalHeader().hide()
         self.verticalHeader().setMinimumSectionSize(_GAP if cells else _ROW)
         if cells:
