@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.gui.tabs.break_it_export import exports
+from hapkit_studio.gui.tabs.break_it.export import exports
 from tests.gui.break_it_fixtures import settled
 from tests.gui.drawing_support import click, drawn
 from tests.gui.window_support import PATIENCE_MS

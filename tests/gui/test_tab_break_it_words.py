@@ -5,9 +5,9 @@ import pytest
 
 from hapkit_studio.analysis.failures import failures
 from hapkit_studio.charts.failures import scaled
-from hapkit_studio.gui.tabs.break_it_feel import Feel
-from hapkit_studio.gui.tabs.break_it_list import _words
-from hapkit_studio.gui.tabs.break_it_record import Record
+from hapkit_studio.gui.tabs.break_it.feel import Feel
+from hapkit_studio.gui.tabs.break_it.list import _words
+from hapkit_studio.gui.tabs.break_it.record import Record
 from hapkit_studio.haptics import rows
 from tests.gui.window_support import PATIENCE_MS
 

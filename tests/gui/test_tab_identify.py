@@ -12,7 +12,7 @@ import hapkit_studio as hs
 from hapkit_studio.analysis.identify import Part, from_run, identify
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.tabs.export import write
-from hapkit_studio.gui.tabs.identify_piece import newest
+from hapkit_studio.gui.tabs.identify.piece import newest
 from hapkit_studio.gui.theme import theme
 from tests.gui.drawing_support import drawn, outside
 from tests.gui.window_support import PATIENCE_MS

@@ -7,8 +7,8 @@ from PySide6.QtTest import QTest
 from hapkit_studio.analysis.plane import hands
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.tabs.stability import reading
-from hapkit_studio.gui.tabs.stability_pair import contact, pair_of
+from hapkit_studio.gui.tabs.stability.page import reading
+from hapkit_studio.gui.tabs.stability.pair import contact, pair_of
 from hapkit_studio.gui.theme import theme
 from tests.gui.drawing_support import click, drawn, outside, point, spot, words
 from tests.gui.stability_support import follow

@@ -9,8 +9,8 @@ import pytest
 from hapkit_studio.analysis.plane import exact_boundary
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.tabs import stability
-from hapkit_studio.gui.tabs.stability_measure import measuring
+from hapkit_studio.gui.tabs.stability import page as stability
+from hapkit_studio.gui.tabs.stability.measure import measuring
 from tests.gui.drawing_support import drawn, words
 from tests.gui.stability_support import follow, made_up
 from tests.gui.window_support import PATIENCE_MS

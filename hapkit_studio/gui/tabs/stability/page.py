@@ -11,17 +11,16 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.margin import MarginWorker
 from hapkit_studio.gui.segmented import Segmented
-from hapkit_studio.gui.tabs.base import Tab
 from hapkit_studio.gui.tabs.measuring import MeasuringPage
-from hapkit_studio.gui.tabs.stability_back import Back
-from hapkit_studio.gui.tabs.stability_beside import Beside
-from hapkit_studio.gui.tabs.stability_lines import Ask, Lines, solve
-from hapkit_studio.gui.tabs.stability_measure import Measured, Results, measuring
-from hapkit_studio.gui.tabs.stability_pair import Pair, pair_of
-from hapkit_studio.gui.tabs.stability_side import StabilitySide
-from hapkit_studio.gui.tabs.stability_start import Held
-from hapkit_studio.gui.tabs.stability_trial import Trial
-from hapkit_studio.gui.tabs.stability_verdict import Verdict, nothing_yet, verdict
+from hapkit_studio.gui.tabs.stability.back import Back
+from hapkit_studio.gui.tabs.stability.beside import Beside
+from hapkit_studio.gui.tabs.stability.lines import Ask, Lines, solve
+from hapkit_studio.gui.tabs.stability.measure import Measured, Results, measuring
+from hapkit_studio.gui.tabs.stability.pair import Pair, pair_of
+from hapkit_studio.gui.tabs.stability.side import StabilitySide
+from hapkit_studio.gui.tabs.stability.start import Held
+from hapkit_studio.gui.tabs.stability.trial import Trial
+from hapkit_studio.gui.tabs.stability.verdict import Verdict, nothing_yet, verdict
 from hapkit_studio.gui.theme import number
 
 if TYPE_CHECKING:
@@ -332,6 +331,3 @@ def reading(lines: Lines, damping: float, stiffness: float) -> tuple[str, str]:
     if not math.isfinite(limit) or limit <= 0.0:
         return values, said
     return values, f"limit {limit:,.0f} N/m: {said.removesuffix(' the limit')}"
-
-
-TAB = Tab("stability", "Stability", 10, StabilityPage)

@@ -8,9 +8,9 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QScrollArea, QVBoxLayout, QWidget
 
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.tabs.break_it_knob import KnobBar
-from hapkit_studio.gui.tabs.break_it_record import ABOVE, BELOW, CHART, HERE, Record, Try
-from hapkit_studio.gui.tabs.break_it_verdict import Verdict
+from hapkit_studio.gui.tabs.break_it.knob import KnobBar
+from hapkit_studio.gui.tabs.break_it.record import ABOVE, BELOW, CHART, HERE, Record, Try
+from hapkit_studio.gui.tabs.break_it.verdict import Verdict
 from hapkit_studio.gui.tabs.drawing import Drawing
 
 if TYPE_CHECKING:

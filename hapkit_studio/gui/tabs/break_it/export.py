@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from hapkit_studio.gui.tabs.break_it_record import Record
+from hapkit_studio.gui.tabs.break_it.record import Record
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures import Chart

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.errors import ParameterError, StudioError
-from hapkit_studio.gui.tabs.break_it_record import Part, Record, Try
+from hapkit_studio.gui.tabs.break_it.record import Part, Record, Try
 from hapkit_studio.gui.tabs.job import Job, Progress
 
 if TYPE_CHECKING:

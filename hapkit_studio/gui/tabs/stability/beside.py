@@ -8,7 +8,7 @@ from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.parameter_panel import rule
 from hapkit_studio.gui.tabs.side import Pairs, hint
-from hapkit_studio.gui.tabs.stability_verdict import Verdict
+from hapkit_studio.gui.tabs.stability.verdict import Verdict
 from hapkit_studio.gui.theme import theme
 
 WIDTH = 276

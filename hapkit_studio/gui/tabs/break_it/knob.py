@@ -7,8 +7,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.gui.dress import mark
 from hapkit_studio.gui.quantity import Quantity
-from hapkit_studio.gui.tabs.break_it_record import Record
-from hapkit_studio.gui.tabs.break_it_slider import BoundarySlider, KnobBox, KnobQuantity
+from hapkit_studio.gui.tabs.break_it.record import Record
+from hapkit_studio.gui.tabs.break_it.slider import BoundarySlider, KnobBox, KnobQuantity
 
 _BOX = 88
 

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.number_box import NumberBox
 from hapkit_studio.gui.quantity import Quantity
-from hapkit_studio.gui.tabs.break_it_record import Record, figures
+from hapkit_studio.gui.tabs.break_it.record import Record, figures
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.value_slider import ValueSlider
 

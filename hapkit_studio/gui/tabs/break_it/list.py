@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QAbstractItemView, QListWidget, QListWidgetItem, Q
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.tabs.break_it_record import LIMIT, Record, reading
+from hapkit_studio.gui.tabs.break_it.record import LIMIT, Record, reading
 from hapkit_studio.gui.theme import theme
 
 WIDE, NARROW = 244, 204

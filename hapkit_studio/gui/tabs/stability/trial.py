@@ -6,9 +6,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.tabs.stability_outcome import Released, words
-from hapkit_studio.gui.tabs.stability_pair import contact, one_sided
-from hapkit_studio.gui.tabs.stability_start import USUAL, Held, start
+from hapkit_studio.gui.tabs.stability.outcome import Released, words
+from hapkit_studio.gui.tabs.stability.pair import contact, one_sided
+from hapkit_studio.gui.tabs.stability.start import USUAL, Held, start
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live import Live

@@ -8,10 +8,9 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QStackedWidget
 
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.segmented import Segmented
-from hapkit_studio.gui.tabs.base import Tab
 from hapkit_studio.gui.tabs.fresh import Fresh, loop_facts
-from hapkit_studio.gui.tabs.identify_piece import newest
-from hapkit_studio.gui.tabs.identify_shake import Shake
+from hapkit_studio.gui.tabs.identify.piece import newest
+from hapkit_studio.gui.tabs.identify.shake import Shake
 from hapkit_studio.gui.tabs.job import Progress
 from hapkit_studio.gui.tabs.measuring import MeasuringPage
 from hapkit_studio.gui.tabs.table import Column
@@ -215,6 +214,3 @@ class IdentifyPage(MeasuringPage):
         for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
                         studio.engine_changed, studio.link_changed):  # fmt: skip
             changed.connect(self._look_again)
-
-
-TAB = Tab("identify", "Identify", 50, IdentifyPage)

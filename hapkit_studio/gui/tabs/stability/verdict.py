@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from hapkit_studio.analysis.margin import Margin, hand_words, short, way_out
-from hapkit_studio.gui.tabs.stability_measure import Measured
+from hapkit_studio.gui.tabs.stability.measure import Measured
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.plane import Plane

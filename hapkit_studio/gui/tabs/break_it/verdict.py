@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWi
 
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.tabs.break_it_record import HERE, Record, reading
+from hapkit_studio.gui.tabs.break_it.record import HERE, Record, reading
 from hapkit_studio.gui.theme import theme
 
 _SIGN = 26

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hapkit_studio.gui.tabs.stability_start import MOST, Held, grows_from
+from hapkit_studio.gui.tabs.stability.start import MOST, Held, grows_from
 from hapkit_studio.gui.theme import number
 
 # The stretches that are compared, in s: after the release, and at the end.

@@ -8,13 +8,13 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import RunBar
-from hapkit_studio.gui.tabs.base import Page, Tab, filled
-from hapkit_studio.gui.tabs.break_it_bench import Bench
-from hapkit_studio.gui.tabs.break_it_detail import Detail
-from hapkit_studio.gui.tabs.break_it_feel import Feel
-from hapkit_studio.gui.tabs.break_it_list import NARROW, WIDE, FailureList
-from hapkit_studio.gui.tabs.break_it_record import HERE, Part, Record
-from hapkit_studio.gui.tabs.break_it_side import FailureSide
+from hapkit_studio.gui.tabs.base import Page, filled
+from hapkit_studio.gui.tabs.break_it.bench import Bench
+from hapkit_studio.gui.tabs.break_it.detail import Detail
+from hapkit_studio.gui.tabs.break_it.feel import Feel
+from hapkit_studio.gui.tabs.break_it.list import NARROW, WIDE, FailureList
+from hapkit_studio.gui.tabs.break_it.record import HERE, Part, Record
+from hapkit_studio.gui.tabs.break_it.side import FailureSide
 from hapkit_studio.gui.tabs.export import Export
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ class BreakItPage(Page):
 
     def export(self) -> None:
         """Save the failure in sight as a picture or as numbers."""
-        from hapkit_studio.gui.tabs.break_it_export import exports
+        from hapkit_studio.gui.tabs.break_it.export import exports
 
         self._export.ask(*exports(self.record))
 
@@ -230,6 +230,3 @@ class BreakItPage(Page):
         row.addWidget(self.list)
         row.addWidget(self.detail, 1)
         self.column.addWidget(filled(self.bar, body))
-
-
-TAB = Tab("break_it", "Break it", 30, BreakItPage)
