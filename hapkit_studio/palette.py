@@ -65,6 +65,12 @@ def table(mode: str) -> dict[str, str]:
     return {name: colors[column] for name, colors in TOKENS.items()}
 
 
+def paler(color: str, ground: str, share: float = 0.4) -> str:
+    """Return a mixture of two "#RRGGBB", share of the colour."""
+    pairs = ((int(color[i : i + 2], 16), int(ground[i : i + 2], 16)) for i in (1, 3, 5))
+    return "#" + "".join(f"{round(share * a + (1.0 - share) * b):02X}" for a, b in pairs)
+
+
 def luminance(color: str) -> float:
     """Return the relative luminance of "#RRGGBB" (WCAG 2.1)."""
     channels = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]

@@ -1,4 +1,4 @@
-"""Speed against accuracy: a picture a scene, error over computing time, both in powers of ten."""
+"""Speed against accuracy: error over computing time, both in powers of ten, a method a line."""
 
 import math
 from collections.abc import Sequence
@@ -6,135 +6,132 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from hapkit_studio.analysis.accuracy.words import sentence, verdict
-from hapkit_studio.charts.accuracy_axes import Frame
-from hapkit_studio.charts.accuracy_names import write_names
-from hapkit_studio.charts.methods import look
-from hapkit_studio.charts.style import (
-    ACCENT,
-    DANGER,
-    EDGE,
-    INK,
-    LIGHT,
-    OK,
-    QUIET,
-    STABLE,
-    SURFACE,
-    THEORY,
-    WARN,
+from hapkit_studio.analysis.accuracy.words import (
+    limit_words,
+    name_words,
+    rate_words,
+    sentence,
+    step_words,
+    verdict,
 )
-from hapkit_studio.figures import new_figure
+from hapkit_studio.charts.accuracy_axes import Frame
+from hapkit_studio.charts.labels import Label, write
+from hapkit_studio.charts.methods import look
+from hapkit_studio.charts.style import DASH, TEXT, Colors, save
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.accuracy import Accuracy, Point, Sheet
 
-_LARGE, _SMALL = (12.0, 8.8), (7.6, 7.0)
+_LARGE, _SMALL = (864, 634), (547, 504)
+_LETTERS = {_LARGE: 105, _SMALL: 66}
 _KEY = (
     "Filled: the loop's own step.  Hollow: other steps.  Ring: the default.  Grey band: nothing is beyond it."
 )
-_MARKERS = {
-    "star": "*", "diamond": "D", "square": "s", "pentagon": "p", "circle": "o", "down": "v", "plus": "P",
-    "up": "^", "cross": "X",
-}  # fmt: skip
 _SIZE = 8.5
-_LARGER = {"star": 13.0, "pentagon": 10.0, "plus": 10.0, "cross": 9.5}
+_LARGER = {"*": 13.0, "p": 10.0, "P": 10.0, "X": 9.5}
 
 
 def accuracy_figure(result: "Accuracy", path: str | Path) -> None:
-    """Draw every scene of a result: one large, or several side by side.
+    """Write every scene of a result: one large, or several side by side."""
+    count = len(result.sheets)
+    columns = 1 if count == 1 else 2 if count <= 4 else 3 if count <= 9 else 4
+    rows = -(-count // columns)
+    size = _LARGE if columns == 1 else _SMALL
 
-    The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
-    """
-    sheets = result.sheets
-    columns = 1 if len(sheets) == 1 else 2 if len(sheets) <= 4 else 3 if len(sheets) <= 9 else 4
-    rows = -(-len(sheets) // columns)
-    wide, high = _LARGE if columns == 1 else _SMALL
-    figure = new_figure(path, (columns * wide, rows * high))
-    figure.get_layout_engine().set(w_pad=0.25, h_pad=0.25, wspace=0.02, hspace=0.02)
-    panels = [(figure.add_subplot(rows, columns, i + 1), sheet) for i, sheet in enumerate(sheets)]
-    frames = [_draw(axes, sheet, large=columns == 1) for axes, sheet in panels]
-    figure.supxlabel(_KEY, size=12.0, color=QUIET)
+    def paint(figure: Any, c: Colors) -> None:
+        panels = [figure.add_subplot(rows, columns, i + 1) for i in range(count)]
+        for axes, sheet in zip(panels, result.sheets, strict=True):
+            _points(axes, c, sheet)
+            axes.set_title(_head(sheet, _LETTERS[size]), loc="left", size=TEXT, color=c.ink)
+        figure.draw_without_rendering()
+        for axes, sheet in zip(panels, result.sheets, strict=True):
+            _names(axes, c, sheet)
+
+    save(paint, path, (columns * size[0], rows * size[1]), caption=_KEY)
+
+
+def draw(figure: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
+    """Draw one scene; method: the one that stands out, "" for none."""
+    axes = figure.add_subplot()
+    _points(axes, c, sheet, method)
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")
-    for (axes, sheet), frame in zip(panels, frames, strict=True):
-        write_names(axes, sheet, frame)
-    figure.savefig(path, dpi=110, facecolor=SURFACE)
+    _names(axes, c, sheet)
 
 
-def _draw(axes: Any, sheet: "Sheet", large: bool) -> Frame:
+def _head(sheet: "Sheet", letters: int) -> str:
+    """Return title, answer with its sign, and what the default makes of it."""
+    sign = "✓" if sheet.answer.right else "▲"
+    return "\n".join(
+        (sheet.scene.title, fill(f"{sign} {sentence(sheet)}", letters), fill(verdict(sheet), letters))
+    )
+
+
+def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
     frame = Frame(sheet)
-    frame.dress(axes)
-    _head(axes, sheet, large)
-    _tolerance(axes, sheet, frame)
-    _front(axes, sheet.front, frame)
-    for method in sheet.methods:
-        _line(axes, sheet, sheet.line(method.key), frame)
+    frame.dress(axes, c)
+    limit = sheet.scene.tolerance * frame.factor
+    axes.axhspan(frame.bottom, limit, color=c.stable, alpha=0.45, linewidth=0.0, zorder=0.5)
+    axes.axhline(limit, color=c.danger, linewidth=1.8, linestyle=DASH, zorder=2.5)
+    _front(axes, c, sheet.front, frame)
+    for each in sheet.methods:
+        _line(axes, c, sheet, frame, each.key, 3.0 if each.key == method else 1.5)
     default = sheet.answer.default
     if default is not None:
         axes.plot(
-            *frame.place(default), "o", markersize=21, markerfacecolor="none", markeredgecolor=ACCENT,
+            *frame.place(default), "o", markersize=21, markerfacecolor="none", markeredgecolor=c.accent,
             markeredgewidth=2.4, zorder=8,
         )  # fmt: skip
-    return frame
 
 
-def _head(axes: Any, sheet: "Sheet", large: bool) -> None:
-    """Write title, answer with its sign, and what the default makes of it."""
-    right = sheet.answer.right
-    size, wide = (18.0, 96) if large else (15.0, 64)
-    words = size * 0.8
-    answer = fill(("✓ " if right else "▲ ") + sentence(sheet), wide)
-    more = fill(verdict(sheet), round(1.12 * wide))
-    lines = answer.count("\n") + more.count("\n") + 2
-    above = (1.3 * lines + 1.0) * words
-    axes.set_title(sheet.scene.title, loc="left", size=size, weight="bold", color=INK, pad=above)
-    up = (1.3 * (more.count("\n") + 1) + 0.5) * words
-    for text, color, bottom, bold in (
-        (answer, OK if right else WARN, up, True),
-        (more, QUIET, 0.5 * words, False),
-    ):
-        made = axes.annotate(
-            text, (0.0, 1.0), (0.0, bottom), xycoords="axes fraction", textcoords="offset points",
-            va="bottom", size=words if bold else 0.92 * words, color=color,
-            weight="bold" if bold else "normal",
-        )  # fmt: skip
-        made.set_in_layout(False)
-
-
-def _tolerance(axes: Any, sheet: "Sheet", frame: Frame) -> None:
-    """Tint what is within the tolerance, and draw its limit."""
-    limit = sheet.scene.tolerance * frame.factor
-    axes.axhspan(frame.bottom, limit, color=STABLE, alpha=0.45, linewidth=0.0, zorder=0.5)
-    axes.axhline(limit, color=DANGER, linewidth=1.8, dashes=(5, 3), zorder=2.5)
-
-
-def _front(axes: Any, front: Sequence["Point"], frame: Frame) -> None:
+def _front(axes: Any, c: Colors, front: Sequence["Point"], frame: Frame) -> None:
     """Draw the edge beyond which no point lies: a staircase as a band with kerbs."""
     if not front:
         return
-    x, y = [], [frame.top]
-    for point in front:
-        cost, error = frame.place(point)
-        x += [cost, cost]
-        y += [error, error]
-    x.append(frame.right)
-    for color, width in ((EDGE, 9.6), (THEORY, 7.2)):
-        axes.plot(x, y, color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
+    places = [frame.place(point) for point in front]
+    x, y = zip((places[0][0], frame.top), *places, (frame.right, places[-1][1]), strict=True)
+    for color, width in ((c.edge, 9.6), (c.theory, 7.2)):
+        axes.step(x, y, where="post", color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
 
 
-def _line(axes: Any, sheet: "Sheet", points: Sequence["Point"], frame: Frame) -> None:
-    """Draw a method's points, those at the loop's own step filled, joined by a line."""
-    if not points:
-        return
-    shape, token = look(points[0].method)
-    color = LIGHT[token]
-    sound = [p for p in points if math.isfinite(p.error)]
-    places = [frame.place(p) for p in sound]
-    axes.plot(*zip(*places, strict=True), color=color, linewidth=1.5, zorder=3) if places else None
-    for point, place in zip(sound, places, strict=True):
+def _line(axes: Any, c: Colors, sheet: "Sheet", frame: Frame, method: str, width: float) -> None:
+    """Draw a method's points, those that compete filled, joined by a line."""
+    sound = [p for p in sheet.line(method) if math.isfinite(p.error)]
+    shape, token = look(method)
+    color = getattr(c, token)
+    if sound:
+        axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=width, zorder=3)
+    for point in sheet.line(method):
         filled = abs(point.step_s - sheet.scene.default.step_s) <= 1e-9
         axes.plot(
-            *place, _MARKERS[shape], markersize=_LARGER.get(shape, _SIZE) * (1.0 if filled else 0.85),
-            markeredgecolor=color, markerfacecolor=color if filled else SURFACE, markeredgewidth=1.5,
+            *frame.place(point), shape, markersize=_LARGER.get(shape, _SIZE) * (1.0 if filled else 0.85),
+            markeredgecolor=color, markerfacecolor=color if filled else c.plot, markeredgewidth=1.5,
             zorder=5 if filled else 4,
         )  # fmt: skip
+
+
+def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
+    """Name default, methods, options and rates beside their points, tolerance and front at the edge."""
+    frame, default = Frame(sheet), sheet.answer.default
+    found = [Label(frame.right, sheet.scene.tolerance * frame.factor, limit_words(sheet.scene), c.danger)]
+    if sheet.front:
+        found.append(Label(frame.right, frame.place(sheet.front[-1])[1], "Pareto front", c.ink3))
+    if default is not None:
+        found.append(Label(*frame.place(default), _default_words(sheet, default), c.accent, bold=True))
+    for method in sheet.methods:
+        points = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
+        color = getattr(c, look(method.key)[1])
+        others = [p for p in points if p is not default]
+        if points and len({p.step_s for p in points}) == 1:  # they differ in their options
+            found += [Label(*frame.place(p), p.label, color) for p in others]
+        elif points:
+            last = max(points, key=lambda p: p.ns_per_simulated_s)
+            found.append(Label(*frame.place(last), method.label, color))
+        if sheet.scene.step_s is None and method.key == sheet.scene.default.method:
+            found += [Label(*frame.place(p), rate_words(p.step_s), color, left=True) for p in others]
+    write(axes, c, found)
+
+
+def _default_words(sheet: "Sheet", default: "Point") -> str:
+    if sheet.scene.step_s is None:
+        return f"default: {rate_words(default.step_s)}"
+    return f"default: {name_words(sheet.scene, default)}, {step_words(default.step_s)} step"

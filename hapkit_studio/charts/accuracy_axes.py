@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-from hapkit_studio.charts.style import GRID, INK2, LINE
+from hapkit_studio.charts.style import Colors, dress
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.accuracy import Point, Sheet
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 # An error below this is none: no sensor shows it, and rounding made it.
 _NOTHING = {"": 1e-17, "m/s": 1e-9}
 _NS = 1e-3
-_MOST = 1e6
+_MOST, _INSIDE = 1e6, 0.97
 # So far do errors go that only powers of ten tell them; so little do costs that 2 and 5 have ticks.
 _WIDE, _NARROW = 1e8, 300.0
 
@@ -42,26 +42,21 @@ class Frame:
         )
 
     def place(self, point: "Point") -> tuple[float, float]:
-        """Return where a point is drawn."""
-        error = self._zero if point.error <= self._nothing else min(point.error, _MOST) * self.factor
+        """Return where a point is drawn: one whose error is lost in growth, at the upper edge."""
+        edge = self.top**_INSIDE * self.bottom ** (1.0 - _INSIDE)
+        error = self._zero if point.error <= self._nothing else min(point.error * self.factor, edge)
         return point.ns_per_simulated_s * _NS, error
 
-    def dress(self, axes: Any) -> None:
+    def dress(self, axes: Any, c: Colors) -> None:
         """Set ranges, ticks, grid and titles."""
+        error = f"{self._sheet.scene.error}{self.unit} (less is better)"
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlim(self.left, self.right)
         axes.set_ylim(self.bottom, self.top)
         self._across(axes)
         self._up(axes)
-        axes.grid(color=GRID, linewidth=0.8, zorder=0.6)
-        axes.set_axisbelow(True)
-        axes.tick_params(labelsize=12, colors=INK2, length=4, color=LINE)
-        axes.tick_params(which="minor", length=0)
-        axes.spines[:].set_color(LINE)
-        axes.set_xlabel("computing time per simulated second (less is faster)", size=12.5, color=INK2)
-        error = self._sheet.scene.error
-        axes.set_ylabel(f"{error}{self.unit} (less is better)", size=12.5, color=INK2)
+        dress(axes, c, "computing time per simulated second (less is faster)", error)
 
     def _across(self, axes: Any) -> None:
         from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator

@@ -1,96 +1,169 @@
 """A failure: what moves just inside its limit and just outside, and the measured curve beside the formula."""
 
+import math
+import re
+from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hapkit_studio.analysis.failures.numbers import readable
-from hapkit_studio.charts.style import (
-    ACCENT,
-    ASKED,
-    DANGER,
-    EDGE,
-    ENERGY,
-    GRID,
-    HELD,
-    INK,
-    INK2,
-    LINE,
-    OK,
-    SURFACE,
-    THEORY,
-)
-from hapkit_studio.figures import new_figure
+from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, dress, legend, pale, rim, save, whole
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.failures.base import Chart, Line
-    from hapkit_studio.analysis.failures.shown import Shown, Try
+    from hapkit_studio.analysis.failures.base import Chart, Evidence, Failure, Line
+    from hapkit_studio.analysis.failures.shown import Shown
 
-_SIZE = (15, 7.6)
-_TEXT, _HEAD = 12, 16
-_DOTS, _DASHES = (0, (1, 1.6)), (0, (5, 3.5))
-_OTHERS = ((ASKED, _DASHES), (ENERGY, (0, (9, 4, 2, 4))), (HELD, (0, (2, 3))))
-_ROOM = 0.08
+_SIZE = (1080, 560)
+_LONG = 50  # letters that leave room for the knob's name and its share of the limit
+_LETTER = 6.6  # points that a letter of a title takes
+_ROOM = 0.08  # of the height, for each mark's words at the top
+_LINE = 16.0  # points
 # A mark beyond this share of the axis has its words at its left.
 _RIGHT = 0.7
+_SHORT, _MS = 0.5, "time, ms"  # s: shorter traces are drawn over ms
+_SMALL = 0.01  # numbers below this would need ticks too long to be read
+_FEW = 50  # points that are shown one by one
+_LIKELY = (1.0, 1000.0)  # the chart's unit over the knob's: itself, or thousandths
+# By role, the second of a role unlike the first: token, dashes, marker.
+_LOOKS = {
+    "theory": (("ink", (0, (3.2, 2.0)), ""), ("asked", (0, (5, 2)), ""), ("energy", (0, (5, 2, 1.2, 2)), "")),
+    "measured": (("position", "none", "o"), ("velocity", "none", "s"), ("applied", "none", "^")),
+    "other": (("hold", DOT, ""), ("energy", (0, (5, 2, 1.2, 2)), ""), ("asked", DOT, "")),
+}
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A value of the knob and what it showed; old: under other conditions than those in force."""
+
+    value: float
+    evidence: "Evidence"
+    old: bool = False
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What there is to draw of a failure so far; old: the chart is of other conditions."""
+
+    failure: "Failure"
+    limit: float | None = None
+    inside: Tried | None = None
+    outside: Tried | None = None
+    chart: "Chart | None" = None
+    old: bool = False
+
+    @property
+    def scale(self) -> float | None:
+        """Return what turns the knob's unit into the chart's across; None where it runs over another."""
+        if self.chart is None or not self.chart.marks or not self.limit:
+            return None
+        ratio = self.chart.marks[0].x / self.limit
+        return next((s for s in _LIKELY if math.isclose(ratio, s, rel_tol=1e-3)), None)
 
 
 def failure_figure(shown: "Shown", path: str | Path) -> None:
-    """Draw a failure that was charted: two traces at the left, the curve at the right.
-
-    The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
-    """
-    figure = new_figure(path, _SIZE)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.25))
-    for row, (one, word) in enumerate(((shown.inside, "inside"), (shown.outside, "outside"))):
-        _trace(figure.add_subplot(grid[row, 0]), shown, one, word)
-    if shown.chart is not None:
-        _curve(figure.add_subplot(grid[:, 1]), shown.chart)
-    figure.suptitle(f"{shown.failure.title}\n", size=_HEAD + 2, color=INK, weight="bold")
-    figure.text(0.5, 0.945, shown.failure.formula, size=_HEAD - 2, color=INK2, ha="center", va="center")
-    figure.savefig(path, dpi=110, facecolor=SURFACE)
+    """Write a failure that was charted, its formula above and its conditions below."""
+    failure = shown.failure
+    inside, outside = (Tried(one.value, one.evidence) for one in (shown.inside, shown.outside))
+    picture = Picture(failure, shown.limit, inside, outside, shown.chart)
+    conditions = [f"{p.label} {p.text(shown.case[p.key])}" for p in failure.options]
+    title = f"{failure.title}: {failure.formula}"
+    save(lambda figure, c: draw(figure, c, picture), path, _SIZE, title, whole(conditions))
 
 
-def value_text(shown: "Shown", value: float) -> str:
+def draw(figure: Any, c: Colors, picture: Picture) -> "Knob | None":
+    """Draw two traces at the left, the curve at the right; return the knob where the curve runs over it."""
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.2))
+    for row, one in enumerate((picture.inside, picture.outside)):
+        axes = figure.add_subplot(grid[row, 0])
+        axes.set_navigate(False)  # a click there turns no knob
+        _trace(axes, pale(c) if one and one.old else c, picture, one, "outside" if row else "inside")
+        if row == 0 and axes.get_xlabel() == _unit(picture.outside):
+            axes.set_xlabel("")  # it stands below the other
+    axes = figure.add_subplot(grid[:, 1])
+    if picture.chart is None:
+        axes.set_navigate(False)
+        dress(axes, c, "", "")
+        axes.tick_params(labelbottom=False, labelleft=False)
+        return None
+    _curve(axes, pale(c) if picture.old else c, picture, picture.chart)
+    return Knob(axes, c, picture.scale) if picture.scale is not None else None
+
+
+def value_text(picture: Picture, value: float) -> str:
     """Write a value of the knob and how far it lies from the limit."""
-    knob = shown.failure.knob
-    share = f"{value / shown.limit:.3g} × the limit" if shown.limit > 0.0 else "no limit"
+    knob, limit = picture.failure.knob, picture.limit
+    share = f"{value / limit:.3g} × the limit" if limit else "no limit"
     return f"{knob.symbol or knob.label} = {readable(value, knob.unit, 5)}, {share}"
 
 
-def _trace(axes: Any, shown: "Shown", one: "Try", word: str) -> None:
+def _value(picture: Picture, value: float) -> str:
+    return readable(value, picture.failure.knob.unit, 4)
+
+
+def clauses(words: str) -> list[str]:
+    """Return the verdict, and after it what is added, each a sentence without its full stop."""
+    parts = [part.strip() for part in re.split("[;,] ", words)]
+    return [part[:1].upper() + part[1:] for part in parts]
+
+
+def _trace(axes: Any, c: Colors, picture: Picture, one: Tried | None, word: str) -> None:
+    letters = int(0.4 * 72.0 * axes.figure.get_figwidth() / _LETTER)
+    if one is None:
+        dress(axes, c, "", "")
+        axes.tick_params(labelbottom=False, labelleft=False)
+        axes.set_title(f"{word.capitalize()}: not tried yet", size=TEXT, color=c.ink3, loc="left")
+        return
     found = one.evidence
-    color, sign = (OK, "✓") if found.holds else (DANGER, "✕")
-    style = "steps-post" if found.held else "default"
-    axes.plot(found.time, found.trace, color=color, linewidth=1.6, drawstyle=style)
-    axes.set_title(
-        f"{sign} {word}: {value_text(shown, one.value)}\n{found.words}",
-        size=_TEXT + 1, color=color, loc="left",
+    color, sign = (c.ok, "✓") if found.holds else (c.danger, "✕")
+    factor, power = scaled(found.trace)
+    time = (1e3 if _unit(one) == _MS else 1.0) * np.asarray(found.time)
+    name = f"{found.label}, {power} {found.unit}" if found.unit or power else found.label
+    axes.plot(
+        time, factor * np.asarray(found.trace), color=color, linewidth=1.6, markersize=4,
+        marker="o" if len(time) < _FEW else "", drawstyle="steps-post" if found.held else "default",
     )  # fmt: skip
-    axes.set_ylabel(f"{found.label}, {found.unit}", size=_TEXT + 1, color=INK)
-    axes.set_xlabel("time, s", size=_TEXT + 1, color=INK)
-    _plain(axes)
+    place = f"{word}, {value_text(picture, one.value)}" if letters > _LONG else _value(picture, one.value)
+    title = fill(f"{sign} {place}: {clauses(found.words)[0].lower()}", letters)
+    axes.set_title(title, size=TEXT if letters > _LONG else TICK, color=color, loc="left")
+    dress(axes, c, _unit(one), name.replace("  ", " "))
+    axes.locator_params(axis="y", nbins=4)
 
 
-def _curve(axes: Any, chart: "Chart") -> None:
-    if chart.log_x:
-        axes.set_xscale("log")
-        _plain_numbers(axes.xaxis)
-    if chart.log_y:
-        axes.set_yscale("log")
-        _plain_numbers(axes.yaxis)
-    others = iter(_OTHERS)
+def _unit(one: Tried | None) -> str:
+    """Return what a trace is drawn over."""
+    time = one.evidence.time if one else np.empty(0)
+    return _MS if len(time) and time[-1] < _SHORT else "time, s"
+
+
+def scaled(y: np.ndarray) -> tuple[float, str]:
+    """Return what very small numbers are to be multiplied by to be readable, and its words: "10⁻⁶" or ""."""
+    finite = np.asarray(y)[np.isfinite(y)]
+    most = float(np.abs(finite).max()) if len(finite) else 0.0
+    if not 0.0 < most < _SMALL:
+        return 1.0, ""
+    exponent = -3 * math.floor(math.log10(most) / 3.0)
+    return 10.0**exponent, f"$10^{{{-exponent}}}$"
+
+
+def _curve(axes: Any, c: Colors, picture: Picture, chart: "Chart") -> None:
+    for axis, log in (("x", chart.log_x), ("y", chart.log_y)):
+        if log:
+            getattr(axes, f"set_{axis}scale")("log")
+            _plain_numbers(getattr(axes, f"{axis}axis"))
+    counts: dict[str, int] = {}
     for line in chart.lines:
-        _line(axes, line, others)
-    _plain(axes)
-    _limits(axes, chart)
-    axes.set_xlabel(chart.x_label, size=_HEAD - 2, color=INK)
-    axes.set_ylabel(chart.y_label, size=_HEAD - 2, color=INK)
-    axes.legend(
-        frameon=False, fontsize=_TEXT + 1, labelcolor=INK, ncols=2, loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-    )  # fmt: skip
+        count = counts[line.role] = counts.get(line.role, -1) + 1
+        _line(axes, c, line, _LOOKS[line.role][count % len(_LOOKS[line.role])])
+    if chart.level is not None:
+        axes.axhline(chart.level, color=c.ink3, linewidth=1.2, zorder=2, label=chart.level_label or None)
+    letters = int(0.55 * 72.0 * axes.figure.get_figheight() / _LETTER)
+    dress(axes, c, chart.x_label, fill(chart.y_label, letters))
+    _limits(axes, c, picture, chart)
+    legend(axes, c)
 
 
 def _plain_numbers(axis: Any) -> None:
@@ -102,65 +175,61 @@ def _plain_numbers(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _line(axes: Any, line: "Line", others: Any) -> None:
-    from matplotlib import patheffects
-
+def _line(axes: Any, c: Colors, line: "Line", look: tuple) -> None:
+    token, dashes, marker = look
     seen = np.isfinite(line.y)
-    x, y = line.x[seen], line.y[seen]
-    if line.role == "theory":
-        kerbs = [patheffects.Stroke(linewidth=8.8, foreground=EDGE), patheffects.Normal()]
-        axes.plot(x, y, color=THEORY, linewidth=6.4, path_effects=kerbs, label=line.label, zorder=1)
-    elif line.role == "measured":
-        axes.plot(
-            x, y, "o", color=ACCENT, markersize=8, markerfacecolor=SURFACE, markeredgewidth=2,
-            label=line.label, zorder=4,
-        )  # fmt: skip
-    else:
-        color, dashes = next(others)
-        axes.plot(x, y, color=color, linewidth=2.2, linestyle=dashes, label=line.label, zorder=3)
+    axes.plot(
+        line.x[seen], line.y[seen], color=getattr(c, token), linewidth=2.2, linestyle=dashes, marker=marker,
+        markersize=7, markerfacecolor=c.plot, markeredgewidth=1.8, label=line.label, zorder=4,
+    )  # fmt: skip
 
 
-def _limits(axes: Any, chart: "Chart") -> None:
-    """Draw the boundary, the other limits and the level at which it begins to fail, each with its words."""
-    _widen(axes, chart)
-    for index, mark in enumerate(chart.marks):
-        color = DANGER if index == 0 else INK2
-        axes.axvline(mark.x, color=color, linewidth=2, linestyle=_DOTS, zorder=2)
-        right = _share(axes, mark.x) > _RIGHT
-        axes.annotate(
-            mark.label, (mark.x, 0.985 - 0.055 * index), xycoords=("data", "axes fraction"),
-            xytext=(-5 if right else 5, 0), textcoords="offset points", ha="right" if right else "left",
-            va="top", size=_TEXT, color=color, zorder=5,
-            bbox={"facecolor": SURFACE, "edgecolor": "none", "pad": 1.0, "alpha": 0.8},
-        )  # fmt: skip
-    if chart.level is not None:
-        axes.axhline(chart.level, color=INK2, linewidth=1.2, zorder=2)
-        axes.annotate(
-            chart.level_label, (0.99, chart.level), xycoords=("axes fraction", "data"),
-            xytext=(0, 4), textcoords="offset points", size=_TEXT, color=INK2, ha="right", zorder=5,
-            bbox={"facecolor": SURFACE, "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
-        )  # fmt: skip
-
-
-def _share(axes: Any, x: float) -> float:
-    """Return where x lies along the axis, 0 at its left end and 1 at its right."""
-    return float(axes.transAxes.inverted().transform(axes.transData.transform((x, axes.get_ylim()[0])))[0])
-
-
-def _widen(axes: Any, chart: "Chart") -> None:
-    """Leave room at the top for the marks' words."""
+def _limits(axes: Any, c: Colors, picture: Picture, chart: "Chart") -> None:
+    """Draw where it holds and fails, the boundary and the other limits, each with its words on top."""
     low, high = axes.get_ylim()
     share = _ROOM * len(chart.marks)
-    if chart.log_y:
-        axes.set_ylim(low, high * (high / low) ** share)
-    else:
-        axes.set_ylim(low, high + share * (high - low))
+    axes.set_ylim(low, high * (high / low) ** share if chart.log_y else high + share * (high - low))
+    axes.set_xlim(axes.get_xlim())
+    if picture.scale is not None:
+        left, right = axes.get_xlim()
+        edge = min(max(chart.marks[0].x, left), right)
+        axes.axvspan(left, edge, color=c.stable, linewidth=0.0, zorder=0.1)
+        axes.axvspan(edge, right, facecolor=c.unstable, edgecolor=c.danger + "40", hatch="//", linewidth=0.0,
+                     zorder=0.1)  # fmt: skip
+    for index, mark in enumerate(chart.marks):
+        color = c.ink if index == 0 else c.ink2
+        axes.axvline(mark.x, color=color, linewidth=1.4 if index else 2.4, linestyle=DOT if index else "-")
+        at = axes.transAxes.inverted().transform(axes.transData.transform((mark.x, low)))[0]
+        right = at > _RIGHT
+        axes.annotate(
+            mark.label.replace("_", ""), (mark.x, 1.0), xycoords=("data", "axes fraction"),
+            xytext=(-5 if right else 5, -4 - _LINE * index), textcoords="offset points", va="top",
+            ha="right" if right else "left", size=TICK, color=color, zorder=5, path_effects=rim(c),
+            weight="normal" if index else "bold", annotation_clip=True,
+        )  # fmt: skip
 
 
-def _plain(axes: Any) -> None:
-    axes.grid(color=GRID, linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.tick_params(labelsize=_TEXT, color=LINE, labelcolor=INK)
-    for side, spine in axes.spines.items():
-        spine.set_color(LINE)
-        spine.set_visible(side not in ("top", "right"))
+class Knob:
+    """Where the knob stands on the curve's axis, and what it showed there; ``artists`` are drawn last."""
+
+    def __init__(self, axes: Any, c: Colors, scale: float | None):
+        self._scale = scale or 1.0
+        across = axes.get_xaxis_transform()
+        self._line = axes.axvline(axes.get_xlim()[0], color=c.accent, linewidth=1.6, linestyle=(0, (5, 3.5)))
+        (self._tip,) = axes.plot([], [], "^", color=c.accent, markersize=10, transform=across)
+        (self._dot,) = axes.plot([], [], "o", color=c.accent, markersize=11, zorder=8)
+        self.artists = (self._line, self._tip, self._dot)
+        self.place(None, None)
+
+    def place(self, value: float | None, measure: float | None) -> None:
+        """Show a value, in the knob's unit, and what was measured there if the curve runs up over that."""
+        x = math.nan if value is None else value * self._scale
+        self._line.set_xdata([x, x])
+        self._tip.set_data([x], [0.02])
+        self._dot.set_data([x], [math.nan if measure is None else measure])
+
+
+def measured_there(chart: "Chart | None", found: "Evidence") -> float | None:
+    """Return what a try is judged by, where the chart runs up over that."""
+    same = chart is not None and chart.y_label.endswith(f", {found.measure_unit}")
+    return found.measure if same and math.isfinite(found.measure) else None

@@ -4,16 +4,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapkit_studio.charts.style import ACCENT as NEEDED_INK
-from hapkit_studio.charts.style import ACCENT_SOFT as NEEDED
-from hapkit_studio.charts.style import INK, LINE, QUIET, SURFACE
+from hapkit_studio.charts.style import Colors, save
 from hapkit_studio.devices.terms import TERMS
-from hapkit_studio.figures import new_figure
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.fidelity import Effect, Fidelity
 
 _OFF = ("the hand's alone", "0", "0", "0", "16 kHz", "0", "none", "true velocity")
+_KEY = (
+    "What a scene needs: the largest change of any outcome when one term is left out. Shaded: needed, more "
+    "than 2 % of its scale. Small: in what, under which hand, time without ÷ with."
+)
 _SCENE_WIDTH, _COST_WIDTH = 1.3, 0.9
 
 
@@ -33,44 +34,40 @@ def outcome_word(key: str) -> str:
 
 
 def fidelity_figure(results: Sequence["Fidelity"], path: str | Path) -> None:
-    """Draw the table scene × term: the largest change, of what, under which hand, and the time it costs.
+    """Write the table scene × term: the largest change, of what, under which hand, and the time it costs."""
+    size = (1152, 86 + 62 * len(results))
+    save(lambda figure, c: draw(figure, c, results), path, size, caption=_KEY)
 
-    The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
-    """
+
+def draw(figure: Any, c: Colors, results: Sequence["Fidelity"]) -> None:
+    """Draw the table; what a scene needs is shaded."""
     columns = len(TERMS)
-    figure = new_figure(path, (16, 1.6 + 0.86 * len(results)))
     axes = figure.add_subplot()
     axes.set_xlim(-_SCENE_WIDTH, columns + _COST_WIDTH)
     axes.set_ylim(len(results) + 0.05, -0.9)
     axes.set_axis_off()
-    _head(axes)
+    _head(axes, c)
     for row, result in enumerate(results):
-        axes.text(-0.1, row + 0.5, result.scene, ha="right", va="center", size=15, color=INK)
+        axes.text(-0.1, row + 0.5, result.scene, ha="right", va="center", size=15, color=c.ink)
         for column, effect in enumerate(result.effects):
-            _cell(axes, column, row, effect)
+            _cell(axes, c, column, row, effect)
         saved = result.together.ns_without / result.together.ns_with
-        axes.text(columns + 0.5, row + 0.5, f"{saved:.2f} ×", ha="center", va="center", size=14, color=INK)
-    figure.suptitle(
-        "What a scene needs: the largest change of any outcome when one term is left out.\n"
-        "Shaded: needed, more than 2 % of its scale. Small: in what, under which hand, time without ÷ with.",
-        size=15, color=INK,
-    )  # fmt: skip
-    figure.savefig(path, dpi=110, facecolor=SURFACE)
+        axes.text(columns + 0.5, row + 0.5, f"{saved:.2f} ×", ha="center", va="center", size=14, color=c.ink)
 
 
-def _head(axes: Any) -> None:
+def _head(axes: Any, c: Colors) -> None:
     for column, (term, off) in enumerate(zip(TERMS.values(), _OFF, strict=True)):
-        axes.text(column + 0.5, -0.55, term.word, ha="center", va="center", size=14, color=INK)
-        axes.text(column + 0.5, -0.2, f"→ {off}", ha="center", va="center", size=11, color=QUIET)
-    axes.text(len(TERMS) + 0.5, -0.55, "cost", ha="center", va="center", size=14, color=INK)
-    axes.text(len(TERMS) + 0.5, -0.2, "needed ÷ all", ha="center", va="center", size=11, color=QUIET)
+        axes.text(column + 0.5, -0.55, term.word, ha="center", va="center", size=14, color=c.ink)
+        axes.text(column + 0.5, -0.2, f"→ {off}", ha="center", va="center", size=11, color=c.ink3)
+    axes.text(len(TERMS) + 0.5, -0.55, "cost", ha="center", va="center", size=14, color=c.ink)
+    axes.text(len(TERMS) + 0.5, -0.2, "needed ÷ all", ha="center", va="center", size=11, color=c.ink3)
 
 
-def _cell(axes: Any, column: int, row: int, effect: "Effect") -> None:
+def _cell(axes: Any, c: Colors, column: int, row: int, effect: "Effect") -> None:
     from matplotlib.patches import Rectangle
 
-    ground, ink = (NEEDED, NEEDED_INK) if effect.needed else (SURFACE, QUIET)
-    axes.add_patch(Rectangle((column, row), 1.0, 1.0, facecolor=ground, edgecolor=LINE, linewidth=0.8))
+    ground, ink = (c.accentsoft, c.accent) if effect.needed else (c.surface, c.ink3)
+    axes.add_patch(Rectangle((column, row), 1.0, 1.0, facecolor=ground, edgecolor=c.line, linewidth=0.8))
     weight = "bold" if effect.needed else "normal"
     axes.text(
         column + 0.5, row + 0.27, percent(effect.change), ha="center", va="center",
@@ -81,4 +78,4 @@ def _cell(axes: Any, column: int, row: int, effect: "Effect") -> None:
     time = f"{effect.ns_without / effect.ns_with:.2f} ×"
     moved = percent(effect.change) != "0 %"
     words = f"{outcome_word(effect.outcome)}\n{effect.hand} · {time}" if moved else f"\n{time}"
-    axes.text(column + 0.5, row + 0.69, words, ha="center", va="center", size=10.5, color=INK)
+    axes.text(column + 0.5, row + 0.69, words, ha="center", va="center", size=10.5, color=c.ink)

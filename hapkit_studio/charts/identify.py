@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.charts.style import APPLIED, EDGE, GRID, HELD, INK, QUIET, SURFACE, THEORY
-from hapkit_studio.figures import new_figure
+from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, dress, save
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.identify import Identified, Part
+    from hapkit_studio.analysis.identify import Identified, Part, Points
 
 # What is drawn over what: a term's column, its axis, and how many of the axis's units one SI unit has.
 AXES = {
@@ -24,71 +23,68 @@ AXES = {
 }
 TITLES = {"rendered": "What was rendered", "handle": "What the handle is"}
 _MOST_PANELS = 3
-_TEXT, _HEAD = 12, 16
+_SIZE = (1080, 500)
+# less height than that, in points, leaves the upper charts no axis beside the residuals
+_BOTH = 270.0
+_STEPS = 60
 
 
 def identify_figure(found: "Identified", path: str | Path) -> None:
-    """Draw both answers: a row of charts each, the residuals below, the numbers in words.
+    """Write both answers: a row of charts each, the residuals below, the numbers in words."""
+    parts = [part for part in (found.rendered, found.handle) if part.points is not None] or [found.rendered]
 
-    The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
-    """
-    parts = [part for part in (found.rendered, found.handle) if part.points is not None]
-    figure = new_figure(path, (15, 1.5 + 6.0 * max(len(parts), 1)))
-    rows = figure.subfigures(max(len(parts), 1), 1, squeeze=False)[:, 0]
-    for row, part in zip(rows, parts or [found.rendered], strict=True):
-        _draw(row, part, found)
-    figure.savefig(path, dpi=110, facecolor=SURFACE)
+    def paint(figure: Any, c: Colors) -> None:
+        for row, part in zip(figure.subfigures(len(parts), 1, squeeze=False)[:, 0], parts, strict=True):
+            lines = [line for line in found.sentences(part) if not line.startswith("  ")]
+            row.suptitle(TITLES[part.key], size=TEXT + 3, color=c.ink, weight="bold")
+            row.supxlabel("\n".join(lines), size=TICK, color=c.ink, x=0.04, ha="left")
+            draw(row, c, part, 0.0)
+
+    save(paint, path, (_SIZE[0], _SIZE[1] * len(parts)))
 
 
-def _draw(figure: Any, part: "Part", found: "Identified") -> None:
-    lines = [line for line in found.sentences(part) if not line.startswith("  ")]
-    figure.suptitle(TITLES[part.key], size=_HEAD, color=INK, weight="bold")
-    figure.supxlabel("\n".join(lines), size=_TEXT, color=INK, x=0.04, ha="left")
+def draw(figure: Any, c: Colors, part: "Part", end: float) -> None:
+    """Draw a part's terms side by side, what no term explains below; end: when, in s, time counts from."""
     if part.points is None:
         return
     names = [name for name in part.points.names if name in AXES][:_MOST_PANELS]
-    grid = figure.add_gridspec(2, len(names), height_ratios=(3, 1))
+    high = 72.0 * figure.get_figheight() if hasattr(figure, "get_figheight") else _BOTH
+    rows = (3, 1) if high >= _BOTH else (1,)
+    grid = figure.add_gridspec(len(rows), len(names), height_ratios=rows)
     for column, name in enumerate(names):
-        _term(figure.add_subplot(grid[0, column]), part, name)
-    _residuals(figure.add_subplot(grid[1, :]), part)
+        axes = figure.add_subplot(grid[0, column])
+        _term(axes, c, part, name)
+        axes.set_ylabel("its own force, N" if column == 0 else "", size=TICK, color=c.axis)
+    if len(rows) > 1:
+        _residuals(figure.add_subplot(grid[1, :]), c, part.points, end)
 
 
-def _term(axes: Any, part: "Part", name: str) -> None:
+def _term(axes: Any, c: Colors, part: "Part", name: str) -> None:
+    """Draw the force that is left without all other terms, the line found, its band, what was set."""
     points, estimate = part.points, part[name]
     assert points is not None
     label, scale = AXES[name]
     own, force = points.share(name)
     sign = -1.0 if part.key == "rendered" else 1.0
-    beyond = np.linspace(own.min(), own.max(), 60)
-    fit, half = points.line(name, beyond)
-    axes.plot(scale * own, sign * force, ".", ms=3, color=APPLIED, alpha=0.5)
+    across = np.linspace(own.min(), own.max(), _STEPS)
+    fit, half = points.line(name, across)
+    axes.plot(scale * own, sign * force, ".", markersize=3, color=c.applied, alpha=0.6)
     axes.fill_between(
-        scale * beyond, sign * (fit - half), sign * (fit + half), color=THEORY, edgecolor=EDGE, lw=1, zorder=1
+        scale * across, sign * (fit - half), sign * (fit + half), color=c.theory, edgecolor=c.edge, zorder=1
     )
-    axes.plot(scale * beyond, sign * fit, color=INK, lw=2)
+    axes.plot(scale * across, sign * fit, color=c.ink, linewidth=2)
     if estimate.asked is not None:
-        middle = 0.5 * (beyond[0] + beyond[-1]) if name == "stiffness" else 0.0
-        through = np.interp(middle, beyond, fit) if name == "stiffness" else 0.0
-        axes.plot(
-            scale * beyond, sign * (through + estimate.asked * (beyond - middle)), color=HELD, ls=":", lw=2
-        )
-    axes.set_title(estimate.term.label, size=_TEXT + 1, color=INK, loc="left")
-    axes.set_xlabel(label, size=_TEXT)
-    axes.set_ylabel("force, the rest taken away, N", size=_TEXT)
-    _quiet(axes)
+        middle = 0.5 * (across[0] + across[-1]) if name == "stiffness" else 0.0
+        through = np.interp(middle, across, fit) if name == "stiffness" else 0.0
+        asked = sign * (through + estimate.asked * (across - middle))
+        axes.plot(scale * across, asked, color=c.hold, linestyle=DOT, linewidth=2)
+    axes.set_title(estimate.term.label, size=TEXT, color=c.ink, loc="left")
+    dress(axes, c, label, "")
+    axes.locator_params(nbins=5)
 
 
-def _residuals(axes: Any, part: "Part") -> None:
-    points = part.points
-    assert points is not None
-    axes.plot(points.time, 1e3 * points.residual, ".", ms=2, color=APPLIED)
-    axes.axhline(0.0, color=INK, lw=1)
-    axes.set_xlabel("time, s", size=_TEXT)
-    axes.set_ylabel("left over, mN", size=_TEXT)
-    _quiet(axes)
-
-
-def _quiet(axes: Any) -> None:
-    axes.grid(color=GRID)
-    axes.tick_params(labelsize=_TEXT, colors=QUIET)
-    axes.spines[["top", "right"]].set_visible(False)
+def _residuals(axes: Any, c: Colors, points: "Points", end: float) -> None:
+    axes.plot(points.time - end, 1e3 * points.residual, ".", markersize=2.5, color=c.applied)
+    axes.axhline(0.0, color=c.ink2, linewidth=1)
+    dress(axes, c, "time, s (what no term explains)", "mN")
+    axes.locator_params(axis="y", nbins=4)

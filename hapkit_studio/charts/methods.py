@@ -1,34 +1,34 @@
 """How each method is drawn, in every chart the same: a marker and a colour's name, never colour alone.
 
-Markers: star, diamond, square, pentagon, circle, down, plus, up, cross. Colours are tokens of the palette.
+Markers are matplotlib's, colours tokens of the palette.
 """
 
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 
 _OTHERS = (
-    ("circle", "velocity"),
-    ("square", "position"),
-    ("diamond", "asked"),
-    ("pentagon", "energy"),
-    ("star", "ink"),
-    ("down", "hold"),
-    ("plus", "lecture"),
-    ("up", "applied"),
-    ("cross", "ok"),
-    ("circle", "danger"),
+    ("o", "velocity"),
+    ("s", "position"),
+    ("D", "asked"),
+    ("p", "energy"),
+    ("*", "ink"),
+    ("v", "hold"),
+    ("P", "lecture"),
+    ("^", "applied"),
+    ("X", "ok"),
+    ("o", "danger"),
 )
 _INTEGRATORS = {
-    "explicit_euler": ("up", "applied"),
-    "lecture": ("plus", "lecture"),
-    "semi_implicit": ("circle", "velocity"),
-    "verlet": ("square", "position"),
-    "rk4": ("diamond", "asked"),
-    "implicit_euler": ("down", "hold"),
-    "trapezoid": ("pentagon", "energy"),
-    "exact": ("star", "ink"),
+    "explicit_euler": ("^", "applied"),
+    "lecture": ("P", "lecture"),
+    "semi_implicit": ("o", "velocity"),
+    "verlet": ("s", "position"),
+    "rk4": ("D", "asked"),
+    "implicit_euler": ("v", "hold"),
+    "trapezoid": ("p", "energy"),
+    "exact": ("*", "ink"),
 }
-_SERVO = {"prompt": ("circle", "velocity"), "late": ("down", "hold")}
+_SERVO = {"prompt": ("o", "velocity"), "late": ("v", "hold")}
 
 
 def look(method: str) -> tuple[str, str]:

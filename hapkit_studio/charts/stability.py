@@ -1,230 +1,246 @@
 """The map of damping and stiffness: boundaries, regions, and where the rendered impedance lies."""
 
 import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis.margin import factor, hand_words
-from hapkit_studio.analysis.plane import Plane
-from hapkit_studio.charts import stability_side
-from hapkit_studio.charts.placing import Box, crosses, room
-from hapkit_studio.charts.style import (
-    ACCENT,
-    APPLIED,
-    ASKED,
-    DANGER,
-    GRID,
-    INK,
-    LINE,
-    OK,
-    PASSIVE,
-    STABLE,
-    SURFACE,
-    UNSTABLE,
-    VELOCITY,
-    WARN,
-    WARN_SOFT,
-)
-from hapkit_studio.figures import new_figure
+from hapkit_studio.analysis import plane_words
+from hapkit_studio.analysis.margin import factor, hand_words, sentence
+from hapkit_studio.analysis.plane import Cells, Plane, Points
+from hapkit_studio.charts.labels import Label, write
+from hapkit_studio.charts.style import DASH_DOT, DOT, TEXT, Colors, dress, legend, pale, rim, save, whole
 
-_WIDTH = 13.5
-_DOTS = (1, 1.6)
-_NAME = 13
-_PASSIVE_NAME, _PASSIVE_SIZE = "passive: stable in any hand", (0.42, 0.06)
-# A quarter, as the last two digits of a colour.
-_FAINT = "40"
+_SIZE = (972, 700)
+# DECAYS, BUZZES, GROWS of the measured classes, and how each is called
+_TOKENS, _KINDS = ("stable", "warnsoft", "unstable"), ("comes to rest", "buzzes, does not grow", "grows")
+_GROWS = 2
+_FAINT = "40"  # a quarter, as the last two digits of a colour
+# From this share of the width on, words stand on the left; so far away in points.
+_TURNS, _AWAY = 0.62, 13.0
+# Less than this between dot and boundary leaves no room for the arrow's words, in points.
+_ROOM_FOR_WORDS = 40.0
+
+
+@dataclass(frozen=True)
+class Map:
+    """A plane with what was measured last in it, and what else is drawn.
+
+    others: boundaries measured before, hands: every hand's exact boundary (n,) over the plane's damping;
+    outdated: what was measured holds for other conditions; dotted: the rendered impedance can be shown.
+    """
+
+    plane: Plane
+    others: Sequence[Points] = ()
+    hands: Mapping[str, np.ndarray] = field(default_factory=dict)
+    outdated: bool = False
+    dotted: bool = True
+
+    @property
+    def particular(self) -> Cells | None:
+        """Return measured cells that the lines cannot stand for: with friction, or with the controller."""
+        cells = None if self.outdated else self.plane.cells
+        return cells if cells is not None and (cells.real or cells.controller) else None
+
+    @property
+    def boundaries(self) -> tuple[Points, ...]:
+        """Return every measured boundary, the newest last."""
+        return (*self.others, *([self.plane.points] if self.plane.points is not None else []))
+
+    def lines(self) -> dict[str, tuple[str, str]]:
+        """Return the lines that there are, by key: what each is called and means."""
+        plane = self.plane
+        there = {
+            "exact": plane.setting.linear,
+            "measured": bool(self.boundaries),
+            "simple": True,
+            "passive": bool(plane.edge.any()),
+            "coulomb": plane.coulomb < plane.top,
+        }
+        found = {key: plane_words.line(plane, key) for key, on in there.items() if on}
+        if self.hands:
+            found["hands"] = ("Other hands", "light, medium and firm grip")
+        return found
 
 
 def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
-    """Draw the plane with its verdict, legend and conditions; the path's ending picks the format.
-
-    device: the name of the device it holds for.
-
-    Raise ParameterError for an ending that is no format of pictures.
-    """
-    figure = new_figure(path, (_WIDTH, stability_side.height(plane)))
-    left, right = figure.subplots(1, 2, width_ratios=(2.3, 1.0))
-    _regions(left, plane)
-    _lines(left, plane)
-    _names(left, plane)
-    _dot(left, plane)
-    _frame(left, plane)
-    stability_side.draw(right, plane, device)
-    figure.savefig(path, dpi=110, facecolor=SURFACE)
-
-
-def _frame(axes: Any, plane: Plane) -> None:
-    axes.set_xlim(0.0, plane.width)
-    axes.set_ylim(0.0, plane.top)
-    axes.set_xlabel("damping B, N·s/m", size=14, color=INK)
-    axes.set_ylabel("stiffness K, N/m", size=14, color=INK)
-    axes.tick_params(labelsize=12, color=LINE, labelcolor=INK)
-    axes.locator_params(nbins=6)
-    axes.yaxis.set_major_formatter("{x:,.0f}")
-    axes.grid(color=GRID, linewidth=0.8)
-    axes.set_axisbelow(False)
-    for spine in axes.spines.values():
-        spine.set_color(LINE)
-
-
-def _regions(axes: Any, plane: Plane) -> None:
-    if plane.cells is not None:
-        _cells(axes, plane)
-    elif plane.setting.linear:
-        axes.set_facecolor(UNSTABLE)
-        axes.fill_between(
-            plane.damping, plane.exact, 10.0 * plane.top, facecolor="none", edgecolor=DANGER, hatch="//",
-            linewidth=0.0, alpha=0.25,
-        )  # fmt: skip
-        axes.fill_between(plane.damping, 0.0, plane.exact, color=STABLE, linewidth=0.0)
-    if plane.edge.size:
-        axes.fill_between(plane.edge_damping, 0.0, plane.edge, color=PASSIVE, linewidth=0.0, alpha=0.8)
-
-
-def _cells(axes: Any, plane: Plane) -> None:
-    from matplotlib.colors import ListedColormap
-
-    cells = plane.cells
-    assert cells is not None
-    axes.pcolormesh(
-        cells.damping, cells.stiffness, cells.classes, shading="nearest", vmin=-0.5, vmax=2.5,
-        cmap=ListedColormap([STABLE, WARN_SOFT, UNSTABLE]), rasterized=True,
-    )  # fmt: skip
-    if (cells.classes > 1).any():
-        hatched = axes.contourf(
-            cells.damping, cells.stiffness, cells.classes, levels=[1.5, 2.5], colors="none", hatches=["//"]
-        )
-        hatched.set(edgecolor=DANGER + _FAINT, linewidth=0.0)
-
-
-def _lines(axes: Any, plane: Plane) -> None:
-    axes.plot(plane.damping, plane.simple, color=ASKED, linewidth=2, linestyle=(0, _DOTS))
-    if plane.setting.linear:
-        axes.plot(plane.damping, plane.exact, color=INK, linewidth=3)
-    if plane.edge.size:
-        axes.plot(plane.edge_damping, plane.edge, color=VELOCITY, linewidth=2, linestyle="dashdot")
-    if plane.coulomb < plane.top:
-        axes.axhline(plane.coulomb, color=WARN, linewidth=2, linestyle=(0, (6, 3)))
-    if plane.points is not None:
-        color = APPLIED if plane.points.controller else ACCENT
-        seen = (plane.points.stiffness <= plane.top) & (plane.points.damping <= plane.width)
-        axes.plot(
-            plane.points.damping[seen], plane.points.stiffness[seen], "o", markersize=8, color=color,
-            markerfacecolor=SURFACE, markeredgewidth=2, zorder=5, clip_on=False,
-        )  # fmt: skip
-
-
-def _names(axes: Any, plane: Plane) -> None:
-    """Write the regions' names inside them, clear of the dot, its words and the simple rule."""
-    if not plane.setting.linear or (plane.cells is not None and plane.cells.real):
-        return
-    hand = hand_words(plane.setting.hand).replace(" hand", "")
-    taken = [_around_dot(plane), *_along(plane.damping / plane.width, plane.simple / plane.top)]
-    exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
-    _passive_name(axes, plane, taken)
-    passive = np.minimum(_passive(plane), exact)
-    for words, color, low, high in (
-        (f"grows, {hand}", DANGER, exact, np.ones_like(exact)),
-        (f"stable, {hand}", OK, passive, exact),
-    ):
-        box = room(low, high, (0.016 * len(words), 0.07), taken)
-        if box is not None:
-            _write(axes, plane, box, words, color)
-            taken.append(box)
-
-
-def _passive(plane: Plane) -> np.ndarray:
-    """Return the passivity line as a share of the height in each column (n,)."""
-    if not plane.edge.size:
-        return np.zeros_like(plane.damping)
-    return np.interp(plane.damping, plane.edge_damping, plane.edge / plane.top, right=0.0)
-
-
-def _along(x: np.ndarray, y: np.ndarray) -> list[Box]:
-    """Return small boxes along a line, in shares of the frame."""
-    inside = np.interp(np.linspace(0.0, 1.0, 4 * len(x)), x, y)
-    places = np.linspace(0.0, 1.0, 4 * len(x))
-    return [(a - 0.01, b - 0.02, a + 0.01, b + 0.02) for a, b in zip(places, inside, strict=True) if b < 1.0]
-
-
-def _write(axes: Any, plane: Plane, box: Box, words: str, color: str) -> None:
-    x, y = 0.5 * (box[0] + box[2]) * plane.width, 0.5 * (box[1] + box[3]) * plane.top
-    axes.text(
-        x,
-        y,
-        words,
-        ha="center",
-        va="center",
-        size=_NAME,
-        weight="bold",
-        color=color,
-        zorder=6,
-        path_effects=_rim(),
+    """Write the plane, its verdict above and the conditions below it; device: what it holds for."""
+    shown, margin = Map(plane), plane.margin
+    real = any(found is not None and found.real for found in (plane.cells, plane.points))
+    limits = [(f"Limit, {hand_words(hand)}", f"{k:,.0f} N/m") for hand, k in plane.hands.items() if k == k]
+    own = [("Device", device)] if device else []
+    pairs = [*own, *plane_words.conditions(plane.setting, real), *limits]
+    title = "Without the controller: " if plane.setting.controller else ""
+    save(
+        lambda figure, c: draw(figure, c, shown),
+        path,
+        _SIZE,
+        title + sentence(margin),
+        whole([f"{name}: {words}" for name, words in shown.lines().values()])
+        + "\n"
+        + whole([" ".join(pair) for pair in pairs]),
     )
 
 
-def _passive_name(axes: Any, plane: Plane, taken: list[Box]) -> None:
-    """Name the passive region from beside it, with a line that leads into it."""
-    if not plane.edge.size or not plane.edge.any():
-        return
-    exact = np.clip(plane.exact / plane.top, 0.0, 1.0)
-    floor = np.interp(plane.damping, plane.edge_damping, np.clip(plane.edge / plane.top, 0.0, 1.0), right=0.0)
-    box = room(floor, np.minimum(exact, floor + 0.25), _PASSIVE_SIZE, taken)
-    reach = float(plane.edge_damping[-1]) / plane.width
-    into = 0.35 * min(reach, 1.0), 0.35 * min(plane.edge[0] / plane.top, 1.0)
-    if box is None or crosses((box[0], 0.5 * (box[1] + box[3])), into, _around_dot(plane)):
-        return
-    taken.append(box)
-    end = (into[0] * plane.width, into[1] * plane.top)
-    start = (box[0] * plane.width, 0.5 * (box[1] + box[3]) * plane.top)
-    axes.plot([start[0], end[0]], [start[1], end[1]], color=VELOCITY, linewidth=1.2)
-    axes.text(
-        *start, f" {_PASSIVE_NAME}", va="center", size=_NAME, weight="bold", color=VELOCITY,
-        zorder=6, path_effects=_rim(),
-    )  # fmt: skip
+def draw(figure: Any, c: Colors, shown: Map) -> "Dot":
+    """Draw regions, lines and what was measured; return the dot, which moves."""
+    plane, axes = shown.plane, figure.add_subplot()
+    measured = pale(c) if shown.outdated else c
+    dress(axes, c, "damping B, N·s/m", "stiffness K, N/m")
+    axes.set_xlim(0.0, plane.width)
+    axes.set_ylim(0.0, plane.top)
+    axes.locator_params(nbins=6)
+    axes.yaxis.set_major_formatter("{x:,.0f}")
+    _lines(axes, c, shown)
+    _measured(axes, measured, shown)
+    _regions(axes, c, measured, shown)
+    legend(axes, c)
+    if shown.hands:
+        figure.draw_without_rendering()
+        write(axes, c, [*_ends(c, shown)])
+    dot = Dot(axes, c)
+    dot.place(plane, shown.dotted)
+    return dot
 
 
-def _around_dot(plane: Plane) -> Box:
-    """Return the share of the frame that dot, arrow and their words take."""
-    x, y = plane.margin.damping / plane.width, plane.margin.stiffness / plane.top
-    limit = plane.margin.limit if math.isfinite(plane.margin.limit) else plane.margin.stiffness
-    tip = min(limit / plane.top, 1.0)
-    return x - 0.03, min(y, tip) - 0.05, x + 0.45, max(y, tip) + 0.05
+def _lines(axes: Any, c: Colors, shown: Map) -> None:
+    plane, names = shown.plane, {key: name for key, (name, _) in shown.lines().items()}
+    if plane.setting.linear:
+        axes.plot(plane.damping, plane.exact, color=c.ink, linewidth=3, label=names["exact"])
+    for hand, limits in shown.hands.items():
+        if hand != plane.setting.hand:
+            axes.plot(plane.damping, limits, color=c.ink2, linewidth=1.6)
+    axes.plot(plane.damping, plane.simple, color=c.asked, linewidth=2, linestyle=DOT, label=names["simple"])
+    if "passive" in names:
+        name = names["passive"]
+        axes.plot(
+            plane.edge_damping, plane.edge, color=c.velocity, linewidth=2, linestyle=DASH_DOT, label=name
+        )
+    if "coulomb" in names:
+        axes.axhline(plane.coulomb, color=c.warn, linewidth=2, linestyle=(0, (6, 3)), label=names["coulomb"])
 
 
-def _dot(axes: Any, plane: Plane) -> None:
-    margin = plane.margin
-    color = ACCENT if margin.stable or not plane.setting.linear else DANGER
-    axes.plot([0.0, margin.damping], [margin.stiffness] * 2, color=color, linewidth=1.2, linestyle=":")
-    axes.plot([margin.damping] * 2, [0.0, margin.stiffness], color=color, linewidth=1.2, linestyle=":")
-    tip = min(margin.limit, 0.97 * plane.top)
-    if margin.stiffness > 0.0 and margin.limit > 0.0:
-        axes.annotate(
-            "", (margin.damping, tip), (margin.damping, margin.stiffness), zorder=7,
-            arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 2.2, "mutation_scale": 18},
+def _measured(axes: Any, c: Colors, shown: Map) -> None:
+    """Draw measured boundaries; points on the frame stand over it, whole."""
+    plane = shown.plane
+    for points in shown.boundaries:
+        seen = (points.stiffness <= plane.top) & (points.damping <= plane.width)
+        color = c.applied if points.controller else c.position
+        name = "Measured, controlled" if points.controller else "Measured boundary"
+        axes.plot(
+            points.damping[seen], points.stiffness[seen], "o", markersize=8, color=color, clip_on=False,
+            markerfacecolor=c.plot, markeredgewidth=2, zorder=5,
+            label=name if seen.any() else f"{name}: beyond this map",
         )  # fmt: skip
-        _say(axes, plane, 0.5 * (tip + margin.stiffness), factor(margin.ratio), color)
-    axes.plot(
-        margin.damping, margin.stiffness, "o", markersize=14, color=color, markeredgecolor=SURFACE,
-        markeredgewidth=2, zorder=8, clip_on=False,
+
+
+def _regions(axes: Any, c: Colors, measured: Colors, shown: Map) -> None:
+    from matplotlib.patches import Rectangle
+
+    plane, cells = shown.plane, shown.plane.cells
+    hand = hand_words(plane.setting.hand)
+    whose = hand if shown.particular or not plane.setting.controller else "without controller"
+    named = dict.fromkeys(("stable", "unstable"), whose) if plane.setting.linear else {}
+    if plane.setting.linear and shown.particular is None:
+        axes.fill_between(plane.damping, plane.exact, 10.0 * plane.top, color=c.unstable, zorder=0.1)
+        axes.fill_between(
+            plane.damping, plane.exact, 10.0 * plane.top, facecolor="none", edgecolor=c.danger + _FAINT,
+            hatch="//", linewidth=0.0, zorder=0.2,
+        )  # fmt: skip
+        axes.fill_between(plane.damping, 0.0, plane.exact, color=c.stable, linewidth=0.0, zorder=0.1)
+    if cells is not None:
+        _cells(axes, measured, cells)
+        named |= {_TOKENS[kind]: hand for kind in np.unique(cells.classes)}
+    if plane.edge.any():
+        axes.fill_between(plane.edge_damping, 0.0, plane.edge, color=c.passive, linewidth=0.0, zorder=0.4)
+        sample = Rectangle((0, 0), 0, 0, color=c.passive, label="passive: stable in any hand")
+        axes.add_patch(sample)
+    for token, kind in zip(_TOKENS, _KINDS, strict=True):
+        if token in named:
+            word = "stable" if token == "stable" and shown.particular is None else kind
+            label = word if token == "warnsoft" else f"{word}, {named[token]}"
+            look = {"hatch": "//", "edgecolor": c.danger + _FAINT} if token == "unstable" else {}
+            axes.add_patch(Rectangle((0, 0), 0, 0, facecolor=getattr(c, token), label=label, **look))
+
+
+def _cells(axes: Any, c: Colors, cells: Cells) -> None:
+    from matplotlib.colors import ListedColormap
+
+    axes.pcolormesh(
+        cells.damping, cells.stiffness, cells.classes, shading="nearest", vmin=-0.5, vmax=2.5,
+        cmap=ListedColormap([getattr(c, token) for token in _TOKENS]), rasterized=True, zorder=0.3,
     )  # fmt: skip
-    _say(axes, plane, margin.stiffness, f"{margin.stiffness:,.0f} N/m, {margin.damping:.1f} N·s/m", color)
+    if (cells.classes == _GROWS).any():
+        hatched = axes.contourf(
+            cells.damping, cells.stiffness, cells.classes, levels=[1.5, 2.5], colors="none", hatches=["//"],
+            zorder=0.35,
+        )  # fmt: skip
+        hatched.set(edgecolor=c.danger + _FAINT, linewidth=0.0)
 
 
-def _say(axes: Any, plane: Plane, height: float, words: str, color: str) -> None:
-    """Write beside the dot, on its other side where there is no room."""
-    left = plane.margin.damping > 0.62 * plane.width
-    axes.annotate(
-        words, (plane.margin.damping, height), (-14 if left else 14, 0), textcoords="offset points",
-        ha="right" if left else "left", va="center", size=_NAME, weight="bold", color=color, zorder=8,
-        path_effects=_rim(),
-    )  # fmt: skip
+def _ends(c: Colors, shown: Map) -> list[Label]:
+    """Return the names of the other hands' boundaries, where they leave the map."""
+    plane, found = shown.plane, []
+    for hand, limits in shown.hands.items():
+        inside = np.flatnonzero(limits <= 0.96 * plane.top)
+        if hand != plane.setting.hand and inside.size:
+            last = inside[-1]
+            found.append(Label(plane.damping[last], limits[last], hand_words(hand), c.ink2, left=True))
+    return found
 
 
-def _rim() -> list:
-    """Return what draws words readable across a line."""
-    from matplotlib.patheffects import withStroke
+class Dot:
+    """The rendered impedance with its values, and an arrow to the boundary; ``artists`` are drawn last."""
 
-    return [withStroke(linewidth=4, foreground=SURFACE, alpha=0.8)]
+    def __init__(self, axes: Any, c: Colors):
+        self._c = c
+        words = {
+            "textcoords": "offset points", "size": TEXT, "weight": "bold", "va": "center", "zorder": 8,
+            "path_effects": rim(c), "annotation_clip": False,
+        }  # fmt: skip
+        (self._feet,) = axes.plot([], [], linewidth=1.4, linestyle=":")
+        (self._dot,) = axes.plot([], [], "o", markersize=15, color=c.accent, clip_on=False, zorder=8)
+        self._arrow = axes.annotate(
+            "", (0, 0), (0, 0), zorder=7,
+            arrowprops={"arrowstyle": "-|>", "linewidth": 2.2, "mutation_scale": 18, "shrinkB": 0},
+        )  # fmt: skip
+        self.words = axes.annotate("", (0, 0), (0, 0), **words)
+        self._factor = axes.annotate("", (0, 0), (0, 0), **words)
+        self.artists = (self._feet, self._arrow, self._dot, self.words, self._factor)
+        for artist in self.artists:
+            artist.set_in_layout(False)
+
+    def place(self, plane: Plane, dotted: bool = True) -> None:
+        """Show a plane's impedance; dotted: whether there is one."""
+        margin, c = plane.margin, self._c
+        bad = not margin.stable and plane.setting.linear and not plane.setting.controller
+        color = c.danger if bad else c.accent
+        x, y = margin.damping, margin.stiffness
+        self._feet.set(data=([0.0, x, x], [y, y, 0.0]), color=color)
+        self._dot.set(data=([x], [y]), markeredgecolor=c.danger if bad else c.plot, markeredgewidth=2)
+        tip = min(margin.limit, 0.98 * plane.top) if y > 0.0 and margin.limit > 0.0 else math.nan
+        self._arrow.xy, self._arrow.xyann = (x, tip), (x, y)
+        self._arrow.arrow_patch.set_color(color)
+        high = 0.75 * 72.0 * self._dot.figure.get_figheight()
+        far = abs(tip - y) * high > _ROOM_FOR_WORDS * plane.top
+        self._say(self.words, plane, y, here(plane), color)
+        self._say(
+            self._factor, plane, 0.5 * (tip + y) if far else y, factor(margin.ratio) if far else "", color
+        )
+        for artist in self.artists:
+            artist.set_visible(dotted)
+        self._arrow.set_visible(dotted and abs(tip - y) > 0.03 * plane.top)
+
+    def _say(self, words: Any, plane: Plane, height: float, text: str, color: str) -> None:
+        left = plane.margin.damping > _TURNS * plane.width
+        low = 10.0 if height < 0.05 * plane.top else 0.0
+        words.set(text=text, color=color, ha="right" if left else "left")
+        words.xy, words.xyann = (plane.margin.damping, height), (-_AWAY if left else _AWAY, low)
+
+
+def here(plane: Plane) -> str:
+    """Return the dot's words."""
+    return f"{plane.margin.stiffness:,.0f} N/m, {plane.margin.damping:.1f} N·s/m"

@@ -1,67 +1,87 @@
 """The Z-width: the stiffest wall over virtual damping, the linear loop's limit beside it."""
 
-import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.charts.style import GRID, INK, INK2, LINE, POSITION, QUIET, STABLE, SURFACE
-from hapkit_studio.figures import new_figure
+from hapkit_studio.analysis.scales import nice_top
+from hapkit_studio.analysis.zwidth_limits import HIGHEST
+from hapkit_studio.charts.style import DASH, TEXT, Colors, dress, legend, save, whole
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.zwidth_result import ZWidth
 
-_WIDTH, _TITLE_WIDTH = 108, 64  # letters that fit into a line
+_SIZE = (792, 504)
+_ROOM = 1.18
+# What the axes show at least while points come, N·s/m and N/m.
+_RIGHT, _TOP = 10.0, 1000.0
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Points so far: damping, stiffness, whether the motor's limit was reached; the linear limit (2, m).
+
+    right, top: how far the axes go at least; tried: the wall that is tried now.
+    """
+
+    points: Sequence[tuple[float, float, bool]] = ()
+    curve: np.ndarray = field(default_factory=lambda: np.empty((2, 0)))
+    right: float = _RIGHT
+    top: float = _TOP
+    tried: tuple[float, float] | None = None
+    buzzes: bool = False
+
+    @classmethod
+    def of(cls, result: "ZWidth") -> "Walls":
+        """Return what a result shows; above its points it buzzes, unless nothing stiffer was tried."""
+        points = [
+            (float(b), float(k), bool(limited))
+            for b, k, limited in zip(result.damping, result.stiffness, result.clamped, strict=True)
+        ]
+        right = max(float(result.damping[-1]), 1.0)
+        return cls(points, result.curve, right, 100.0, buzzes=HIGHEST not in result.ends)
 
 
 def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
-    """Draw stiffness over damping: what was rendered, what the linear loop allows, under which conditions.
+    """Write what was rendered, what the linear loop allows, and under which conditions."""
+    walls = Walls.of(result)
+    caption = whole([result.place, *(c.words for c in result.conditions)])
+    save(lambda figure, c: draw(figure, c, walls), path, _SIZE, result.sentence, caption)
 
-    A hollow marker: the motor's limit was reached. The path's ending picks the format. Raise ParameterError
-    for an ending that is no format of pictures.
-    """
-    figure = new_figure(path, (11, 7))
+
+def draw(figure: Any, c: Colors, walls: Walls) -> None:
+    """Draw stiffness over damping; a hollow marker: the motor's limit was reached."""
     axes = figure.add_subplot()
-    _rendered(axes, result)
-    _linear(axes, result)
-    highest = np.nanmax(np.append(result.stiffness, result.curve[1]), initial=100.0)
-    axes.set_ylim(0.0, 1.28 * highest)
-    right = max(float(result.damping[-1]), 1.0)
-    axes.set_xlim(-0.02 * right, 1.04 * right)
-    axes.set_xlabel("virtual damping B, N·s/m", size=13, color=INK2)
-    axes.set_ylabel("virtual stiffness K, N/m", size=13, color=INK2)
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
-    axes.tick_params(labelsize=12, colors=INK2)
-    axes.grid(color=GRID)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(LINE)
-    axes.legend(frameon=False, fontsize=12, loc="upper left", labelcolor=INK)
-    title = textwrap.fill(result.sentence, _TITLE_WIDTH)
-    axes.set_title(title, size=17, color=INK, loc="left", pad=14, weight="bold")
-    figure.supxlabel(_caption(result), size=11, color=QUIET, x=0.02, ha="left")
-    figure.savefig(path, dpi=110, facecolor=SURFACE)
+    tried = walls.tried or (0.0, 0.0)
+    high = np.nanmax([walls.top, tried[1], *(k for _, k, _ in walls.points), *walls.curve[1]])
+    dress(axes, c, "virtual damping B, N·s/m", "virtual stiffness K, N/m")
+    axes.set_xlim(-0.02 * walls.right, 1.04 * walls.right)
+    axes.set_ylim(0.0, nice_top(_ROOM * float(high)))
+    axes.yaxis.set_major_formatter("{x:,.0f}")
+    _rendered(axes, c, np.array(walls.points, dtype=float).reshape(-1, 3).T)
+    if np.isfinite(walls.curve).any():
+        words = "linear loop: no friction, no sensor steps"
+        axes.plot(*walls.curve, color=c.ink, linewidth=2.0, linestyle=DASH, label=words)
+    if walls.tried is not None:
+        axes.plot(*tried, "o", markersize=14, color="none", markeredgecolor=c.accent, markeredgewidth=2.2)
+    if walls.buzzes:
+        axes.text(0.02, 0.96, "buzzes", transform=axes.transAxes, size=TEXT, weight="bold", color=c.danger,
+                  va="top")  # fmt: skip
+    if walls.points:
+        legend(axes, c)
 
 
-def _caption(result: "ZWidth") -> str:
-    """Return the conditions in lines that break between two of them only."""
-    whole = [words.replace(" ", "\u00a0") for words in (result.place, *(c.words for c in result.conditions))]
-    return textwrap.fill(" · ".join(whole), _WIDTH, break_on_hyphens=False)
-
-
-def _rendered(axes: Any, result: "ZWidth") -> None:
-    axes.fill_between(result.damping, result.stiffness, color=STABLE, linewidth=0.0)
-    axes.plot(result.damping, result.stiffness, "-o", color=POSITION, linewidth=2.2, markersize=8,
-              markerfacecolor=POSITION, label="rendered without buzzing", zorder=3)  # fmt: skip
-    clamped = np.array(result.clamped, dtype=bool)
-    if clamped.any():
-        axes.plot(result.damping[clamped], result.stiffness[clamped], "o", color=POSITION, markersize=8,
-                  markerfacecolor=SURFACE, markeredgewidth=2.0, label="the same, at the motor's limit",
-                  zorder=4)  # fmt: skip
-
-
-def _linear(axes: Any, result: "ZWidth") -> None:
-    if np.isfinite(result.curve[1]).any():
-        axes.plot(*result.curve, color=INK, linewidth=1.8, dashes=(5, 3),
-                  label="limit of the linear loop: no friction, no sensor steps")  # fmt: skip
+def _rendered(axes: Any, c: Colors, points: np.ndarray) -> None:
+    damping, stiffness, limited = points
+    axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
+    axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
+    for at_limit, words in ((0.0, "rendered without buzzing"), (1.0, "the same, at the motor's limit")):
+        seen = limited == at_limit
+        if seen.any():
+            axes.plot(
+                damping[seen], stiffness[seen], "o", color=c.position, label=words, markersize=9,
+                markeredgewidth=2.0, markerfacecolor=c.plot if at_limit else c.position, zorder=4,
+            )  # fmt: skip

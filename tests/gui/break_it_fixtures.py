@@ -5,7 +5,7 @@ import pytest
 from hapkit_studio.analysis import failures as package
 from hapkit_studio.gui import prepare
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.tabs.break_it import BreakItPage
+from hapkit_studio.gui.tabs.break_it.page import BreakItPage
 from tests.gui.break_it_support import Gate, library
 from tests.gui.window_support import PATIENCE_MS
 

@@ -4,18 +4,21 @@ import math
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QFontMetricsF
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
 from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet
 from hapkit_studio.analysis.accuracy.points import mark_front
+from hapkit_studio.charts.accuracy_axes import Frame
 from hapkit_studio.charts.methods import look
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
-from hapkit_studio.gui.tabs.accuracy import answer_words
+from hapkit_studio.gui.tabs.accuracy import answer_words, columns
 from hapkit_studio.gui.theme import theme
 from hapkit_studio.palette import TOKENS
+from tests.gui.drawing_support import drawn, leave, outside
+from tests.gui.drawing_support import point as point_at
 from tests.gui.test_layout import cut_off
 
 LABELS = {"verlet": "Verlet", "rk4": "RK4", "explicit_euler": "Explicit Euler"}
@@ -69,30 +72,43 @@ def test_the_answer_and_whether_the_default_is_it(page):
 
 def test_the_point_under_the_pointer_is_told(page):
     page.show_result(made_up("verlet"))
-    place = page.chart.at(4.0, 0.002).toPoint()
-    QTest.mouseMove(page.chart.viewport(), place + QPoint(3, 3))
-    QTest.mouseMove(page.chart.viewport(), place)
-    page.show_point(page.chart.point_near(page.chart.at(4.0, 0.002)))
+    point_at(page.chart, 4.0, 0.002)
     assert page.point.text() == "Verlet at 1 ms: 0.20 %, 4.0 µs per second"
-    assert page.chart.point_near(page.chart.frame().topRight()) is None
+    leave(page.chart)
+    assert page.point.text() == ""
+
+
+def test_every_error_is_drawn_somewhere_in_the_frame_and_told(page):
+    page.show_result(made_up("verlet"))
+    frame = Frame(page.sheet)
+    for found in page.sheet.points:
+        point_at(page.chart, *frame.place(found))
+        assert page.point.text().startswith(f"{found.label} at "), found
 
 
 def test_a_row_of_the_table_lets_its_line_stand_out(page):
     page.show_result(made_up("verlet"))
-    page.grab()
-    heard = []
-    page.table.chosen.connect(heard.append)
-    QTest.mouseClick(page.table, Qt.MouseButton.LeftButton, pos=QPoint(40, 38 + 15))
-    QTest.mouseClick(page.table, Qt.MouseButton.LeftButton, pos=QPoint(40, 38 + 15))
-    assert heard == ["rk4", ""]  # the most accurate one comes first
+    for width in (3.0, 1.5):  # the most accurate one comes first; a second click chooses none
+        row = page.table.visualRect(page.table.model().index(0, 0)).center()
+        QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=row)
+        (axes,) = drawn(page.chart)
+        color = theme.color(look("rk4")[1]).name()
+        widths = {line.get_linewidth() for line in axes.lines if line.get_color() == color.upper()}
+        assert width in widths
 
 
-def test_every_error_is_drawn_somewhere_in_the_frame(page):
+def test_the_table_is_sorted_by_a_click_on_a_head_and_copied(page):
     page.show_result(made_up("verlet"))
-    box = page.chart.frame()
-    for found in page.sheet.points:
-        assert box.contains(page.chart.spot(found))
-        assert page.chart.point_near(page.chart.spot(found)) is found
+    head = page.table.horizontalHeader()
+    place = QPoint(head.sectionPosition(1) + 4, 4)
+    QTest.mouseClick(head.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    costs = [row[1] for row in page.table.texts()[1:]]
+    assert costs in (["2.0", "4.0", "12"], ["12", "4.0", "2.0"])
+    page.table.setFocus()
+    QTest.keyClick(page.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    lines = QGuiApplication.clipboard().text().split("\n")
+    assert lines[0] == "Method\tµs per s\tError %"
+    assert len(lines) == 4
 
 
 def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
@@ -102,7 +118,8 @@ def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
     assert page.verdict.words.text() == "Run to see what each method costs."
     assert (page.side.heading.text(), page.side.words.text()) == ("Velocity", "Not measured yet.")
     assert (page.bar.status.text(), page.bar.run.text()) == ("", "Run")
-    assert page.chart.up == "error (less is better)"
+    assert not page.chart.isVisible()
+    assert not page.table.isVisible()
     page.charts.button(0).click()
     assert page.sheet is not None
     assert (page.side.heading.text(), page.bar.run.text()) == ("Integrators", "Run again")
@@ -120,41 +137,40 @@ def test_what_costs_the_same_is_not_the_cheapest_alone(page):
 
 
 def rows_of(page, scene: Scene, points: list[Point]) -> list[tuple[str, str, str]]:
-    page.table.show_sheet(Sheet("servo", scene, (), tuple(points)))
-    return [page.table._heads(), *(page.table.texts(p) for p in page.table._points)]
+    sheet = Sheet("servo", scene, (), tuple(points))
+    page.table.show_rows(columns(sheet), points)
+    return page.table.texts()
 
 
 def test_every_word_of_the_table_fits_its_column(page, idle_window, qapp):
+    page.show_result(made_up("verlet"))
     idle_window.resize(1280, 720)
     qapp.processEvents()
-    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("a"), unit="m/s")
-    rate = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("a"), step_s=None, goal="stable")
-    share = Scene("damped", "Damped", "largest", 0.02, "felt", Default("a"))
+    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("verlet"), unit="m/s")
+    rate = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("verlet"), step_s=None, goal="stable")
+    share = Scene("damped", "Damped", "largest", 0.02, "felt", Default("verlet"))
     names = ("Butterworth 120 Hz", "Kalman q = 0.001", "1 ms later")
     errors = (0.34e-3, 1.1e-3, 12e-3, 0.1234, 2e-14, 2e-7, 1.59, 4.76, 3e6, math.inf, 0.0)
-    font, width = theme.font("body"), page.table.width()
-    assert width > 200
     for scene in (speed, rate, share):
         step = 1.0 / 250.0 if scene is rate else 1e-3
         found = [
-            Point("c", "s", f"m{i}", step, error, 227e3, label=names[2] if scene is rate else names[i % 2])
+            Point("c", "s", "verlet", step, error, 227e3, label=names[2] if scene is rate else names[i % 2])
             for i, error in enumerate(errors)
         ]
-        head, *rows = rows_of(page, scene, found)
-        for texts, used in ((head, theme.font("hint")), *((row, font) for row in rows)):
-            for text, box in zip(texts, page.table.cells(0.0, 38.0), strict=True):
-                room = QFontMetricsF(used).size(0, text)
-                assert room.width() <= box.width(), text
-                assert room.height() <= box.height(), text
+        rows_of(page, scene, found)
+        for index in range(3):
+            assert page.table.columnWidth(index) >= page.table.sizeHintForColumn(index), (scene.key, index)
 
 
 def test_a_table_has_one_unit_and_tells_rates_apart(page):
-    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("a"), unit="m/s")
-    head, row = rows_of(page, speed, [Point("c", "s", "a", 1e-3, 0.34e-3, 38e3, label="Kalman")])
+    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("verlet"), unit="m/s")
+    head, row = rows_of(page, speed, [Point("c", "s", "verlet", 1e-3, 0.34e-3, 38e3, label="Kalman")])
     assert (head, row) == (("Method", "µs\nper s", "Error\nmm/s"), ("Kalman", "38", "0.34"))
-    wall = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("a"), step_s=None, goal="stable")
-    late = [Point("c", "s", "b", 0.5e-3, 1.59, 91e3, label="1 ms later")]
-    head, first, second = rows_of(page, wall, [Point("c", "s", "a", 1e-3, 0.8, 48e3, label="At once"), *late])
+    wall = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("verlet"), step_s=None, goal="stable")
+    late = [Point("c", "s", "rk4", 0.5e-3, 1.59, 91e3, label="1 ms later")]
+    head, first, second = rows_of(
+        page, wall, [Point("c", "s", "verlet", 1e-3, 0.8, 48e3, label="At once"), *late]
+    )
     assert head == ("Rate", "µs\nper s", "Of limit\n%")
     assert (first, second) == (("1 kHz", "48", "80"), ("2 kHz, 1 ms later", "91", "159"))
 
@@ -168,6 +184,7 @@ def test_nothing_is_cut_off(idle_window, page, qapp, size):
     for _ in range(3):
         qapp.processEvents()
     assert cut_off(idle_window) == []
+    assert outside(page.chart) == []
     for button in page.charts.buttons:
         assert button.width() >= button.sizeHint().width()
 

@@ -6,8 +6,9 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.gui.tabs.break_it_export import exports
+from hapkit_studio.gui.tabs.break_it.export import exports
 from tests.gui.break_it_fixtures import settled
+from tests.gui.drawing_support import click, drawn
 from tests.gui.window_support import PATIENCE_MS
 
 
@@ -25,8 +26,11 @@ def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit(page):
     assert record.above.value == pytest.approx(202.0)
     assert page.verdict.words.text() == "Decays by 0.01 1/s"
     assert page.verdict.more.text() == "198 N/m, 0.99 of the limit 200 N/m. In truth it decays by 1 1/s."
-    assert page.detail.traces["below"].words.text() == "Decays by 0.01 1/s"
-    assert page.detail.traces["above"].words.text() == "Grows by 0.01 1/s"
+    titles = [axes.get_title(loc="left").replace("\n", " ") for axes in drawn(page.detail.chart)[:2]]
+    assert titles[0].startswith("✓")
+    assert "decays by 0.01 1/s" in titles[0]
+    assert titles[1].startswith("✕")
+    assert "grows by 0.01 1/s" in titles[1]
     assert page.side.heading.text() == "A spring too stiff"
     assert "b<sub>h</sub>" in page.side.formula.text()
     spoken = page.list.currentItem().data(Qt.ItemDataRole.AccessibleTextRole)
@@ -51,10 +55,12 @@ def test_buttons_slider_box_and_chart_turn_the_knob(page, qtbot):
     assert page.record.share == pytest.approx(0.75)
     assert page.record.below.value == pytest.approx(150.0)
     assert page.record.above.value == pytest.approx(210.0)
-    page.detail.curve.chart.clicked.emit(260.0, 0.0)
+    click(page.detail.chart, 260.0, 0.2, axes=2)
     settled(page, qtbot)
-    assert page.record.here.value == pytest.approx(260.0)
-    page.detail.curve.chart.dragged.emit(900.0, 0.0)
+    assert page.record.here.value == pytest.approx(260.0, rel=0.01)
+    click(page.detail.chart, 2.0, 0.2, axes=0)
+    assert page.record.share == pytest.approx(1.3, rel=0.01), "a click on a trace turns nothing"
+    page.detail.chart.dragged.emit(900.0, 0.0)
     assert page.record.share == pytest.approx(1.5)
 
 
@@ -72,10 +78,10 @@ def test_a_knob_in_seconds_is_shown_in_milliseconds(page, qtbot):
     assert page.knob.inside.text() == "5 % inside"
     assert page.verdict.more.text().startswith("1.9 ms, 0.95 of the limit 2 ms.")
     assert not page.verdict.feel.isVisible()
-    page.detail.curve.picked.disconnect()
+    page.detail.picked.disconnect()
     heard = []
-    page.detail.curve.picked.connect(heard.append)
-    page.detail.curve.chart.clicked.emit(3.0, 0.0)
+    page.detail.picked.connect(heard.append)
+    page.detail.chart.clicked.emit(3.0, 0.0)
     assert heard == [pytest.approx(1.5)]
 
 
@@ -100,8 +106,17 @@ def test_other_conditions_move_the_limit_and_keep_the_old_results_paler(page, qt
     assert page.knob.isEnabled()
 
 
-def test_the_level_has_its_name_in_the_key_and_not_over_the_data(page):
-    assert page.detail.curve.key.accessibleName() == "growth, 1/s, formula, measured, neither"
+def test_lines_and_level_are_named_above_the_curve(page):
+    curve = drawn(page.detail.chart)[2]
+    assert [t.get_text() for t in curve.get_legend().get_texts()] == ["formula", "measured", "neither"]
+    assert curve.get_ylabel() == "growth, 1/s"
+
+
+def test_the_knob_moves_alone_while_it_is_turned(page):
+    curve = drawn(page.detail.chart)[2]
+    page.turn(0.8)
+    assert page.detail.chart.figure.axes[2] is curve
+    assert list(page.detail._stands.artists[0].get_xdata()) == [160.0, 160.0]
 
 
 def test_export_writes_both_tries_and_the_lines(page, tmp_path):

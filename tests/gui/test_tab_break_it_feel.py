@@ -3,7 +3,7 @@
 import pytest
 
 from hapkit_studio.analysis.failures import failures
-from hapkit_studio.gui.tabs.break_it_feel import Feel
+from hapkit_studio.gui.tabs.break_it.feel import Feel
 from tests.gui.break_it_fixtures import settled
 from tests.gui.break_it_support import live
 from tests.gui.window_support import PATIENCE_MS

@@ -4,7 +4,6 @@ import json
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFontMetricsF
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
@@ -12,9 +11,7 @@ from hapkit_studio.analysis.fidelity import Effect, Fidelity
 from hapkit_studio.devices.terms import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.tabs.export import write
-from hapkit_studio.gui.tabs.fidelity import scale_words
-from hapkit_studio.gui.tabs.fidelity_table import _HEAD_FLAGS
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.tabs.fidelity import Row, scale_words
 
 
 def made_up(scene: str) -> Fidelity:
@@ -31,7 +28,7 @@ def made_up(scene: str) -> Fidelity:
 def page(idle_window):
     idle_window.views.show("fidelity")
     shown = idle_window.views.page("fidelity")
-    shown.show_results([made_up(key) for key in discover()])
+    shown.show_result([made_up(key) for key in discover()])
     return shown
 
 
@@ -50,8 +47,8 @@ def test_arrow_keys_walk_and_stop_at_the_edge(page):
 
 
 def test_a_click_tells_change_and_time(page):
-    box = page.table.cell(0, 3)
-    QTest.mouseClick(page.table, Qt.MouseButton.LeftButton, pos=box.center().toPoint())
+    place = page.table.visualRect(page.table.model().index(0, 4)).center()
+    QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert page.side.heading.text() == "Free without sensor steps"
     texts = [label.text() for pair in page.details._labels for label in pair]
     assert "40 %" in texts
@@ -72,15 +69,26 @@ def test_scale_and_conditions_are_told(page):
 
 
 @pytest.mark.parametrize("size", [(960, 600), (1280, 720), (1440, 900)])
-def test_every_head_fits_its_column(page, idle_window, qapp, size):
+def test_every_word_fits_its_cell(page, idle_window, qapp, size):
     idle_window.resize(*size)
     for _ in range(3):
         qapp.processEvents()
-    metrics = QFontMetricsF(theme.font("label"))
-    for column, term in enumerate(TERMS.values()):
-        box = page.table.head(column)
-        room = metrics.boundingRect(box, _HEAD_FLAGS, term.word)
-        assert box.adjusted(-1, -1, 1, 1).contains(room), (term.word, size)
+    head = page.table.horizontalHeader()
+    for column in range(len(TERMS) + 1):
+        assert (
+            page.table.columnWidth(column)
+            >= head.fontMetrics().size(0, page.table.texts()[0][column]).width()
+        )
+        for row in range(len(discover())):
+            index = page.table.model().index(row, column)
+            needed, room = page.table.sizeHintForIndex(index), page.table.visualRect(index)
+            assert needed.height() <= room.height() + 1, (row, column)
+
+
+def test_a_click_on_a_head_sorts_the_scenes_by_that_term(page):
+    page.table.content.rows[3] = Row("texture", "Texture", None)
+    page.table.sortByColumn(2, Qt.SortOrder.AscendingOrder)
+    assert page.table.texts()[1][0] == "Texture"
 
 
 def test_picture_and_numbers_by_the_ending(page, tmp_path):

@@ -12,9 +12,12 @@ import hapkit_studio as hs
 from hapkit_studio.analysis.identify import Part, from_run, identify
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.tabs.export import write
-from hapkit_studio.gui.tabs.identify_piece import newest
+from hapkit_studio.gui.tabs.identify.piece import newest
 from hapkit_studio.gui.theme import theme
+from tests.gui.drawing_support import drawn, outside
 from tests.gui.window_support import PATIENCE_MS
+
+LEFT_OVER = "time, s (what no term explains)"
 
 
 @pytest.fixture
@@ -31,61 +34,59 @@ def found():
 
 def test_nothing_is_shown_before_anything_was_identified(page):
     assert page.verdict.words.text() == "Move the handle or press Shake, then identify what was rendered."
-    assert not any(chart.isVisible() for chart in page.charts)
+    assert not page.chart.isVisible()
     assert not page.bar.export.isEnabled()
     assert "press Identify" in page.how.text()
     assert page.how.isVisible()
-    page.run()
+    page.press()
     assert page.bar.status.text() == "There is no device yet to take a piece from."
     assert not page.shaking.isEnabled()
 
 
 def test_each_part_shows_its_terms(page, found):
-    page.show_found(found)
+    page.show_result(found)
     assert not page.how.isVisible()
     assert page.bar.export.isEnabled()
     assert page.verdict.words.text().startswith("Stiffness: you set 300 N/m, you rendered 29")
-    assert [chart.isVisible() for chart in page.charts] == [True, True, True]
-    assert [chart.across for chart in page.charts][1:] == [
-        "velocity going in, mm/s",
-        "velocity going out, mm/s",
-    ]
-    assert page.table.words(found.rendered["damping_in"]).startswith("Damping, going in: Set 2 N·s/m, 2.0")
+    titles = [axes.get_xlabel() for axes in drawn(page.chart)]
+    assert titles[1:] == ["velocity going in, mm/s", "velocity going out, mm/s", LEFT_OVER]
+    rows = {row[0]: row[1:] for row in page.table.texts()}
+    assert rows["Term"] == ("Set", "Rendered")
+    asked, rendered = rows["Damping, going in\nN·s/m"]
+    assert asked == "2"
+    assert rendered.startswith("2.0")
     page.parts.button(1).click()
     assert page.verdict.words.text().startswith("Mass: 44 g of the handle and 50 g of the hand, identified 9")
-    assert [chart.across for chart in page.charts] == [
-        "acceleration, m/s²",
-        "velocity, mm/s",
-        "direction of motion",
-    ]
+    titles = [axes.get_xlabel() for axes in drawn(page.chart)]
+    assert titles == ["acceleration, m/s²", "velocity, mm/s", "direction of motion", LEFT_OVER]
 
     page.parts.button(0).click()
-    for chart, name in zip(page.charts, found.rendered.points.names, strict=False):
-        across, up = chart.shown()
+    for axes, name in zip(drawn(page.chart)[:3], found.rendered.points.names, strict=False):
+        across, up = axes.get_xlim(), axes.get_ylim()
         own, force = found.rendered.points.share(name)
         assert across[0] < 1e3 * own.min() < 1e3 * own.max() < across[1]
         assert up[0] < -force.max() < -force.min() < up[1]
 
 
 def test_what_is_not_told_is_a_warning(page):
-    page.show_found(identify(from_run(hs.simulate("wall", seconds=1.0))))
+    page.show_result(identify(from_run(hs.simulate("wall", seconds=1.0))))
     assert page.verdict.words.text() == "Cannot tell: the piece never touches. Push into the surface."
     assert page.verdict._sign == ("triangle", "warn")
-    assert not any(chart.isVisible() for chart in page.charts)
+    assert not page.chart.isVisible()
     assert page.how.isVisible()
 
 
 def test_a_piece_that_tells_nothing_is_not_exported(page, found):
     nothing = replace(found, rendered=Part("rendered", advice="No."), handle=Part("handle", advice="No."))
     page.bar.export.setEnabled(True)
-    page.show_found(nothing)
+    page.show_result(nothing)
     assert not page.bar.export.isEnabled()
 
 
 def test_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
     studio = idle_window.studio
     page._fresh.begin()
-    page.show_found(found)
+    page.show_result(found)
     stiffness, scene = studio.values["stiffness"], studio.environment.key
     changes = (
         (
@@ -100,50 +101,47 @@ def test_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
         change()
         assert page.verdict.words.text() == f"Out of date: the {what} changed. Identify again."
         assert page.verdict._sign == ("circle", "ink2")
-        assert page.charts[0].strength < 1.0
+        assert page.chart.pale
         back()
         assert page.verdict._sign == ("check", "ok")
-        assert page.charts[0].strength == 1.0
+        assert not page.chart.pale
 
 
 def test_in_a_low_window_the_upper_charts_keep_their_axes(page, found, idle_window, qapp):
-    page.show_found(found)
+    page.show_result(found)
     for size, shown in (((960, 600), False), ((1440, 900), True)):
         idle_window.resize(*size)
         for _ in range(3):
             qapp.processEvents()
-        assert page.left_over.isVisible() == shown
-        for chart in page.charts:
-            assert chart.height() >= chart.minimumHeight()
-            inside = page.rect().bottom() - chart.mapTo(page, chart.rect().bottomLeft()).y()
-            assert inside >= 0
+        titles = [axes.get_xlabel() for axes in drawn(page.chart)]
+        assert (LEFT_OVER in titles) == shown
+        assert outside(page.chart) == []
 
 
 def test_it_is_drawn_in_every_theme(page, found):
-    page.show_found(found)
+    page.show_result(found)
     for mode in ("dark", "contrast", "light"):
         theme.set_mode(mode)
+        drawn(page.chart)
         picture = page.grab().toImage()
         assert picture.pixelColor(picture.width() // 2, picture.height() - 3) == theme.color("surface")
 
 
 def test_words_fit_at_the_smallest_size(page, found, idle_window):
     idle_window.resize(1280, 720)
-    page.show_found(found)
+    page.show_result(found)
     idle_window.grab()
     assert page.verdict.words.sizeHint().width() <= page.verdict.words.width()
     for widget in (page.bar.run, page.shaking, *page.pieces.buttons, *page.parts.buttons):
         assert widget.sizeHint().width() <= widget.width()
     for label in page.side.findChildren(QLabel):
         assert label.wordWrap() or label.sizeHint().width() <= label.width() + 1
-    metrics = page.table.fontMetrics()
-    for estimate in found.rendered.estimates:
-        row = f"{estimate.term.label}  {page.table._asked(estimate)}"
-        assert metrics.horizontalAdvance(row) <= page.table.width()
+    for row in range(len(page.part.estimates)):
+        assert page.table.rowHeight(row) >= page.table.sizeHintForRow(row)
 
 
 def test_picture_and_numbers(page, found, tmp_path):
-    page.show_found(found)
+    page.show_result(found)
     page.bar.export.setEnabled(True)
     asked = []
     page._export.ask = lambda figure, numbers: asked.append((figure, numbers))

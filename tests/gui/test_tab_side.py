@@ -3,7 +3,6 @@
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.gui.tabs.side import Pairs, SidePanel
-from hapkit_studio.gui.tabs.zwidth_side import ZWidthSide
 
 
 def test_a_section_of_pairs_is_named_while_there_are_pairs(qtbot):
@@ -18,10 +17,9 @@ def test_a_section_of_pairs_is_named_while_there_are_pairs(qtbot):
         assert heading.isVisible() == bool(shown)
 
 
-def test_nothing_measured_has_no_conditions(qtbot):
-    side = ZWidthSide()
-    qtbot.addWidget(side)
-    side.show()
+def test_nothing_measured_has_no_conditions(idle_window):
+    idle_window.views.show("zwidth")
+    side = idle_window.views.page("zwidth").side
     seen = [label.text() for label in side.findChildren(QLabel) if label.isVisible()]
     assert "Read the chart" in seen
     assert "Conditions" not in seen

@@ -1,6 +1,5 @@
 """The stability map in the window: a dot that follows, clicks that set sliders, words, what is missing."""
 
-import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
@@ -8,10 +7,10 @@ from PySide6.QtTest import QTest
 from hapkit_studio.analysis.plane import hands
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.tabs.stability_cells import runs
-from hapkit_studio.gui.tabs.stability_dot import reading
-from hapkit_studio.gui.tabs.stability_pair import contact, pair_of
+from hapkit_studio.gui.tabs.stability.page import reading
+from hapkit_studio.gui.tabs.stability.pair import contact, pair_of
 from hapkit_studio.gui.theme import theme
+from tests.gui.drawing_support import click, drawn, outside, point, spot, words
 from tests.gui.stability_support import follow
 from tests.gui.test_layout import cut_off
 from tests.gui.window_support import PATIENCE_MS
@@ -29,10 +28,8 @@ def page(window, qtbot):
 
 
 def press(page, damping, stiffness, button=Qt.MouseButton.LeftButton):
-    """Click a point of the map; return where it is."""
-    place = page.chart.at(damping, stiffness).toPoint()
-    QTest.mouseClick(page.chart.viewport(), button, pos=place)
-    return place
+    """Click a point of the map."""
+    click(page.chart, damping, stiffness, button)
 
 
 def test_it_judges_the_loop_in_force(page):
@@ -54,25 +51,36 @@ def read_with_the_pointer(page):
     here, there = reading(page.lines, float(plane.damping[60]), 0.5 * float(limit))
     assert there == f"limit {limit:,.0f} N/m: 2.0 × below"
     assert here.endswith(f"{plane.damping[60]:.1f} N·s/m")
-    QTest.mouseMove(page.chart.viewport(), page.chart.at(3.0, 100.0).toPoint())
-    page.chart.grab()
+    point(page.chart, 0.5 * plane.width, 0.5 * float(limit))
+    assert any(words.startswith("limit ") for artist in page.chart._reading for words in said(artist))
+
+
+def said(artist):
+    """Return an artist's lines of words."""
+    return artist.get_text().split("\n") if hasattr(artist, "get_text") else []
+
+
+def axes_of(page):
+    """Return the ranges of the map, across and up."""
+    (axes,) = drawn(page.chart)
+    return axes.get_xlim(), axes.get_ylim()
 
 
 def test_the_dot_follows_the_sliders_the_axes_stay_and_the_way_out_is_said(page, window, qtbot):
-    before = page.chart.shown()
+    before = axes_of(page)
     for stiffness in (800.0, 1000.0, 700.0):
         window.studio.set_value("stiffness", stiffness)
         assert follow(page, qtbot).margin.stiffness == stiffness
-        assert page.chart.shown() == before
+        assert axes_of(page) == before
     window.studio.set_value("stiffness", 5000.0)
     limit = follow(page, qtbot).margin.limit
-    assert page.chart.shown()[1][1] > 5000.0
+    assert axes_of(page)[1][1] > 5000.0
     assert page.beside.headline.text() == f"{5000.0 / limit:.1f} × above"
     assert page.beside.out.text() == f"Lower stiffness below {limit:,.0f} N/m."
 
 
 def test_a_click_brings_both_sliders_there(page, window, qtbot):
-    (_, width), (_, top) = page.chart.shown()
+    (_, width), (_, top) = axes_of(page)
     press(page, 0.5 * width, 0.25 * top)
     values = window.studio.values
     assert values["damping"] == pytest.approx(0.5 * width, abs=0.06 + 0.005 * width)
@@ -100,16 +108,23 @@ def go_back(page, window):
 
 
 def test_dragging_takes_the_sliders_along_and_stops_at_the_frame(page, window):
-    (_, width), (_, top) = page.chart.shown()
-    port, start = page.chart.viewport(), page.chart.at(0.3 * width, 0.3 * top).toPoint()
-    QTest.mousePress(port, Qt.MouseButton.LeftButton, pos=start)
-    for place in (page.chart.at(0.4 * width, 0.5 * top).toPoint(), QPoint(start.x(), -500)):
-        QTest.mouseMove(port, place)
-        moved = place if place.y() > 0 else None
-        if moved is not None:
-            assert window.studio.values["stiffness"] == pytest.approx(0.5 * top, rel=0.02)
-    QTest.mouseRelease(port, Qt.MouseButton.LeftButton, pos=start)
-    assert window.studio.values["stiffness"] <= top
+    (_, width), (_, top) = axes_of(page)
+    canvas, start = page.chart.canvas, spot(page.chart, 0.3 * width, 0.3 * top)
+    QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=start)
+    QTest.mouseMove(canvas, spot(page.chart, 0.4 * width, 0.5 * top))
+    assert window.studio.values["stiffness"] == pytest.approx(0.5 * top, rel=0.02)
+    QTest.mouseMove(canvas, QPoint(start.x(), -500))
+    assert 0.98 * top <= window.studio.values["stiffness"] <= top
+    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=start)
+
+
+def test_the_dot_moves_alone_while_the_map_stays(page, window, qtbot):
+    drawn(page.chart)
+    axes = page.chart.figure.axes[0]
+    window.studio.set_value("stiffness", 700.0)
+    follow(page, qtbot)
+    assert page.chart.figure.axes == [axes], "nothing was drawn anew"
+    assert page._dot.words.get_text() == "700 N/m, 2.0 N·s/m"
 
 
 @pytest.mark.parametrize(
@@ -154,7 +169,7 @@ def test_an_environment_without_stiffness_has_no_dot(page, window, qtbot):
     window.studio.choose("free")
     qtbot.waitUntil(lambda: window.studio.environment.key == "free", timeout=PATIENCE_MS)
     qtbot.waitUntil(lambda: page.beside.headline.text() == "No limit applies", timeout=PATIENCE_MS)
-    assert not page.chart.dotted
+    assert not any("N/m, " in word for word in words(page.chart))
     assert "renders no stiffness" in page.side.try_words.text()
     press(page, 0.5, 500.0)
     assert page.beside.headline.text() == "No limit applies"
@@ -164,7 +179,7 @@ def test_an_adaptive_window_has_no_exact_limit_and_can_be_measured(page, window,
     window.studio.set_loop(estimator="foaw", options=())
     follow(page, qtbot)
     assert page.beside.headline.text() == "No exact limit"
-    assert page.beside.legend.rows["exact"].isHidden()
+    assert "Exact boundary" not in words(page.chart)
     assert page.bar.run.isEnabled()
     assert reading(page.lines, 1.0, 100.0)[1] == "No exact limit"
 
@@ -178,7 +193,7 @@ def test_every_hand_has_its_boundary(page, qtbot):
     assert list(page.lines.hands) == ["released", "light", "medium", "firm"]
     assert plane.margin.limit == min(plane.hands.values())
     assert max(limits.max() for limits in page.lines.hands.values()) <= plane.top
-    assert not page.beside.legend.rows["hands"].isHidden()
+    assert {"light grip", "medium grip", "firm grip"} <= set(words(page.chart))
 
 
 def test_without_a_device_nothing_is_judged(idle_window):
@@ -196,13 +211,13 @@ def test_a_device_that_goes_leaves_the_map_paler(page, window, qtbot):
     engine, window.studio.engine = window.studio.engine, None
     window.studio.engine_changed.emit()
     assert page.lines is None
-    assert page.chart.faded
+    assert page.chart.pale
     assert page.beside.headline.text() == "Not judged yet"
-    page.chart.grab()
+    drawn(page.chart)
     window.studio.engine = engine
     window.studio.engine_changed.emit()
     follow(page, qtbot)
-    assert not page.chart.faded
+    assert not page.chart.pale
 
 
 def test_out_of_sight_nothing_is_asked(page, window, qtbot, monkeypatch):
@@ -223,17 +238,14 @@ def test_the_regions_have_their_colours_in_every_theme(page):
 
 
 def look_at_regions(page):
-    (_, width), (_, top) = page.chart.shown()
-    picture = page.chart.grab().toImage()
+    (_, width), (_, top) = axes_of(page)
+    drawn(page.chart)
+    picture = page.chart.canvas.grab().toImage()
     ratio = picture.devicePixelRatio()
-    low = page.chart.at(0.985 * width, 0.015 * top) * ratio
-    assert picture.pixelColor(low.toPoint()) == theme.color("stable")
-    corner = page.chart.at(0.005 * width, 0.99 * top) * ratio
-    around = {
-        picture.pixelColor(int(corner.x()) + i, int(corner.y()) + j).name()
-        for i in range(8)
-        for j in range(8)
-    }
+    low = spot(page.chart, 0.985 * width, 0.015 * top) * ratio
+    assert picture.pixelColor(low) == theme.color("stable")
+    corner = spot(page.chart, 0.01 * width, 0.98 * top) * ratio
+    around = {picture.pixelColor(corner.x() + i, corner.y() + j).name() for i in range(12) for j in range(12)}
     assert theme.color("unstable").name() in around
     assert len(around) > 1, "the unstable side is hatched as well"
 
@@ -248,9 +260,5 @@ def test_nothing_is_cut_off(page, window, qapp, qtbot):
         for _ in range(3):
             qapp.processEvents()
         assert cut_off(page) == [], size
+        assert outside(page.chart) == [], size
         assert not page.side.isVisible() or cut_off(page.side) == [], size
-
-
-def test_stretches_of_equal_cells():
-    assert runs(np.array([0, 0, 1, 2, 2])) == [(0, 1, 0), (2, 2, 1), (3, 4, 2)]
-    assert runs(np.array([1])) == [(0, 0, 1)]

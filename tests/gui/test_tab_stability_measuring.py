@@ -9,8 +9,9 @@ import pytest
 from hapkit_studio.analysis.plane import exact_boundary
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.tabs import stability
-from hapkit_studio.gui.tabs.stability_measure import measuring
+from hapkit_studio.gui.tabs.stability import page as stability
+from hapkit_studio.gui.tabs.stability.measure import measuring
+from tests.gui.drawing_support import drawn, words
 from tests.gui.stability_support import follow, made_up
 from tests.gui.window_support import PATIENCE_MS
 
@@ -66,32 +67,30 @@ def measure_again(page, monkeypatch):
     monkeypatch.setattr(stability, "measuring", lambda *_args: lambda _progress: go.wait() and None)
     page.job._needs = ""
     page.bar.run.click()
-    assert page.chart.pale
+    assert page._map.outdated
     page.job.cancel()
     go.set()
-    assert not page.chart.pale
+    assert not page._map.outdated
 
 
 def test_a_measurement_pales_where_other_conditions_hold(page, window, qtbot, monkeypatch):
     page.show_result(made_up(page.lines.plane.setting))
     assert page.bar.status.text() == "4 × 3 cells, 3.1 s"
-    assert not page.chart.pale
-    assert not page.beside.legend.rows["measured"].isHidden()
-    assert not page.beside.legend.rows["buzzes"].isHidden()
-    page.chart.grab()
+    assert not page._map.outdated
+    assert {"Measured boundary: beyond this map", "buzzes, does not grow"} <= set(words(page.chart))
     window.studio.set_value("stiffness", 500.0)
     follow(page, qtbot)
-    assert not page.chart.pale, "another dot is no other condition"
+    assert not page._map.outdated, "another dot is no other condition"
     page.real.setChecked(True)
-    assert page.chart.pale
+    assert page._map.outdated
     assert page.bar.status.text() == "Out of date"
     page.real.setChecked(False)
-    assert not page.chart.pale
+    assert not page._map.outdated
     measure_again(page, monkeypatch)
     window.studio.set_loop(estimator="iir", options=())
     follow(page, qtbot)
-    assert page.chart.pale
-    page.chart.grab()
+    assert page._map.outdated
+    drawn(page.chart)
 
 
 def test_before_and_after_the_controller_stand_side_by_side(page, window, qtbot):
@@ -100,7 +99,8 @@ def test_before_and_after_the_controller_stand_side_by_side(page, window, qtbot)
     page.show_result(made_up(plain))
     page.show_result(made_up(controlled))
     assert {m.setting.controller for m in page.results.all} == {False, True}
-    assert not page.beside.legend.rows["controlled"].isHidden()
+    beyond = {f"{name}: beyond this map" for name in ("Measured boundary", "Measured, controlled")}
+    assert beyond <= set(words(page.chart))
     page.show_result(made_up(controlled))
     assert len(page.results.all) == 2
     assert not page.outdated, "the controller is off, and there is a map without it"
@@ -108,7 +108,7 @@ def test_before_and_after_the_controller_stand_side_by_side(page, window, qtbot)
     assert follow(page, qtbot).setting.controller
     assert page.results.last.setting == controlled
     assert not page.outdated
-    page.chart.grab()
+    drawn(page.chart)
     page.show_result(made_up(replace(plain, rate=500.0)))
     assert [m.setting.rate for m in page.results.all] == [500.0]
     window.studio.set_loop(controller=False)

@@ -7,9 +7,9 @@ import pytest
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.tabs.stability_outcome import Released, words
-from hapkit_studio.gui.tabs.stability_pair import one_sided
-from hapkit_studio.gui.tabs.stability_start import MOST, USUAL, Held, grows_from, share, start
+from hapkit_studio.gui.tabs.stability.outcome import Released, words
+from hapkit_studio.gui.tabs.stability.pair import one_sided
+from hapkit_studio.gui.tabs.stability.start import MOST, USUAL, Held, grows_from, share, start
 from hapkit_studio.haptics import rows
 from tests.gui.stability_support import follow
 

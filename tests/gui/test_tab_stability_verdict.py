@@ -2,18 +2,16 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from hapkit_studio.analysis.margin import Margin
 from hapkit_studio.analysis.plane import plane
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.gui.tabs.stability_dot import labels
-from hapkit_studio.gui.tabs.stability_names import borders
-from hapkit_studio.gui.tabs.stability_verdict import kind_at, verdict
+from hapkit_studio.gui.tabs.stability.verdict import kind_at, verdict
 from hapkit_studio.gui.theme import theme
+from tests.gui.drawing_support import drawn, spot
 from tests.gui.stability_support import follow, made_up
 from tests.gui.window_support import PATIENCE_MS
 
@@ -72,28 +70,16 @@ def test_a_class_is_that_of_its_cell_and_none_is_told_beyond_the_axes():
     assert kind_at(measured, 2.0, 2001.0) is None
 
 
-def test_nothing_is_named_where_nothing_was_measured():
-    zero, rests, grows, end = borders(made_up(Setting(), real=True), 24.0, 4000.0)
-    across = np.linspace(0.0, 24.0, len(end))
-    assert (end[across > 12.0] == 0.0).all()
-    assert end[0] == pytest.approx(0.5)
-    assert (rests[0], grows[0]) == (pytest.approx(0.25), pytest.approx(0.375))
-    assert not zero.any()
-    assert (grows <= end).all()
-    assert borders(made_up(Setting()), 6.0, 1000.0)[3].max() == 1.0
-
-
 def test_beyond_what_was_measured_with_friction_there_is_no_colour(page):
-    (_, width), (_, top) = page.chart.shown()
+    width, top = page.lines.plane.width, page.lines.plane.top
     page.real.setChecked(True)
     page.show_result(made_up(page.lines.plane.setting, True, (0.5 * width, 0.5 * top)))
     assert page.bar.status.text().startswith("Measured to")
-    picture = page.chart.grab().toImage()
-    for x, y, token in ((0.97, 0.02, "plot"), (0.04, 0.97, "plot"), (0.48, 0.02, "stable")):
-        at = page.chart.at(x * width, y * top) * picture.devicePixelRatio()
-        seen = {
-            picture.pixelColor(int(at.x()) + i, int(at.y()) - j).name() for i in range(3) for j in range(3)
-        }
+    drawn(page.chart)
+    picture = page.chart.canvas.grab().toImage()
+    for x, y, token in ((0.97, 0.03, "plot"), (0.04, 0.97, "plot"), (0.4, 0.03, "stable")):
+        at = spot(page.chart, x * width, y * top) * picture.devicePixelRatio()
+        seen = {picture.pixelColor(at.x() + i, at.y() - j).name() for i in range(3) for j in range(3)}
         assert theme.color(token).name() in seen, (x, y)
         assert len({theme.color(other).name() for other in ("plot", "stable", "unstable")} & seen) == 1
 
@@ -127,13 +113,13 @@ def look_in_small_windows(page, window, qapp):
 def test_before_any_line_nothing_is_shown_without_words(idle_window):
     idle_window.views.show("stability")
     page = idle_window.views.page("stability")
-    assert not any(row.isVisible() for row in page.beside.legend.rows.values())
+    assert page.beside.lines.text() == ""
+    assert not any(part.isVisible() for part in page.beside._above)
     assert not page.side.hands_heading.isVisible()
     assert not page.side.hands.isVisible()
 
 
-def test_the_dots_words_stand_clear_of_measured_points_and_the_delay_is_measured_where_unknown(page):
-    look_at_words(page)
+def test_before_any_line_it_says_what_is_missing(page):
     page._forget_lines()
     assert page.beside.headline.text() == "Computing"
     page.facts.delay = None
@@ -141,19 +127,10 @@ def test_the_dots_words_stand_clear_of_measured_points_and_the_delay_is_measured
     assert page.beside.headline.text() == "Measuring the delay"
 
 
-def look_at_words(page):
-    usual = labels(page.chart, page.lines)[0].box
-    circle = QPointF(usual.center().x(), usual.center().y())
-    moved = labels(page.chart, page.lines, [circle])[0].box
-    assert not moved.contains(circle)
-    assert page.chart.frame().contains(moved)
-
-
 def test_dragging_over_the_limit_is_continuous_though_a_banner_moves_the_map(page, window, qtbot):
-    _across, (_, top) = page.chart.shown()
-    limit = page.lines.plane.margin.limit
-    port = page.chart.viewport()
-    start, beyond = (page.chart.at(2.0, k).toPoint() for k in (620.0, 0.5 * (limit + top)))
+    top, limit = page.lines.plane.top, page.lines.plane.margin.limit
+    port = page.chart.canvas
+    start, beyond = (spot(page.chart, 2.0, k) for k in (620.0, 0.5 * (limit + top)))
     QTest.mousePress(port, Qt.MouseButton.LeftButton, pos=start)
     beyond, before = port.mapToGlobal(beyond), port.mapToGlobal(start).y()
     QTest.mouseMove(port, port.mapFromGlobal(beyond))

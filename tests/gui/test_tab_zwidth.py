@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtGui import QGuiApplication
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth_limits import HIGHEST
@@ -14,6 +15,7 @@ from hapkit_studio.analysis.zwidth_search import Point
 from hapkit_studio.gui.tabs.export import write
 from hapkit_studio.gui.tabs.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
+from tests.gui.drawing_support import leave, outside, point, words
 from tests.gui.test_layout import cut_off
 from tests.gui.window_support import PATIENCE_MS
 
@@ -62,7 +64,7 @@ def assert_over(page, window, environment="spring"):
     assert engine.environment is studio.environment
     assert engine.values == studio.values
     assert engine.max_force == engine.device.max_force
-    assert page.side.force.isEnabled()
+    assert page.force.box.isEnabled()
 
 
 def test_it_says_what_it_will_do(page):
@@ -87,27 +89,35 @@ def test_the_simulation_of_the_device_that_runs(page, window, qtbot):
 
 
 def test_points_appear_as_they_come(page):
-    page.chart.begin(5.0)
+    page.show_result(made_up())
+    page._begin("Hitting walls…")
+    assert page.chart.pale
     page.job._wanted = object()  # as while it measures
-    page.work.arrived.emit(0.0, Point(500.0, BUZZES, False))
-    page.work.arrived.emit(1.0, Point(900.0, BUZZES, True))
-    assert page.chart.nearest(page.chart.at(0.0, 500.0)) == 0
-    assert page.chart.nearest(page.chart.at(1.0, 900.0)) == 1
-    assert page.chart.frame().contains(page.chart.at(5.0, 900.0))
+    page.arrived.emit(0.0, Point(500.0, BUZZES, False))
+    page.arrived.emit(1.0, Point(900.0, BUZZES, True))
+    assert not page.chart.pale
+    assert page.walls.points == [(0.0, 500.0, False), (1.0, 900.0, True)]
+    assert "the same, at the motor's limit" in words(page.chart)
     page.job._wanted = None
-    page.work.arrived.emit(2.0, Point(950.0, BUZZES, True))  # too late
-    assert page.chart.nearest(page.chart.at(2.0, 950.0)) is None
+    page.arrived.emit(2.0, Point(950.0, BUZZES, True))  # too late
+    assert len(page.walls.points) == 2
 
 
 def test_a_point_is_told_in_words(page):
     page.show_result(made_up())
-    page.chart.pointed.emit(page.chart.nearest(page.chart.at(2.0, 1344.0)))
-    words = (
+    point(page.chart, 2.0, 1344.0)
+    said = (
         "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N. Beyond: it buzzes."
     )
-    assert page.side.point.text() == words
-    page.chart.pointed.emit(None)
-    assert page.side.point.text() == ""
+    assert page.point.text() == said
+    leave(page.chart)
+    assert page.point.text() == ""
+
+
+def test_the_points_are_a_table_to_copy(page):
+    page.show_result(made_up())
+    page.table.copy()
+    assert QGuiApplication.clipboard().text() == "B, N·s/m\tK, N/m\n0\t500\n2\t1,340"
 
 
 def test_where_nothing_stiffer_was_tried_it_says_at_least(page):
@@ -137,10 +147,10 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
         change()
         assert page.verdict.words.text() == f"Out of date: {what} changed. Measure again."
         assert page.verdict._sign == ("circle", "ink2")
-        assert page.chart._pale
+        assert page.chart.pale
         back()
         assert page.verdict._sign == ("check", "ok")
-        assert not page.chart._pale
+        assert not page.chart.pale
 
 
 def test_where_nothing_was_measured_nothing_is_shown(page):
@@ -148,7 +158,8 @@ def test_where_nothing_was_measured_nothing_is_shown(page):
     page.where.button(DEVICE).click()
     assert page.verdict.words.text().startswith("Measure how stiff a wall")
     assert not page.bar.export.isEnabled()
-    assert page.chart.nearest(page.chart.at(2.0, 1344.0)) is None
+    assert page.walls.points == ()
+    assert not page.table.isVisible()
     page.where.button(SIMULATION).click()
     assert page.verdict.words.text().startswith("At B = 2")
     assert page.bar.export.isEnabled()
@@ -158,7 +169,7 @@ def test_the_scene_shows_the_wall_that_is_tried(begun, window):
     assert window.studio.environment.key == "wall"
     begun.show_trial()
     assert begun.verdict.words.text() == "Trying 200 N/m at B = 0 N·s/m"
-    assert not begun.side.force.isEnabled()
+    assert not begun.force.box.isEnabled()
     begun.bar.run.click()
     assert begun.bar.status.text() == "Cancelled"
     assert_over(begun, window)
@@ -196,7 +207,7 @@ def test_another_loop_or_view_ends_it(begun, window, qtbot):
 
 def test_a_person_is_told_what_to_do(page, window):
     page.job._wanted = object()
-    page.work.said.emit("Press gently into the wall and hold.")
+    page.said.emit("Press gently into the wall and hold.")
     page._mode = DEVICE
     page.show_trial()
     assert page.verdict.words.text() == "Press gently into the wall and hold."
@@ -204,12 +215,12 @@ def test_a_person_is_told_what_to_do(page, window):
 
 
 def test_a_force_limit_out_of_range_is_refused_beside_it(page):
-    page.side.force.entered.emit(9.0)
-    assert page.side.refusal.text() == "Force limit goes from 0.1 to 3 N, not 9."
-    assert page.side.max_force == 2.0
-    page.side.force.entered.emit(2.5)
-    assert not page.side.refusal.isVisible()
-    assert page.side.max_force == 2.5
+    page.force.box.entered.emit(9.0)
+    assert page.force.refusal.text() == "Force limit goes from 0.1 to 3 N, not 9."
+    assert page.force.limit == 2.0
+    page.force.box.entered.emit(2.5)
+    assert not page.force.refusal.isVisible()
+    assert page.force.limit == 2.5
 
 
 def test_without_a_device_it_says_so(idle_window):
@@ -237,3 +248,4 @@ def test_nothing_is_cut_off(page, window, qapp, size):
     for _ in range(3):
         qapp.processEvents()
     assert cut_off(window) == []
+    assert outside(page.chart) == []

@@ -1,11 +1,9 @@
 """The views beside Live: built when shown, room and panel shared, work in a thread that can be cancelled."""
 
-import math
 import threading
 
 import pytest
-from PySide6.QtCore import QEvent, QPointF, Qt
-from PySide6.QtGui import QMouseEvent
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QLabel
 
@@ -13,7 +11,6 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import tabs
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, Tab
-from hapkit_studio.gui.tabs.chart import Chart, decades, power, steps
 from hapkit_studio.gui.tabs.export import Export
 from hapkit_studio.gui.tabs.job import Job
 from tests.gui.window_support import PATIENCE_MS
@@ -179,74 +176,6 @@ def test_the_same_button_runs_and_cancels(job, qtbot):
         bar.run.click()
     assert bar.run.text() == "Measure again"
     assert bar.export.isEnabled()
-
-
-@pytest.mark.parametrize("log", [(False, False), (True, True), (True, False)])
-def test_a_chart_maps_to_pixels_and_back(qtbot, log):
-    chart = Chart("across", "up", log=log)
-    qtbot.addWidget(chart)
-    chart.resize(640, 420)
-    chart.set_range((1e-2, 1e3), (1e-6, 10.0))
-    box = chart.frame()
-    for x, y in ((1e-2, 1e-6), (1.0, 1e-3), (1e3, 10.0)):
-        place = chart.at(x, y)
-        assert chart.value(place) == pytest.approx((x, y), rel=1e-6, abs=1e-9)
-    assert chart.at(1e-2, 1e-6).toPoint() == box.bottomLeft().toPoint()
-    if log[0]:
-        assert chart.at(10.0**0.5, 1.0).x() == pytest.approx(box.center().x(), abs=0.5)
-
-
-def test_a_click_and_a_drag_come_in_data_units(qtbot):
-    chart = Chart("across", "up")
-    qtbot.addWidget(chart)
-    chart.resize(640, 420)
-    chart.show()
-    chart.set_range((0.0, 10.0), (0.0, 100.0))
-    heard = []
-    chart.clicked.connect(lambda x, y: heard.append((x, y)))
-    place = chart.at(5.0, 50.0).toPoint()
-    QTest.mouseClick(chart.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    assert heard[0] == pytest.approx(chart.value(QPointF(place)))
-    assert heard[0] == pytest.approx((5.0, 50.0), rel=0.02)
-    QTest.mouseClick(chart.viewport(), Qt.MouseButton.LeftButton, pos=chart.at(10.0, 100.0).toPoint() * 2)
-    assert len(heard) == 1
-
-
-def test_powers_are_few_and_written_short():
-    assert [power(k) for k in (-15, -1, 0, 2, 3)] == ["10⁻¹⁵", "0.1", "1", "100", "10³"]
-    assert decades(-15.2, 3.1, 7) == [-15.0, -12.0, -9.0, -6.0, -3.0, 0.0, 3.0]
-
-
-def test_a_range_of_less_than_two_decades_has_more_ticks_than_the_powers():
-    found = [round(10.0**exponent, 6) for exponent in steps(math.log10(0.25), math.log10(6.0))]
-    assert found == [0.5, 1.0, 2.0, 5.0]
-
-
-def test_a_drag_goes_on_in_the_axes_of_its_press(qtbot):
-    chart = Chart("across", "up")
-    qtbot.addWidget(chart)
-    chart.resize(640, 420)
-    chart.show()
-    chart.set_range((0.0, 10.0), (0.0, 100.0))
-    heard = []
-    chart.dragged.connect(lambda x, y: heard.append((x, y)))
-    begin, end = chart.at(5.0, 50.0).toPoint(), chart.at(5.0, 60.0).toPoint()
-    wanted = chart.value(QPointF(end))
-    QTest.mousePress(chart.viewport(), Qt.MouseButton.LeftButton, pos=begin)
-    chart.set_range((0.0, 10.0), (0.0, 500.0))
-    chart.resize(640, 366)
-    drag(chart, end)
-    assert heard[-1] == pytest.approx(wanted, rel=1e-6)
-
-
-def drag(chart, place):
-    """Move the pointer with the left button held; QTest sends no buttons along."""
-    pointer = QPointF(place)
-    event = QMouseEvent(
-        QEvent.Type.MouseMove, pointer, QPointF(chart.viewport().mapToGlobal(place)),
-        Qt.MouseButton.NoButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier,
-    )  # fmt: skip
-    chart.mouseMoveEvent(event)
 
 
 def test_many_words_take_a_line_of_their_own(job, qtbot):

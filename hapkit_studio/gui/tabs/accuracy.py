@@ -1,5 +1,6 @@
 """Speed against accuracy: what each method's error costs, which the scene should use, and whether it does."""
 
+import math
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
@@ -7,17 +8,17 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox
 
 from hapkit_studio.gui.segmented import Segmented
-from hapkit_studio.gui.tabs.accuracy_chart import AccuracyChart
-from hapkit_studio.gui.tabs.accuracy_table import MethodTable
-from hapkit_studio.gui.tabs.bar import RunBar
-from hapkit_studio.gui.tabs.base import Page, Tab, filled
-from hapkit_studio.gui.tabs.export import Export
-from hapkit_studio.gui.tabs.job import Job, Progress
-from hapkit_studio.gui.tabs.side import Pairs, SidePanel, hint
-from hapkit_studio.gui.tabs.verdict_line import VerdictLine
+from hapkit_studio.gui.tabs.base import Tab
+from hapkit_studio.gui.tabs.drawing import sign
+from hapkit_studio.gui.tabs.job import Progress
+from hapkit_studio.gui.tabs.measuring import MeasuringPage
+from hapkit_studio.gui.tabs.side import hint
+from hapkit_studio.gui.tabs.table import Column
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.accuracy import Chart, Point, Sheet
+    from matplotlib.backend_bases import MouseEvent
+
+    from hapkit_studio.analysis.accuracy import Chart, Point, Scene, Sheet
     from hapkit_studio.gui.live import Live
     from hapkit_studio.gui.studio import Studio
 
@@ -30,12 +31,7 @@ CHARTS = (
 _SCENE_WIDTH = 160
 # how wide the scenes' names may be, from which width of the page on
 _SCENE_WIDTHS = ((1000, 290), (880, 200))
-_AGAIN = "Run again"
-_BEGIN = "Run to see what each method costs."
-_READ = (
-    "Each line is a method, each marker a step; filled: the loop's own step. Further left is faster, further "
-    "down more accurate. Nothing lies below and left of the grey front. The ring is what the studio uses."
-)
+_TINY, _HUGE = 1e-2, 1e5
 
 
 def answer_words(sheet: "Sheet") -> str:
@@ -51,17 +47,59 @@ def answer_words(sheet: "Sheet") -> str:
     return f"{among}: {words.name_words(scene, found)}, {cost} per simulated second."
 
 
-class AccuracyPage(Page):
+def columns(sheet: "Sheet") -> tuple[Column, ...]:
+    """Return the columns of the points that compete: what is chosen between, cost, error in one unit."""
+    from hapkit_studio.analysis.accuracy.words import figures, name_words
+    from hapkit_studio.charts.methods import look
+
+    scene, default = sheet.scene, sheet.answer.default
+    head = "Error\nmm/s" if scene.unit == "m/s" else "Of limit\n%" if scene.goal else "Error\n%"
+
+    def cost(point: "Point") -> str:
+        return figures(1e-3 * point.ns_per_simulated_s)
+
+    return (
+        Column(
+            "Rate" if scene.step_s is None else "Method", lambda p: name_words(scene, p), right=False,
+            sign=lambda p: sign(*look(p.method)), token=lambda p: "accent" if p is default else "ink",
+        ),
+        Column("µs\nper s", cost, lambda p: p.ns_per_simulated_s),
+        Column(
+            head, lambda p: error_figures(p.error, scene), lambda p: p.error,
+            lambda p: "ok" if p.error <= scene.tolerance else "danger",
+        ),
+    )  # fmt: skip
+
+
+def error_figures(error: float, scene: "Scene") -> str:
+    """Write an error in the unit of the head; what is tiny or huge as a power of ten."""
+    from hapkit_studio.analysis.accuracy.words import figures, power
+
+    if not math.isfinite(error):
+        return "none"
+    value = (1e3 if scene.unit == "m/s" else 1e2) * error
+    return figures(value) if value == 0.0 or _TINY <= value < _HUGE else power(value)
+
+
+class AccuracyPage(MeasuringPage):
     """One chart at a time, one of its scenes; measured charts are kept."""
 
-    side: SidePanel
+    file = "accuracy"
+    heading, about = "Speed against accuracy", "What each method's error costs in computing time."
+    begin = "Run to see what each method costs."
+    drawn, listed = "Error over computing time of every method", "Methods with cost and error"
+    buttons = ("Run", "Run again")
+    conditions_title = "Scene"
+    read = (
+        "Each line is a method, each marker a step; filled: the loop's own step. Further left is faster, "
+        "further down more accurate. Nothing lies below and left of the grey front. The ring is what the "
+        "studio uses."
+    )
 
     def __init__(self, studio: "Studio", live: "Live"):
-        super().__init__()
+        super().__init__(studio, live)
         self._found: dict[str, Chart] = {}
         self._seconds: dict[str, float] = {}
-        self.job = Job(self)
-        self.bar = RunBar(self.job, "Run", _AGAIN)
         self.charts = Segmented("Chart", tuple(title for _, title in CHARTS))
         self.charts.show_index(0)
         self.scenes = QComboBox()
@@ -71,11 +109,9 @@ class AccuracyPage(Page):
         self.scenes.hide()
         self.bar.add(self.charts)
         self.bar.add(self.scenes)
-        self.verdict, self.chart, self.table = VerdictLine(_BEGIN), AccuracyChart(), MethodTable()
-        self.point, self.conditions, self.reason = hint(), Pairs(), hint()
-        self.side = self._side()
-        self.column.addWidget(filled(self.bar, self.verdict, self.chart))
-        self._export = Export(self, "accuracy", self.bar.say)
+        self.reason = hint()
+        self.build()
+        self.side.add(self.reason)
         self._join()
 
     @property
@@ -124,8 +160,7 @@ class AccuracyPage(Page):
         from hapkit_studio.analysis.accuracy import words
 
         sheet = self.sheet
-        self.chart.show_sheet(sheet)
-        self.table.show_sheet(sheet)
+        self.chart.setVisible(sheet is not None)
         self.point.setText("")
         self.bar.export.setEnabled(sheet is not None)
         self.side.heading.setText(CHARTS[self.charts.index][1])
@@ -134,8 +169,13 @@ class AccuracyPage(Page):
         if sheet is None:
             self._show_nothing()
             return
-        right = sheet.answer.right
-        self.verdict.say(answer_words(sheet), *(("check", "ok") if right else ("triangle", "warn")))
+        self.stand_out(None)
+        found = [p for p in sheet.points if sheet.scene.competes(p)]
+        found.sort(key=lambda p: p.error if math.isfinite(p.error) else math.inf)
+        self.table.show_rows(columns(sheet), found)
+        self.verdict.say(
+            answer_words(sheet), *(("check", "ok") if sheet.answer.right else ("triangle", "warn"))
+        )
         self.side.words.setText(words.verdict(sheet))
         self.conditions.show_pairs(list(sheet.scene.conditions))
         self.reason.setText(
@@ -144,9 +184,18 @@ class AccuracyPage(Page):
         count = sum(len(s.points) for s in self._found[self.key].sheets)
         self.bar.say(f"{count} points, {self._seconds[self.key]:.1f} s")
 
+    def stand_out(self, point: "Point | None") -> None:
+        """Draw the sheet, a point's method stronger than the others."""
+        from hapkit_studio.charts.accuracy import draw
+
+        sheet, method = self.sheet, point.method if point else ""
+        if sheet is not None:
+            self.chart.show_drawing(lambda figure, colors: draw(figure, colors, sheet, method))
+
     def _show_nothing(self) -> None:
         """Show that this chart was not measured yet."""
-        self.verdict.say(_BEGIN)
+        self.verdict.say(self.begin)
+        self.table.show_rows((), ())
         self.side.words.setText("Not measured yet.")
         self.conditions.show_pairs([])
         self.reason.setText("")
@@ -156,7 +205,7 @@ class AccuracyPage(Page):
     def _name_run(self) -> None:
         """Offer to run again only what was run."""
         if not self.job.running:
-            self.bar.run.setText(_AGAIN if self.key in self._found else "Run")
+            self.bar.run.setText(self.buttons[self.key in self._found])
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -164,54 +213,38 @@ class AccuracyPage(Page):
         widths = (width for least, width in _SCENE_WIDTHS if room >= least)
         self.scenes.setMaximumWidth(next(widths, _SCENE_WIDTH))
 
-    def show_point(self, point: "Point | None") -> None:
+    def show_near(self, event: "MouseEvent | None") -> None:
         """Say in words what the point under the pointer is."""
         from hapkit_studio.analysis.accuracy import words
+        from hapkit_studio.charts.accuracy_axes import Frame
 
+        self.point.setText("")
         sheet = self.sheet
-        if point is None or sheet is None:
-            self.point.setText("")
+        if event is None or sheet is None:
             return
-        error = words.error_words(point.error, sheet.scene.unit)
-        cost = words.cost_words(point.ns_per_simulated_s)
-        self.point.setText(f"{point.label} at {words.step_words(point.step_s)}: {error}, {cost} per second")
+        index = self.chart.near(event, *zip(*map(Frame(sheet).place, sheet.points), strict=True))
+        if index is not None:
+            point = sheet.points[index]
+            error = words.error_words(point.error, sheet.scene.unit)
+            cost = words.cost_words(point.ns_per_simulated_s)
+            step = words.step_words(point.step_s)
+            self.point.setText(f"{point.label} at {step}: {error}, {cost} per second")
 
-    def export(self) -> None:
-        """Save the chart that is chosen as a picture, or its points as numbers."""
+    def save(self, path: str) -> None:
         from hapkit_studio.analysis.accuracy import Accuracy
+        from hapkit_studio.charts.accuracy import accuracy_figure
 
-        shown = Accuracy((self._found[self.key],), self._seconds[self.key])
+        accuracy_figure(Accuracy((self._found[self.key],), self._seconds[self.key]), path)
 
-        def figure(path: str) -> None:
-            from hapkit_studio.charts.accuracy import accuracy_figure
-
-            accuracy_figure(shown, path)
-
-        self._export.ask(figure, lambda: {"rows": shown.rows()})
-
-    def end(self) -> None:
-        self.job.end()
+    def numbers(self) -> dict:
+        return {"rows": [p.row() for sheet in self._found[self.key].sheets for p in sheet.points]}
 
     def _join(self) -> None:
-        self.bar.run_pressed.connect(self.run)
-        self.bar.export_pressed.connect(self.export)
         self.charts.chosen.connect(lambda _index: self.show_chart())
         self.scenes.currentIndexChanged.connect(lambda _index: self.show_sheet())
-        self.job.finished.connect(self.show_result)
         self.job.running_changed.connect(lambda _running: self._name_run())
-        self.table.chosen.connect(self.chart.stand_out)
-        self.chart.pointed_at.connect(self.show_point)
-
-    def _side(self) -> SidePanel:
-        side = SidePanel("Speed against accuracy", "What each method's error costs in computing time.")
-        side.add(self.table)
-        side.add(self.point)
-        side.section("Read the chart")
-        side.add(hint(_READ))
-        self.conditions.stand_under(side.section("Scene"))
-        side.add(self.conditions)
-        side.add(self.reason)
-        return side
+        self.table.chosen.connect(self.stand_out)
+        self.chart.pointed.connect(self.show_near)
 
 
 TAB = Tab("accuracy", "Accuracy", 20, AccuracyPage, scene=False)

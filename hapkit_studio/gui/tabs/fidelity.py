@@ -1,5 +1,6 @@
 """Model no more than a scene needs: what each term of the device changes, scene by scene."""
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QLabel
@@ -7,12 +8,11 @@ from PySide6.QtWidgets import QLabel
 from hapkit_studio.devices.terms import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.tabs.bar import RunBar
-from hapkit_studio.gui.tabs.base import Page, Tab, filled
-from hapkit_studio.gui.tabs.export import Export
-from hapkit_studio.gui.tabs.fidelity_table import FidelityTable
-from hapkit_studio.gui.tabs.job import Job, Progress
+from hapkit_studio.gui.tabs.base import Tab
+from hapkit_studio.gui.tabs.job import Progress
+from hapkit_studio.gui.tabs.measuring import MeasuringPage
 from hapkit_studio.gui.tabs.side import Pairs, SidePanel, hint
+from hapkit_studio.gui.tabs.table import Column, Table
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.fidelity import Effect, Fidelity
@@ -67,42 +67,86 @@ def measure(keys: list[str], progress: Progress) -> "list[Fidelity]":
     return found
 
 
-class FidelityPage(Page):
+@dataclass(frozen=True)
+class Row:
+    """A scene and what was found of it, None before it was judged."""
+
+    key: str
+    title: str
+    result: "Fidelity | None" = None
+
+
+def columns() -> tuple[Column, ...]:
+    """Return the scenes' names, then a column a term."""
+    return (Column("Scene", lambda row: row.title, right=False), *map(_column, range(len(TERMS))))
+
+
+def _column(index: int) -> Column:
+    from hapkit_studio.charts.fidelity import outcome_word, percent
+
+    def effect(row: Row) -> "Effect | None":
+        return row.result.effects[index] if row.result else None
+
+    def text(row: Row) -> str:
+        found = effect(row)
+        if found is None:
+            return ""
+        return percent(found.change) + (f"\n{outcome_word(found.outcome)}" if found.needed else "")
+
+    def change(row: Row) -> float:
+        found = effect(row)
+        return found.change if found is not None and found.change is not None else -1.0
+
+    def needed(row: Row) -> bool:
+        found = effect(row)
+        return found is not None and found.needed
+
+    return Column(
+        list(TERMS.values())[index].word.replace(" ", "\n"), text, change,
+        token=lambda row: "accent" if needed(row) else "ink3",
+        ground=lambda row: "accentsoft" if needed(row) else "surface",
+    )  # fmt: skip
+
+
+class FidelityPage(MeasuringPage):
     """Scenes down, terms across; what a cell says in words at the side."""
 
-    side: SidePanel
+    file = "fidelity"
 
     def __init__(self, studio: "Studio", live: "Live"):
-        super().__init__()
-        self._studio = studio
+        super().__init__(studio, live)
         self._results: list[Fidelity] = []
-        self.job = Job(self)
-        self.bar = RunBar(self.job)
         self.title = QLabel("Model no more than a scene needs")
         dress(self.title, "QLabel { font-size: 14px; font-weight: 650; }")
         self.bar.add(self.title)
-        self.table = FidelityTable()
+        self.table = Table("Scenes down, terms of the device across", cells=True)
         self.details = Pairs()
         self.side = self._side()
-        self.column.addWidget(filled(self.bar, self.table))
-        self._export = Export(self, "fidelity", self.bar.say)
-        self.bar.run_pressed.connect(self.run)
-        self.bar.export_pressed.connect(self.export)
-        self.job.finished.connect(self.show_results)
-        self.table.chosen.connect(self.show_effect)
+        self.build(self.table)
+        self.table.cell_chosen.connect(self._choose)
+        self._list()
 
     def run(self) -> None:
         """Judge every scene of the library."""
         keys = list(discover())
         self.job.start(lambda progress: measure(keys, progress))
 
-    def show_results(self, results: "list[Fidelity]") -> None:
+    def show_result(self, results: "list[Fidelity]") -> None:
         """Show what was found; begin with the scene in force."""
         self._results = results
-        self.table.show_results(results)
-        keys = [result.scene for result in results]
+        self._list()
+        keys = [row.key for row in self.table.content.rows]
         key = self._studio.environment.key
-        self.table.choose(keys.index(key) if key in keys else 0, 0)
+        self.table.setCurrentIndex(self.table.model().index(keys.index(key) if key in keys else 0, 1))
+
+    def _list(self) -> None:
+        found = {result.scene: result for result in self._results}
+        rows = [Row(key, scene.title, found.get(key)) for key, scene in discover().items()]
+        self.table.show_rows(columns(), rows)
+
+    def _choose(self, row: Row, column: int) -> None:
+        if row.result is not None:
+            self.show_effect(row.result.effects[max(column - 1, 0)])
 
     def show_effect(self, effect: "Effect") -> None:
         """Say in words what leaving out one term does to one scene."""
@@ -131,24 +175,15 @@ class FidelityPage(Page):
             [("Change", percent(effect.change)), *most, ("Time without", f"{share:.2f} of the time with")]
         )
 
-    def export(self) -> None:
-        """Save the table as a picture or as numbers."""
-        results = self._results
+    def save(self, path: str) -> None:
+        from hapkit_studio.charts.fidelity import fidelity_figure
 
-        def figure(path: str) -> None:
-            from hapkit_studio.charts.fidelity import fidelity_figure
+        fidelity_figure(self._results, path)
 
-            fidelity_figure(results, path)
+    def numbers(self) -> dict:
+        from hapkit_studio.commands.fidelity import as_json
 
-        def numbers() -> dict:
-            from hapkit_studio.commands.fidelity import as_json
-
-            return as_json(results, [])
-
-        self._export.ask(figure, numbers)
-
-    def end(self) -> None:
-        self.job.end()
+        return as_json(self._results, [])
 
     def _side(self) -> SidePanel:
         side = SidePanel("Fidelity", "Measure, then choose a cell.")

@@ -1,34 +1,36 @@
 """Pictures of made-up sheets: everything is drawn, no name lies on another, odd errors too."""
 
-import itertools
 import math
 
+import numpy as np
 import pytest
 
 from hapkit_studio.charts.accuracy import accuracy_figure
 from hapkit_studio.charts.accuracy_axes import Frame
-from hapkit_studio.charts.spreading import Name, spread
+from hapkit_studio.charts.labels import spread
 from hapkit_studio.errors import ParameterError
 from tests.analysis.accuracy.points import accuracy, point, sheet
 
 
-def name(text, middle, left=0.0, width=50.0):
-    return Name(text, "#000000", left, middle, width, 10.0, (left, middle))
+def middles(*wanted, height=10.0, sides=None):
+    """Return where boxes in a frame of 200 end up."""
+    places = np.array(wanted)
+    sides = sides or [(0.0, 50.0)] * len(wanted)
+    return spread(places, np.full(len(wanted), height), sides, (0.0, 200.0))
 
 
 def test_names_that_overlap_are_moved_apart_in_their_order():
-    names = [name(str(i), 50.0 + 0.1 * i) for i in range(8)] + [name("beside", 50.0, left=60.0)]
-    spread(names, 0.0, 200.0)
-    assert not any(one.meets(other) for one, other in itertools.combinations(names, 2))
-    assert [n.text for n in sorted(names[:8], key=lambda n: n.middle)] == [str(i) for i in range(8)]
-    assert names[-1].middle == 50.0
+    found = middles(*(50.0 + 0.1 * i for i in range(8)))
+    assert (np.diff(found) >= 9.99).all()
+    beside = middles(50.0, 50.0, sides=[(0.0, 50.0), (60.0, 90.0)])
+    assert beside.tolist() == [50.0, 50.0]
 
 
 def test_names_stay_inside_the_frame():
-    names = [name(str(i), 199.0) for i in range(10)]
-    spread(names, 0.0, 200.0)
-    assert all(5.0 <= n.middle <= 195.0 for n in names)
-    assert not any(one.meets(other) for one, other in itertools.combinations(names, 2))
+    found = middles(*[199.0] * 10)
+    assert found.min() >= 5.0
+    assert found.max() <= 195.0
+    assert (np.diff(np.sort(found)) >= 9.99).all()
 
 
 STRANGE = [

@@ -1,0 +1,86 @@
+"""The verdict beside the map: the exact limit, what it leaves out, and what was measured at the dot."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from hapkit_studio.analysis.margin import Margin, hand_words, short, way_out
+from hapkit_studio.gui.tabs.stability.measure import Measured
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.plane import Plane
+
+_SIGNS = (("check", "ok"), ("circle", "warn"), ("cross", "danger"))
+_OPEN = ("circle", "ink2")
+# DECAYS, BUZZES, GROWS of the measured classes
+_KINDS = ("comes to rest", "buzzes, does not grow", "grows")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the column says: headline, one line below it, what else to know, and a sign with its token."""
+
+    headline: str
+    words: str
+    more: str = ""
+    sign: tuple[str, str] = _OPEN
+
+
+def nothing_yet(device: bool, delay: bool) -> Verdict:
+    """Say what is missing before there are lines: a device, its delay, or only time."""
+    if not device:
+        return Verdict("Not judged yet", "Needs a device.")
+    if not delay:
+        return Verdict("Measuring the delay", "Half a second at zero force, on connecting.")
+    return Verdict("Computing", "The map's lines come in a moment.")
+
+
+def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
+    """Return the class measured at a point; None beyond the axes that were measured."""
+    rows, columns = measured.cells.classes.shape
+    across, up = damping / measured.axes[0], stiffness / measured.axes[1]
+    if not (0.0 <= across <= 1.0 and 0.0 <= up <= 1.0):
+        return None
+    return int(measured.cells.classes[min(int(up * rows), rows - 1), min(int(across * columns), columns - 1)])
+
+
+def verdict(plane: "Plane", measured: Measured | None = None) -> Verdict:
+    """Judge the dot; measured: what was measured for this very setting, if anything was."""
+    found = _measured(plane.margin, measured)
+    if plane.setting.controller:
+        return _controlled(plane.margin, found)
+    plain = _exact(plane.margin, plane.setting.coulomb > 0.0)
+    real, open_ = measured is not None and measured.real, math.isnan(plane.margin.limit)
+    if found is None or not (real or open_):
+        return plain
+    said = f"Measured{' with friction' if real else ''}: {_KINDS[found]}."
+    sign = _SIGNS[found] if open_ else plain.sign
+    return replace(plain, more=f"{plain.more}\n{said}".strip(), sign=sign)
+
+
+def _measured(margin: Margin, measured: Measured | None) -> int | None:
+    return None if measured is None else kind_at(measured, margin.damping, margin.stiffness)
+
+
+def _exact(margin: Margin, friction: bool) -> Verdict:
+    """Return the verdict of the exact limit alone."""
+    said, hand = short(margin), hand_words(margin.hand)
+    head, cut, _ = said.partition(" the limit")
+    without = ", without dry friction" if friction and not math.isnan(margin.limit) else ""
+    words = f"the limit; {hand}{without}." if cut else f"{hand}{without}.".capitalize()
+    if said.endswith(hand):
+        words = f"{without.removeprefix(', ')}.".capitalize() if without else ""
+    sign = _OPEN if math.isnan(margin.limit) else _SIGNS[0] if margin.stable else _SIGNS[2]
+    return Verdict(head, words, way_out(margin), sign)
+
+
+def _controlled(margin: Margin, found: int | None) -> Verdict:
+    """Return the verdict with the passivity controller on: the exact limit knows nothing of it."""
+    plain = _exact(margin, False)
+    if found is None:
+        words = f"{plain.words.rstrip('.')}. This is the limit without the controller."
+        return Verdict(plain.headline, words, "With the controller only measuring can tell.")
+    name = _KINDS[found].partition(",")[0].capitalize()
+    words = f"Measured with the controller; {hand_words(margin.hand)}."
+    without = "" if math.isnan(margin.limit) else f"Without it: {short(margin)}."
+    return Verdict(name, words, without, _SIGNS[found])

@@ -1,0 +1,69 @@
+"""A drawing in the window, for tests: drawn now, pointed at, clicked and dragged in the units of its axes."""
+
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+
+def drawn(drawing):
+    """Draw what is to be drawn now; return the axes."""
+    drawing.redraw()
+    drawing.canvas.draw()
+    return drawing.figure.axes
+
+
+def spot(drawing, x, y, axes=0) -> QPoint:
+    """Return where a point is, in pixels of the canvas."""
+    ratio = drawing.canvas.device_pixel_ratio
+    across, up = drawn(drawing)[axes].transData.transform((x, y)) / ratio
+    return QPoint(round(across), round(drawing.canvas.height() - up))
+
+
+def point(drawing, x, y, axes=0):
+    """Bring the pointer to a point; from elsewhere, so that it moves."""
+    place = spot(drawing, x, y, axes)
+    QTest.mouseMove(drawing.canvas, place + QPoint(3, 3))
+    QTest.mouseMove(drawing.canvas, place)
+
+
+def leave(drawing):
+    """Take the pointer out of the axes."""
+    QTest.mouseMove(drawing.canvas, QPoint(1, 1))
+
+
+def click(drawing, x, y, button=Qt.MouseButton.LeftButton, axes=0):
+    """Click a point."""
+    QTest.mouseClick(drawing.canvas, button, pos=spot(drawing, x, y, axes))
+
+
+def words(drawing) -> list[str]:
+    """Return the words that are drawn, legends and ticks included."""
+    from matplotlib.text import Text
+
+    drawn(drawing)
+    return [text.get_text() for text in drawing.figure.findobj(Text) if text.get_visible()]
+
+
+def outside(drawing) -> list[str]:
+    """Return what leaves the figure: axes with their titles and ticks, and words."""
+    from matplotlib.text import Text
+
+    drawn(drawing)
+    frame = drawing.figure.bbox.padded(1.0)
+    ticks = {label for axes in drawing.figure.axes for axis in (axes.xaxis, axes.yaxis)
+             for label in axis.findobj(Text)}  # fmt: skip
+    words = [
+        t for t in drawing.figure.findobj(Text) if t.get_text().strip() and t not in ticks and not hidden(t)
+    ]
+    boxes = [(t.get_text(), t.get_window_extent()) for t in words]
+    boxes += [(f"axes {i}", axes.get_tightbbox()) for i, axes in enumerate(drawing.figure.axes)]
+    return [name for name, box in boxes if not _inside(frame, box)]
+
+
+def hidden(text) -> bool:
+    """Say whether words belong to a legend that is not shown."""
+    legends = [axes.get_legend() for axes in text.figure.axes]
+    return any(legend and not legend.get_visible() and text in legend.get_texts() for legend in legends)
+
+
+def _inside(frame, box) -> bool:
+    return frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
