@@ -11,7 +11,7 @@ from hapkit_studio.devices import profiles
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Choice
 from hapkit_studio.protocol.messages import MotorMap
-from hapkit_studio.workshop import reading, sketch, sketch_file
+from hapkit_studio.workshop import reading, sketch, sketch_file, source
 from tests.firmware import sketches
 from tests.firmware.sketches import needs_ide
 from tests.firmware.vb import QUANTUM
@@ -80,9 +80,14 @@ def test_it_renders_what_was_tuned(key, given, archive, tmp_path):
     compare(*check(environment, environment.values(given), archive, tmp_path))
 
 
+def own(folder, text):
+    """Return the environment that a person wrote."""
+    return reading.load_source(source.typed(folder / "ramp.py", text))
+
+
 @needs_ide
 def test_a_persons_own_law_with_memory_is_rendered(archive, tmp_path):
-    environment = reading.load_text(OWN, tmp_path / "ramp.py")
+    environment = own(tmp_path, OWN)
     compare(*check(environment, {"slope": 55.0}, archive, tmp_path))
 
 
@@ -159,7 +164,7 @@ def test_a_calibrated_kit_keeps_its_zero_and_its_senses(archive, tmp_path):
 
 @needs_ide
 def test_a_force_that_is_no_number_and_a_handle_too_fast_switch_the_motor_off(archive, tmp_path):
-    broken = reading.load_text(OWN.replace("* (x + s.far)", "* (1.0 / (x - x))"), tmp_path / "ramp.py")
+    broken = own(tmp_path, OWN.replace("* (x + s.far)", "* (1.0 / (x - x))"))
     elf = sketches.build(sketch.text(broken, broken.values()), archive, tmp_path)
     assert not sketches.rendered(elf, tmp_path, SWEEP, 0.3).duty.any()
     elf = sketches.build(
@@ -240,7 +245,7 @@ def test_another_ending_is_refused(name, tmp_path):
 def test_a_persons_words_stay_comments(archive, tmp_path):
     nasty = OWN.replace('"Ramp"', r'"Ramp \\\n#error"').replace('"Remembers"', r'"a \\\n#error b\\"')
     nasty = nasty.replace('"Slope"', r'"Slope\n#error \\"')
-    environment = reading.load_text(nasty, tmp_path / "ramp.py")
+    environment = own(tmp_path, nasty)
     assert "\n" in environment.title
     kit = sketch.Kit(replace(profiles.default().board, label="a\n#error\\"))
     sketches.build(sketch.text(environment, {}, kit), archive, tmp_path)
@@ -282,7 +287,7 @@ ENDLESS = """    n = 0.0
 @needs_ide
 def test_a_law_that_turns_in_circles_is_ended_by_the_watchdog(archive, tmp_path):
     text = OWN[: OWN.index("    if x > s.far")] + ENDLESS + OWN[OWN.index("\n\nENVIRONMENT") :]
-    environment = reading.load_text(text.replace('"""A ramp."""', "import math"), tmp_path / "ramp.py")
+    environment = own(tmp_path, text.replace('"""A ramp."""', "import math"))
     elf = sketches.build(sketch.text(environment, {}), archive, tmp_path)
     log = sketches.rendered(
         elf, tmp_path, ("0.1 position 0.008 0.1", "0.3 position 0.02 0.05"), 0.7, *EVERY_MS

@@ -421,7 +421,7 @@ def test_a_law_of_ones_own_needs_nothing_on_the_board(desk):
     desk.go()
     desk.engine.set_environment(CONSTANT)
     desk.compiled()
-    desk.until(lambda: desk.kit.loaded.data == desk.engine.board_way.program.data)
+    desk.until(lambda: desk.kit.renders and desk.kit.loaded.data == desk.engine.board_way.program.data)
     desk.until(lambda: desk.engine.rendering == "board")
 
 
