@@ -8,12 +8,12 @@ POINTS = 2400
 
 def text(value: float, unit: str = "", digits: int = 3) -> str:
     """Write a value with its unit, its minus a true one."""
-    return f"{_true(f'{value:.{digits}g}')} {unit}".rstrip()
+    return f"{_true(f'{_rounded(value, digits):g}')} {unit}".rstrip()
 
 
 def signed(value: float, unit: str = "", digits: int = 3) -> str:
     """Write a value with its unit and its sign."""
-    return f"{_true(f'{value:+.{digits}g}')} {unit}".rstrip()
+    return f"{_true(f'{_rounded(value, digits):+g}')} {unit}".rstrip()
 
 
 def readable(value: float, unit: str, digits: int = 4) -> str:
@@ -21,6 +21,11 @@ def readable(value: float, unit: str, digits: int = 4) -> str:
     if unit == "m" or (unit == "s" and abs(value) < 1.0):
         return text(1e3 * value, f"m{unit}", digits)
     return text(value, unit, digits)
+
+
+def _rounded(value: float, digits: int) -> float:
+    """Return a value with so many digits; thousands are written out all the same."""
+    return float(f"{value:.{digits}g}")
 
 
 def _true(number: str) -> str:
