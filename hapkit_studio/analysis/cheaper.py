@@ -8,7 +8,7 @@ import numpy as np
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed, hand_named
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.board_offer import Offer, Wish
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.haptics.settings_writer import BoardWay, LoopSettings
 from hapkit_studio.parameters import Choice
 
@@ -23,8 +23,8 @@ SECONDS = 3.0
 class Question:
     """A wish that a board has refused."""
 
-    offer: Offer
-    wish: Wish
+    offer: BoardPlanner
+    wish: PlanRequest
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def _options(question: Question) -> Iterator[Cheaper]:
                 yield Cheaper(question, choice, option, way)
 
 
-def _forces(wish: Wish, rate: float) -> np.ndarray:
+def _forces(wish: PlanRequest, rate: float) -> np.ndarray:
     """Return the averaged force (n,) in N of a law at a rate in Hz while a hand moves as its scene says."""
     device = SimulatedHapkit(quantum=wish.quantum)
     scene = headless.Scene(wish.environment, wish.values, device, LoopSettings(rate), true_velocity=True)

@@ -4,7 +4,7 @@ import math
 
 from hapkit_studio.analysis import plane
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.haptics import board_offer
+from hapkit_studio.haptics import board_plan
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rendering import COMPUTER
 
@@ -25,7 +25,7 @@ def limit_of(engine: Engine, where: str) -> float | None:
     impedance, device = engine.environment.impedance, engine.device
     if delay is None or rate is None or impedance is None:
         return None
-    spec = engine.loop.estimator if where == COMPUTER else board_offer.spec_on_board(engine.loop.estimator)
+    spec = engine.loop.estimator if where == COMPUTER else board_plan.spec_on_board(engine.loop.estimator)
     setting = Setting(
         device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean, estimator=spec
     )

@@ -15,12 +15,11 @@ from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import DeviceError, ParameterError
 from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.arrays import DEVICE_GONE, SLOW_LINK
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.faults import Fault
-from hapkit_studio.haptics.health import Link
+from hapkit_studio.haptics.health import Fault, LinkCounts
 from hapkit_studio.haptics.rendering import BOARD, COMPUTER, WAYS
-from hapkit_studio.haptics.rig import DEVICE_GONE, SLOW_LINK
-from hapkit_studio.haptics.ring import RingReader
+from hapkit_studio.haptics.rows import RingReader
 
 FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
@@ -157,7 +156,7 @@ def remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[s
     return said
 
 
-def reasons(counted: Link) -> list[str]:
+def reasons(counted: LinkCounts) -> list[str]:
     """Return why the force went to zero for a while, a sentence each."""
     causes = {
         "The line brought no sample for 20 ms": counted.no_sample,

@@ -11,7 +11,7 @@ from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.form_sheet import FormSheet
 from hapkit_studio.gui.rich import plain
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.haptics.board_offer import spec_on_board
+from hapkit_studio.haptics.board_plan import spec_on_board
 from hapkit_studio.protocol.messages import Origin
 from hapkit_studio.workshop import sketch, sketch_file
 from hapkit_studio.workshop.sketch import Kit

@@ -134,7 +134,7 @@ class LoopPanel(QWidget):
         engine, spec, rate = self._studio.engine, self._studio.loop.spec, f"{self._rate():,.0f} Hz"
         board = engine is not None and engine.board_way is not None
         if board:
-            from hapkit_studio.haptics.board_offer import spec_on_board  # off the first picture's way
+            from hapkit_studio.haptics.board_plan import spec_on_board  # off the first picture's way
 
             spec = spec_on_board(spec)
         key = parse(spec)[0].key

@@ -13,8 +13,7 @@ from hapkit_studio.gui.wishes import LoopWish
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
     from hapkit_studio.haptics.engine import Engine
-    from hapkit_studio.haptics.faults import Fault
-    from hapkit_studio.haptics.health import Health
+    from hapkit_studio.haptics.health import Fault, Health
 
 ANSWER_MS = 30
 """How often it is looked for what the board says to a law that is being translated for it."""

@@ -9,9 +9,9 @@ from hapkit_studio.gui.theme import number
 if TYPE_CHECKING:
     from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.gui.studio import Studio
-    from hapkit_studio.haptics.board_offer import Wish
-    from hapkit_studio.haptics.delays import Measured
+    from hapkit_studio.haptics.board_plan import PlanRequest
     from hapkit_studio.haptics.engine import Engine
+    from hapkit_studio.haptics.link import MeasuredDelay
 
 WAYS = COMPUTER, BOARD = "computer", "board"
 ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed", "Processor, %"
@@ -31,7 +31,7 @@ UNKNOWN = "–"
 class Way:
     """One way of rendering: delay, rate in Hz and share of a processor where known, what its limit is for."""
 
-    delay: "Measured | None"
+    delay: "MeasuredDelay | None"
     rate: float | None
     missed: int
     setting: "Setting | None"
@@ -65,7 +65,7 @@ def solve(question: Limits) -> Found:
 def ways(studio: "Studio") -> tuple[Way, Way]:
     """Return both ways of the device and loop in force."""
     from hapkit_studio.analysis.setting import Setting
-    from hapkit_studio.haptics import board_offer
+    from hapkit_studio.haptics import board_plan
 
     engine = studio.engine
     assert engine is not None
@@ -74,7 +74,7 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     offered = engine.offered_way
     rates = engine.loop.rate, None if offered is None else float(offered.rate)
     shares = None, None if offered is None else offered.share
-    specs = studio.loop.spec, board_offer.spec_on_board(studio.loop.spec)
+    specs = studio.loop.spec, board_plan.spec_on_board(studio.loop.spec)
     found = []
     for where, rate, spec, share in zip(WAYS, rates, specs, shares, strict=True):
         delay, own = _steady(engine, where), None
@@ -84,17 +84,19 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     return found[0], found[1]
 
 
-def wish(studio: "Studio") -> "Wish":
+def wish(studio: "Studio") -> "PlanRequest":
     """Return what the board is asked for, in the words of its offer."""
-    from hapkit_studio.haptics import board_offer
+    from hapkit_studio.haptics import board_plan
 
     engine = studio.engine
     assert engine is not None
     quantum, rate = engine.device.quantum, studio.loop.board_rate
-    return board_offer.Wish(engine.environment, dict(engine.values), engine.loop.estimator, quantum, rate)
+    return board_plan.PlanRequest(
+        engine.environment, dict(engine.values), engine.loop.estimator, quantum, rate
+    )
 
 
-def _steady(engine: "Engine", where: str) -> "Measured | None":
+def _steady(engine: "Engine", where: str) -> "MeasuredDelay | None":
     """Return the delay of one way as everything in the window shows it and takes it."""
     found, steady = engine.delay_of(where), steady_delay(engine, where)
     return None if found is None or steady is None else found._replace(mean=steady)

@@ -141,14 +141,14 @@ class WhereSwitch(QWidget):
 
     def _remark(self, engine) -> str:
         """Return what of the loop the board does not do, and what it takes where no table says so."""
-        from hapkit_studio.haptics import board_offer
+        from hapkit_studio.haptics import board_plan
 
         loop, parts = self._studio.loop, []
         if engine.where != BOARD:
             return ""
         if self._folded and engine.offered_way is not None:
             parts.append(f"{100.0 * engine.offered_way.share:.0f} % of the board's processor.")
-        if board_offer.spec_on_board(loop.spec) != loop.spec:
+        if board_plan.spec_on_board(loop.spec) != loop.spec:
             parts.append("The board has no such velocity filter: Kalman in its place.")
         if loop.delay > 0.0:
             parts.append("Added delay is the computer's alone.")

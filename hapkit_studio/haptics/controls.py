@@ -11,7 +11,7 @@ from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import block, rig
+from hapkit_studio.haptics import arrays, block
 from hapkit_studio.haptics.drivers import Driver
 from hapkit_studio.haptics.fences import load_acquire
 from hapkit_studio.haptics.rendering import Rendering
@@ -30,7 +30,7 @@ class Controls(Rendering):
 
     def __init__(self, device, environment: str | Environment):
         self._block = block.new_block()
-        self._rig = rig.new_rig(*self._block, energies=ENERGIES)
+        self._arrays = arrays.new_arrays(*self._block, energies=ENERGIES)
         self._lock = threading.RLock()
         self._driver: Driver | None = None
         # a law by its address, with the last generation of settings that wanted it
@@ -57,7 +57,7 @@ class Controls(Rendering):
             self._kept[law.address] = (wanted.generation, law)
             block.publish(*self._block, *content)
             self._wanted = wanted
-            accepted = int(load_acquire(self._rig.control, rig.ACCEPTED))
+            accepted = int(load_acquire(self._arrays.control, arrays.ACCEPTED))
             self._kept = {address: kept for address, kept in self._kept.items() if kept[0] >= accepted}
 
     def _changed(self, **changes) -> None:
@@ -70,7 +70,7 @@ class Controls(Rendering):
 
     def renders(self, environment: Environment) -> bool:
         """Return whether the newest rows hold this environment's state: a switch takes until a tick."""
-        law = int(self._rig.laws[self._rig.word[rig.SLOT]])
+        law = int(self._arrays.laws[self._arrays.word[arrays.SLOT]])
         return environment is self.environment and law == environment.force.compiled().address
 
     @property

@@ -7,13 +7,13 @@ import numpy as np
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import StudioError
-from hapkit_studio.haptics import block, faults, histogram, observer, priority, rig
+from hapkit_studio.haptics import arrays, block, health, passivity, priority
 from hapkit_studio.haptics.controls import Controls
 from hapkit_studio.haptics.drivers import Driver, compile_ahead, driver_for
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.health import Health, Watch, link
+from hapkit_studio.haptics.health import Health, Watch, count_link
 from hapkit_studio.haptics.priority import Priority
-from hapkit_studio.haptics.ring import RingReader, new_ring
+from hapkit_studio.haptics.rows import RingReader, new_ring
 
 STARTING = Priority("Starting", False, "")
 JOIN_SECONDS = 2.0
@@ -24,8 +24,8 @@ class Engine(Controls):
 
     def __init__(self, device, environment: str | Environment = "wall", realtime: bool = True):
         super().__init__(device, environment)
-        self._ring = new_ring(self._rig.control)
-        self._late = histogram.new_histogram()
+        self._ring = new_ring(self._arrays.control)
+        self._late = health.new_histogram()
         self._watch = Watch()
         self._thread: threading.Thread | None = None
         self._priority = STARTING
@@ -49,9 +49,9 @@ class Engine(Controls):
         device = self.device
         known = {"mass": device.mass, "viscous": device.viscous, "quantum": device.quantum}
         self._changed(max_force=device.max_force, loop=loop, **known)
-        compile_ahead(driver, self._rig, self._late)
+        compile_ahead(driver, self._arrays, self._late)
         self._late[:] = 0
-        rig.restart(self._rig, driver.hold_seconds)
+        arrays.restart(self._arrays, driver.hold_seconds)
         self._watch.forget()
         self._thread = threading.Thread(
             target=self._own_thread, args=(driver,), name="hapkit-loop", daemon=True
@@ -61,17 +61,17 @@ class Engine(Controls):
     def _own_thread(self, driver: Driver) -> None:
         self._priority = priority.obtain() if self._realtime else Priority("Normal priority", False, "")
         try:
-            driver.run(self._rig, self._ring, self._late)
+            driver.run(self._arrays, self._ring, self._late)
         except StudioError as error:
             if self.fault is None:
-                store_release(self._rig.control, rig.FAULT, rig.DEVICE_GONE)
+                store_release(self._arrays.control, arrays.FAULT, arrays.DEVICE_GONE)
             self._message = str(error)
         finally:
             priority.release()
 
     def close(self) -> None:
         """Stop the loop with a zero command and let go of the device."""
-        store_release(self._rig.control, rig.QUIT, 1)
+        store_release(self._arrays.control, arrays.QUIT, 1)
         if self._thread is not None:
             self._thread.join(JOIN_SECONDS)
             self._thread = None
@@ -99,35 +99,35 @@ class Engine(Controls):
     # --- the board
     def zero_here(self) -> None:
         """Make the present position the zero of a real board; the force fades in again."""
-        self._count_up(rig.ZERO)
+        self._count_up(arrays.ZERO)
 
     def flip_direction(self) -> None:
         """Turn the positive direction of a real board around; the force fades in again."""
-        self._count_up(rig.FLIP)
+        self._count_up(arrays.FLIP)
 
     def _count_up(self, word: int) -> None:
-        store_release(self._rig.control, word, int(self._rig.control[word]) + 1)
+        store_release(self._arrays.control, word, int(self._arrays.control[word]) + 1)
 
     # --- safety
     def stop(self) -> None:
         """E-stop: zero force from the next tick until released on purpose."""
-        store_release(self._rig.control, rig.STOP, 1)
+        store_release(self._arrays.control, arrays.STOP, 1)
 
     def release_stop(self) -> None:
         """Release the E-stop; the force fades in from zero."""
-        store_release(self._rig.control, rig.STOP, 0)
+        store_release(self._arrays.control, arrays.STOP, 0)
 
     @property
     def stopped(self) -> bool:
-        return bool(load_acquire(self._rig.control, rig.STOP))
+        return bool(load_acquire(self._arrays.control, arrays.STOP))
 
     @property
-    def fault(self) -> faults.Fault | None:
-        return faults.describe(int(load_acquire(self._rig.control, rig.FAULT)), self._rig)
+    def fault(self) -> health.Fault | None:
+        return health.describe_fault(int(load_acquire(self._arrays.control, arrays.FAULT)), self._arrays)
 
     def clear_fault(self) -> None:
         """Clear a latched fault; the law starts anew, the force fades in from zero."""
-        self._count_up(rig.CLEAR)
+        self._count_up(arrays.CLEAR)
 
     # --- what comes back
     def reader(self) -> RingReader:
@@ -136,36 +136,36 @@ class Engine(Controls):
 
     def energies(self, ticks: np.ndarray) -> np.ndarray:
         """Return (n, 2): the energy given and its limit in J at ticks (n,), nan where unknown."""
-        kept = self._rig.energies
+        kept = self._arrays.energies
         ticks = ticks.astype(np.int64)
         found = kept[ticks & (len(kept) - 1)]
-        found[int(self._rig.word[rig.TICK]) - ticks >= len(kept)] = np.nan
+        found[int(self._arrays.word[arrays.TICK]) - ticks >= len(kept)] = np.nan
         return found
 
     @property
     def excess(self) -> tuple[float, float]:
         """Return the energy in J given beyond its limit, and how much of it means something."""
-        watch, quantum = self._rig.watch, float(self._rig.values[block.QUANTUM])
-        return float(watch[observer.EXCESS]), observer.FELT + observer.COUNTS * quantum * float(
-            watch[observer.PEAK]
+        watch, quantum = self._arrays.watch, float(self._arrays.values[block.QUANTUM])
+        return float(watch[passivity.EXCESS]), passivity.FELT + passivity.COUNTS * quantum * float(
+            watch[passivity.PEAK]
         )
 
     def health(self) -> Health:
         """Return how the loop is doing; call it at a few hertz."""
-        control = self._rig.control
+        control = self._arrays.control
         rate, late, missed_lately = self._watch.look(control, self._late)
         running = self._thread is not None and self._thread.is_alive()
         return Health(
             rate=rate,
             lateness_us=late,
-            missed=int(control[rig.MISSED]),
-            lost_frames=int(control[rig.LOST_FRAMES]),
-            crc_errors=int(control[rig.CRC_ERRORS]),
-            stale_count=int(control[rig.STALE_COUNT]),
-            stale=bool(self._rig.word[rig.STALE]),
-            link=link(control),
+            missed=int(control[arrays.MISSED]),
+            lost_frames=int(control[arrays.LOST_FRAMES]),
+            crc_errors=int(control[arrays.CRC_ERRORS]),
+            stale_count=int(control[arrays.STALE_COUNT]),
+            stale=bool(self._arrays.word[arrays.STALE]),
+            link=count_link(control),
             priority=self._priority_now(),
-            delay=self._driver.delay(self._rig) if self._driver else self.loop.delay,
+            delay=self._driver.delay(self._arrays) if self._driver else self.loop.delay,
             running=running,
             connected=running,  # a loop that the device has left ends at once, its words are there by then
             message=self._message,
@@ -179,9 +179,9 @@ class Engine(Controls):
         return priority.held(self._priority, thread.native_id)
 
     @property
-    def arrays(self) -> rig.Rig:
+    def arrays(self) -> arrays.LoopArrays:
         """Return the loop's arrays, for tests and benchmarks."""
-        return self._rig
+        return self._arrays
 
     @property
     def driver(self) -> Driver | None:

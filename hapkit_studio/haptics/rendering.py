@@ -4,10 +4,10 @@ import threading
 from typing import Any
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import board_offer, rig
-from hapkit_studio.haptics.board_offer import Offer, Wish
-from hapkit_studio.haptics.delays import Measured
+from hapkit_studio.haptics import arrays, board_plan
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.haptics.drivers import Driver, SimulatedDriver
+from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.haptics.settings_writer import BoardWay, Wanted
 
 WAYS = COMPUTER, BOARD = "computer", "board"
@@ -20,10 +20,10 @@ class Rendering:
     _wanted: Wanted
     _driver: Driver | None
     _lock: threading.RLock
-    _rig: rig.Rig
+    _rig: arrays.LoopArrays
     _where = COMPUTER
     _board_rate: float | None = None
-    _next: tuple[Offer, Wish] | None = None
+    _next: tuple[BoardPlanner, PlanRequest] | None = None
     _worker: threading.Thread | None = None
 
     def _changed(self, **changes: Any) -> None:
@@ -71,7 +71,7 @@ class Rendering:
             return "" if driver is None else driver.refusal(found)
         return found or ""
 
-    def _offer(self) -> Offer | str:
+    def _offer(self) -> BoardPlanner | str:
         """Return what the open board offers, or in one line why there is none for any law."""
         driver = self._driver
         if driver is None:
@@ -98,12 +98,12 @@ class Rendering:
         if refusal:
             raise ParameterError(refusal)
         self.prefer(where, rate)
-        if where == BOARD and self._rig.control[rig.FAULT] == rig.SLOW_LINK:
+        if where == BOARD and self._arrays.control[arrays.FAULT] == arrays.SLOW_LINK:
             self.clear_fault()  # the board needs no fast link
 
     def prefer(self, where: str, rate: float | None = None) -> None:
         """Let one of them render every scene that it can; raise ParameterError for a rate no board has."""
-        board_offer.check_rate(rate)
+        board_plan.check_rate(rate)
         with self._lock:
             self._where, self._board_rate = where, rate
             self._changed()
@@ -121,10 +121,10 @@ class Rendering:
             return self._wanted.board
         return found if isinstance(found, BoardWay) else None
 
-    def _answer(self, offer: Offer, wanted: Wanted, wait: bool = False) -> BoardWay | str | None:
+    def _answer(self, offer: BoardPlanner, wanted: Wanted, wait: bool = False) -> BoardWay | str | None:
         """Return what the board says to something wanted, None while that is being worked out."""
         quantum, rate = self.device.quantum, self._board_rate
-        wish = Wish(wanted.environment, wanted.values, wanted.loop.estimator, quantum, rate)
+        wish = PlanRequest(wanted.environment, wanted.values, wanted.loop.estimator, quantum, rate)
         if wait:
             return offer.answer(wish)
         found = offer.known(wish)
@@ -132,7 +132,7 @@ class Rendering:
             self._work_out(offer, wish)
         return found
 
-    def _work_out(self, offer: Offer, wish: Wish) -> None:
+    def _work_out(self, offer: BoardPlanner, wish: PlanRequest) -> None:
         """Have a wish answered in the background; of several that wait the newest."""
         with self._lock:
             self._next = (offer, wish)
@@ -158,7 +158,7 @@ class Rendering:
         """Return who renders at this moment; while one hands over to the other, the computer."""
         return BOARD if self._driver is not None and self._driver.on_board() else COMPUTER
 
-    def delay_of(self, where: str) -> Measured | None:
+    def delay_of(self, where: str) -> MeasuredDelay | None:
         """Return the delay in s of one way as measured lately, None where it was not yet."""
         return None if self._driver is None else self._driver.measured(where == BOARD)
 
@@ -169,5 +169,5 @@ class Rendering:
 
     def missed_of(self, where: str) -> int:
         """Return how many ticks one way has missed: answers too late, or ticks that the board skipped."""
-        total = int(self._rig.control[rig.MISSED])
+        total = int(self._arrays.control[arrays.MISSED])
         return self.overruns if where == BOARD else max(total - self.overruns, 0)

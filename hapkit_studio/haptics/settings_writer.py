@@ -15,7 +15,7 @@ from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import block
-from hapkit_studio.haptics.observer import most_damping
+from hapkit_studio.haptics.passivity import most_damping
 from hapkit_studio.laws import Law
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.protocol import law_frames

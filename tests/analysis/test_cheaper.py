@@ -4,7 +4,7 @@ import pytest
 
 from hapkit_studio.analysis import cheaper
 from hapkit_studio.environments import named
-from hapkit_studio.haptics.board_offer import Offer, Wish
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from tests.wide import wide
 
 ARENA = 700
@@ -12,8 +12,8 @@ ARENA = 700
 
 def found(key, **values):
     environment = named(key)
-    wish = Wish(environment, environment.values(values), "kalman")
-    offer = Offer(ARENA)
+    wish = PlanRequest(environment, environment.values(values), "kalman")
+    offer = BoardPlanner(ARENA)
     assert isinstance(offer.answer(wish), str)
     return cheaper.find(cheaper.Question(offer, wish)).found
 

@@ -13,7 +13,7 @@ from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.gui import where_facts
 from hapkit_studio.gui.comparison import movement
 from hapkit_studio.gui.margin import Question, answer
-from hapkit_studio.haptics import way
+from hapkit_studio.haptics import link
 from tests.gui.board_fixtures import answered
 from tests.gui.window_support import PATIENCE_MS
 
@@ -142,7 +142,7 @@ def test_the_limit_in_force_is_the_one_of_who_renders(board_window, qtbot):
     board_window.live.look()
     assert (card.facts.setting().rate, card.facts.setting().delay) == (1000.0, pytest.approx(1e-3))
     studio.set_loop(where="board")
-    conn.words[way.WAY] = way.THERE
+    conn.words[link.HANDOVER] = link.ON_BOARD
     board_window.live.look()
     setting = card.facts.setting()
     assert setting.rate == studio.engine.board_way.rate
@@ -154,7 +154,7 @@ def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
     studio, switch, card = board_window.studio, board_window.loop.where, board_window.stability
     conn, index = studio.engine.driver.conn, where_facts.WAYS.index(where)
     studio.set_loop(where=where)
-    conn.words[way.WAY] = way.THERE if where == "board" else way.HERE
+    conn.words[link.HANDOVER] = link.ON_BOARD if where == "board" else link.ON_COMPUTER
     for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
         conn.delays.values[index, :500], conn.delays.counts[index] = delay, 500
         board_window.live.look()

@@ -8,7 +8,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import design
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import rig, rows
+from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.laws import board
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.messages import (
@@ -315,7 +315,7 @@ def test_over_speed_on_the_board_is_latched_here_and_stops_it(desk):
     desk.go()
     desk.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 3.5}
     desk.run(2)
-    assert desk.engine.fault.code == rig.OVER_SPEED
+    assert desk.engine.fault.code == arrays.OVER_SPEED
     assert "3.5 m/s" in desk.engine.fault.text
     wait_until(lambda: desk.told(Stop))
     desk.telemetry = {"flags": int(BoardFlag.OVER_SPEED)}
@@ -332,7 +332,7 @@ def test_a_force_that_is_no_number_needs_the_law_anew(desk):
     desk.go()
     desk.telemetry = {"flags": int(BoardFlag.REFUSED), "asked": float("nan")}
     row = desk.run(2)[-1]
-    assert desk.engine.fault.code == rig.NOT_A_NUMBER
+    assert desk.engine.fault.code == arrays.NOT_A_NUMBER
     assert row[rows.ASKED] == 0.0
     laws = len(desk.told(Law))
     desk.engine.clear_fault()

@@ -6,8 +6,8 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import block, board_offer
-from hapkit_studio.haptics.board_offer import CLOCK, RATES, Offer, Wish, share
+from hapkit_studio.haptics import block, board_plan
+from hapkit_studio.haptics.board_plan import CLOCK, RATES, BoardPlanner, PlanRequest, share
 from hapkit_studio.haptics.settings_writer import Wanted
 from hapkit_studio.laws import law
 from hapkit_studio.laws.machine import FRAME, REST, REST_AT_MOST
@@ -32,11 +32,11 @@ SLOW = Environment("slow", "Powers", "", (), powers)
 
 
 def offer(arena=ARENA):
-    return Offer(arena, KIT)
+    return BoardPlanner(arena, KIT)
 
 
 def wish(environment=SPRING, rate=None, **values):
-    return Wish(environment, environment.values(values), rate=rate)
+    return PlanRequest(environment, environment.values(values), rate=rate)
 
 
 def test_a_law_is_rendered_as_fast_as_its_cycles_allow():
@@ -77,7 +77,7 @@ def test_what_is_too_slow_says_how_fast_it_could_be():
 
 
 def test_numbers_are_written_with_the_digits_that_matter_and_never_rounded_up():
-    assert [board_offer._digits(v, 2) for v in (14_321, 499.9, 95.1, 7.2)] == [14_000, 490, 95, 7]
+    assert [board_plan._digits(v, 2) for v in (14_321, 499.9, 95.1, 7.2)] == [14_000, 490, 95, 7]
 
 
 def test_the_answer_is_worked_out_once():
@@ -96,7 +96,11 @@ def test_only_constants_make_no_other_form():
     made = offer()
     first, stiffer = made.way(wish()), made.way(wish(stiffness=90.0))
     assert (stiffer.form, stiffer.number != first.number) == (first.form, True)
-    others = (wish(rate=500), wish(environments.named("wall")), Wish(SPRING, SPRING.values(), "kalman"))
+    others = (
+        wish(rate=500),
+        wish(environments.named("wall")),
+        PlanRequest(SPRING, SPRING.values(), "kalman"),
+    )
     assert len({made.way(w).form for w in others} | {first.form}) == 4
 
 
@@ -120,9 +124,9 @@ def test_without_a_board_there_is_no_law_in_the_block():
 
 
 def test_why_a_board_refuses_is_said():
-    assert board_offer.refused(1) == "The board has no room for this law. The computer renders."
-    assert board_offer.refused(4) == "The board refuses this law (jump). The computer renders."
-    assert board_offer.refused(77) == "The board refuses this law (reason 77). The computer renders."
+    assert board_plan.refusal_text(1) == "The board has no room for this law. The computer renders."
+    assert board_plan.refusal_text(4) == "The board refuses this law (jump). The computer renders."
+    assert board_plan.refusal_text(77) == "The board refuses this law (reason 77). The computer renders."
 
 
 @pytest.mark.parametrize(

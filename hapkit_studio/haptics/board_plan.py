@@ -12,8 +12,8 @@ from hapkit_studio.dynamics import estimators, filters
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import DeviceError, LawError, ParameterError
-from hapkit_studio.haptics import block, way
-from hapkit_studio.haptics.line import Line
+from hapkit_studio.haptics import block, link
+from hapkit_studio.haptics.link import Link
 from hapkit_studio.haptics.settings_writer import BoardWay
 from hapkit_studio.laws.law import Law
 from hapkit_studio.laws.machine import FRAME, RAMP, REST, REST_AT_MOST, Refusal
@@ -36,7 +36,7 @@ INSTEAD = "kalman"
 
 
 @dataclass(frozen=True)
-class Wish:
+class PlanRequest:
     """What a board is asked to render: a law with its parameters by key, and how; rate None: the fastest."""
 
     environment: Environment
@@ -54,18 +54,18 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Offer:
+class BoardPlanner:
     """The room in bytes that a board has for one law, its settings if it is open, and what it was asked."""
 
     arena: int
     settings: Settings | None = None
     _answers: dict[tuple, BoardWay | str] = field(default_factory=dict, compare=False, repr=False)
 
-    def known(self, wish: Wish) -> BoardWay | str | None:
+    def known(self, wish: PlanRequest) -> BoardWay | str | None:
         """Return the answer to a wish that was worked out before: how it is rendered, or why not."""
         return self._answers.get(wish.key)
 
-    def answer(self, wish: Wish) -> BoardWay | str:
+    def answer(self, wish: PlanRequest) -> BoardWay | str:
         """Return how a wish is rendered, or in one line why not; compiles the law, for up to 0.1 s or so."""
         found = self.known(wish)
         if found is None:
@@ -77,17 +77,17 @@ class Offer:
 
     def refusal(self, environment: Environment, values: Values) -> str:
         """Return in one line why the board cannot render an environment; nothing where it can."""
-        found = self.answer(Wish(environment, values))
+        found = self.answer(PlanRequest(environment, values))
         return found if isinstance(found, str) else ""
 
-    def way(self, wish: Wish) -> BoardWay:
+    def way(self, wish: PlanRequest) -> BoardWay:
         """Return how the board is to render a wish; raise ParameterError."""
         found = self.answer(wish)
         if isinstance(found, str):
             raise ParameterError(found)
         return found
 
-    def _work_out(self, wish: Wish) -> BoardWay | str:
+    def _work_out(self, wish: PlanRequest) -> BoardWay | str:
         environment, values = wish.environment, wish.values
         title = environment.title
         law, rate = environment.force, _first_rate(wish.rate)
@@ -108,7 +108,7 @@ class Offer:
     def _room(self) -> int:
         return min(self.arena, 8 * block.PROGRAM_WORDS)
 
-    def _as_way(self, wish: Wish, program: "Program", rate: int) -> BoardWay:
+    def _as_way(self, wish: PlanRequest, program: "Program", rate: int) -> BoardWay:
         kind, first, second = coefficients(wish.estimator, rate, wish.quantum)
         moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
         return BoardWay(
@@ -166,12 +166,12 @@ def _digits(value: float, count: int) -> int:
     return int(value // step * step)
 
 
-def offered(device: HapkitBoard) -> Offer | str:
+def planner_for(device: HapkitBoard) -> BoardPlanner | str:
     """Return what an open board offers, or in one line why that is nothing."""
     if device.hello.arena == 0:
         return "This firmware renders no laws. Update firmware."
     try:
-        return Offer(device.hello.arena, device.settings())
+        return BoardPlanner(device.hello.arena, device.settings())
     except DeviceError as error:
         return str(error)
 
@@ -182,7 +182,7 @@ _REFUSED = {
 }
 
 
-def refused(why: int) -> str:
+def refusal_text(why: int) -> str:
     """Return in one line why a board does not render the law that it was sent."""
     known = why in list(Refusal)
     reason = Refusal(why).name.lower().replace("_", " ") if known else f"reason {why}"
@@ -212,13 +212,13 @@ def coefficients(spec: Spec, rate: float, quantum: float) -> tuple[int, float, f
     return int(Estimator.DIFFERENCE), 0.0, 0.0
 
 
-def tell(line: Line, settings: Settings, pwm_top: int) -> None:
+def tell_link(line: Link, settings: Settings, pwm_top: int) -> None:
     """Let a connection know what the board says of its kit."""
     line.motor[: pwm_top + 1] = motor_forces(settings, pwm_top)
     body = Board(**{w.name: getattr(settings, w.name) for w in Board.layout()}).pack()
     line.settings[:] = np.frombuffer(body, np.uint8)
-    line.words[way.CONFIGURABLE] = 1
-    line.words[way.CALIBRATED] = settings.origin == Origin.STORED
+    line.words[link.CONFIGURABLE] = 1
+    line.words[link.CALIBRATED] = settings.origin == Origin.STORED
 
 
 def motor_forces(kit: Settings, top: int) -> np.ndarray:
