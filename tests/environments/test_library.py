@@ -8,7 +8,7 @@ from string import ascii_uppercase
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio import environments
+from hapkit_studio import discovery, environments
 from hapkit_studio.environments import with_shortcuts
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
@@ -64,7 +64,7 @@ def test_environments_of_other_packages_are_found(monkeypatch):
         assert group == "hapkit_studio.environments"
         return [Point()]
 
-    monkeypatch.setattr(environments, "entry_points", points)
+    monkeypatch.setattr(discovery, "entry_points", points)
     found = environments.discover.__wrapped__()
     assert found["mine"].force is mine.force
     assert list(found)[: len(LIBRARY)] == list(LIBRARY)
@@ -73,7 +73,7 @@ def test_environments_of_other_packages_are_found(monkeypatch):
 
 def test_a_broken_environment_of_another_package_is_left_out_with_a_warning(monkeypatch):
     broken = EntryPoint("torn", "no_such_module_anywhere:ENVIRONMENT", environments.ENTRY_POINTS)
-    monkeypatch.setattr(environments, "entry_points", lambda group: [broken])
+    monkeypatch.setattr(discovery, "entry_points", lambda group: [broken])
     with pytest.warns(UserWarning, match="'torn'.*cannot be loaded.*no_such_module_anywhere"):
         found = environments.discover.__wrapped__()
     assert list(found) == list(LIBRARY)
