@@ -1,9 +1,9 @@
 """A board's settings as a person reads them: a name, a number, its unit."""
 
 from hapkit_studio.devices.profiles import numbered
+from hapkit_studio.formatting import number
 from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor
 
-MINUS = "\N{MINUS SIGN}"
 _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
     "pins": (
         "Motor's pins",
@@ -68,8 +68,7 @@ def shown(board: Board, name: str) -> str:
         return _CHOICES[name][1].get(value, f"unknown, {value}")
     if name in _NUMBERS:
         _words, factor, unit, decimals = _NUMBERS[name]
-        text = f"{round(factor * value, decimals) + 0.0:.{decimals}f} {unit}"
-        return text.strip().replace("-", MINUS)
+        return f"{number(factor * value, decimals)} {unit}".strip()
     if name == "profile":
         kit = numbered(value)
         return kit.title if kit else "a kit of its own"

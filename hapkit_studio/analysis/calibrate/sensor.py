@@ -6,8 +6,8 @@ import numpy as np
 
 from hapkit_studio.analysis.calibrate.verdict import PASS, Verdict, look, passed
 from hapkit_studio.devices.calibration import Track
-from hapkit_studio.devices.calibration_words import MINUS
 from hapkit_studio.devices.profiles import quantum_of
+from hapkit_studio.formatting import number
 from hapkit_studio.protocol.messages import Board, Sensor
 
 ENOUGH_TRAVEL = 0.060
@@ -136,7 +136,7 @@ def _judge_range(found: Sensed, track: Track, board: Board) -> Verdict:
         words = "The sensor works. Counts grow to the left, if you began there: step 2 turns them round."
         return Verdict(PASS, words, key="inverted")
     repeats = f", {found.repeats} repeats" if found.repeats else ""
-    low, high = (f"{value:,}".replace("-", MINUS) for value in (found.low, found.high))
+    low, high = number(found.low, 0), number(found.high, 0)
     return passed(f"The sensor reads {low} to {high}{repeats}, over {1e3 * found.travel:.0f} mm.")
 
 
