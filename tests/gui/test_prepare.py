@@ -122,6 +122,8 @@ def test_setting_up_compiles_every_part_and_ends_where_one_fails(code, tmp_path,
     programs = []
 
     class Program:
+        returncode = code
+
         def __init__(self, *words):
             programs.append(words)
 
@@ -134,7 +136,7 @@ def test_setting_up_compiles_every_part_and_ends_where_one_fails(code, tmp_path,
     if code:
         with pytest.raises(SystemExit) as end:
             prepare.main("all")
-        assert (end.value.code, programs) == (code, [("loop", "wall")])
+        assert (end.value.code, programs) == (code, [("loop", prepare.FIRST)])
         return
     prepare.main("all")
     assert [p for p in dict.fromkeys(words[0] for words in programs)] == [
