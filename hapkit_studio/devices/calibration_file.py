@@ -12,12 +12,12 @@ import platformdirs
 
 from hapkit_studio.devices.profiles import default, numbered
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import number
 from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor
 
 FOLDER = "calibrations"
 _KINDS = {int: "a whole number", float: "a number", str: "text", tuple: "eight whole numbers"}
 VARIABLE = "HAPKIT_STUDIO_FOLDER"
-MINUS = "\N{MINUS SIGN}"
 _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
     "pins": (
         "Motor's pins",
@@ -179,8 +179,7 @@ def setting_text(board: Board, name: str) -> str:
         return _CHOICES[name][1].get(value, f"unknown, {value}")
     if name in _NUMBERS:
         _label, factor, unit, decimals = _NUMBERS[name]
-        text = f"{round(factor * value, decimals) + 0.0:.{decimals}f} {unit}"
-        return text.strip().replace("-", MINUS)
+        return f"{number(factor * value, decimals)} {unit}".strip()
     if name == "profile":
         kit = numbered(value)
         return kit.title if kit else "a kit of its own"

@@ -6,8 +6,8 @@ import numpy as np
 
 from hapkit_studio.analysis.calibrate.result import PASS, CheckResult, passed, warn
 from hapkit_studio.devices.board_runner import Track
-from hapkit_studio.devices.calibration_file import MINUS
 from hapkit_studio.devices.profiles import quantum_of
+from hapkit_studio.formatting import number
 from hapkit_studio.protocol.messages import Board, Sensor
 
 ENOUGH_TRAVEL = 0.060
@@ -133,7 +133,7 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
         words = "The sensor works. Counts grow to the left, if you began there: the next step reverses them."
         return CheckResult(PASS, words, key="inverted")
     repeats = f", {found.repeats} repeats" if found.repeats else ""
-    low, high = (f"{value:,}".replace("-", MINUS) for value in (found.low, found.high))
+    low, high = number(found.low, 0), number(found.high, 0)
     return passed(f"The sensor reads {low} to {high}{repeats}, over {1e3 * found.travel:.0f} mm.")
 
 
