@@ -8,6 +8,7 @@ from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import actions, gallery
 from hapkit_studio.gui.actions import ActionSet, table
 from hapkit_studio.gui.banners import BannerStack
+from hapkit_studio.gui.collector import Collector
 from hapkit_studio.gui.dialogs import about_sheet, keys_sheet, priority_sheet
 from hapkit_studio.gui.editor.controller import Desk, Files, Watch
 from hapkit_studio.gui.flash_dialog import FlashSheet
@@ -65,6 +66,7 @@ class MainWindow(QMainWindow):
         self.setMinimumSize(*_SMALLEST)
         self.studio = studio
         studio.setParent(self)  # its signals hold what they are connected to for as long as it lives
+        Collector(self)
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         studio.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
         dress(self, _SHEET)  # what comes into a styled window is styled once

@@ -12,8 +12,7 @@ from hapkit_studio import errors
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.gui import device_link
-from hapkit_studio.gui import notices
+from hapkit_studio.gui import device_link, notices
 from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.live.time_plots import gaps
 from hapkit_studio.haptics.rows import HOST_TIME

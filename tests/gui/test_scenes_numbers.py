@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.scenes import force_arrow
-from hapkit_studio.gui.scenes import stage
+from hapkit_studio.gui.scenes import force_arrow, stage
 from hapkit_studio.gui.scenes.force_arrow import HEAD
 from tests.gui.scene_support import LIBRARY, SIZES, has, paint, scene_of, shot, state_of
 

@@ -4,27 +4,15 @@ import math
 
 from hapkit_studio.analysis.accuracy.points import Point
 from hapkit_studio.analysis.accuracy.sheet import TIE, Scene, Sheet
+from hapkit_studio.formatting import power_of_ten, significant
 
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+figures, power = significant, power_of_ten
+
 # An error below this is rounding: its power of ten is worth reading, not its digits.
 _SMALL, _LARGE = 1e-4, 1e3
 _STILL = 1e-9
 # How many methods that cost the same are named.
 _NAMED = 3
-
-
-def figures(value: float, digits: int = 2) -> str:
-    """Write a number with so many significant digits, never as 1e+03, with a true minus."""
-    if value == 0.0 or not math.isfinite(value):
-        return "0" if value == 0.0 else "–"
-    places = max(digits - 1 - math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}")))), 0)
-    return f"{value:,.{places}f}".replace("-", "−")
-
-
-def power(value: float) -> str:
-    """Write 2·10⁻⁶."""
-    mantissa, exponent = f"{value:.0e}".split("e")
-    return f"{mantissa.replace('-', '−')}·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
 
 
 def error_words(error: float, unit: str = "") -> str:

@@ -1,18 +1,16 @@
 """How a scene is declared, and what every scene shares: the handle, the hand, and their motion."""
 
-import importlib
 import math
-import pkgutil
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPen, QPolygonF
 
+from hapkit_studio.discovery import declared
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -191,13 +189,7 @@ class Scene:
 @cache
 def discover() -> dict[str, Scene]:
     """Return every scene of this folder by its key."""
-    package = __name__.rpartition(".")[0]
-    modules = (
-        importlib.import_module(info.name)
-        for info in pkgutil.iter_modules([str(Path(__file__).parent)], package + ".")
-        if info.name != __name__
-    )
-    return {module.SCENE.key: module.SCENE for module in modules if hasattr(module, "SCENE")}
+    return {scene.key: scene for scene in declared(__package__, "SCENE", Scene)}
 
 
 def named(key: str) -> Scene:
