@@ -41,7 +41,7 @@ test: $(VENV)/.test
 	@command -v avr-g++ >/dev/null || echo "No avr-g++: what needs the firmware was not checked."
 
 test-all: test
-	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m slow $$(grep -rlE "mark\.slow|wide\(" tests --include="test_*.py")
+	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m slow
 
 $(WARM): warm-loop
 warm-loop $(WARM): warm-%: $(VENV)/.test
