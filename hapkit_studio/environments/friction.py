@@ -10,7 +10,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.dynamics.friction import banded, bristle, sticking_tether, stribeck, tether
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -20,6 +20,9 @@ COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODE
 # Friction of exactly nothing would have no direction, and what slides could not be seen to turn back.
 # The stiffest tether is stretched by 50 nm then, which the board's single precision can still tell.
 LEAST = 1e-3
+
+# LuGre's bristles slide once they bear this much of the kinetic force; all of it they reach only to rounding.
+SLIDING = 0.99
 
 # Slower than this is at rest, where a curve over velocity is drawn.
 REST = 1e-6
@@ -52,7 +55,7 @@ def force(p, s, x, v, dt):
             bend = bristle(s.before - s.anchor, x - s.before, level, stiffness)
             dry = -stiffness * bend
             s.anchor = x - bend
-            level = kinetic
+            level = SLIDING * kinetic
         s.stuck = 1.0 if abs(dry) < level else 0.0
     else:
         dry = 0.0
@@ -120,6 +123,20 @@ def impedance(values):
     model = values["model"]
     stiffness = values["tether_stiffness"] if model not in (COULOMB, SMOOTHED) else 0.0
     return stiffness, viscous + (kinetic / by_speed[model] if model in by_speed else 0.0)
+
+
+def terms(values):
+    """Return viscous and kinetic friction, and how far a turn goes until friction is all there."""
+    model = values["model"]
+    held = model not in (COULOMB, SMOOTHED)
+    level = max(values["static_force"], values["kinetic_force"])
+    return ForceTerms(
+        damping=values["viscous"],
+        friction=values["kinetic_force"],
+        settle=2.0 * level / values["tether_stiffness"] if held else 0.0,
+        simple=model == COULOMB,
+        terms=("damping", "friction"),
+    )
 
 
 def warnings(values, conditions):
@@ -204,6 +221,7 @@ ENVIRONMENT = Environment(
     "hold: near rest the sign of the speed is noise, and the force chatters. A tether to an anchor holds: it "
     "pulls back like a spring, and is dragged along once you pull harder than friction can.",
     impedance=impedance,
+    terms=terms,
     unused=unused,
     warnings=warnings,
     over_position=over_position,

@@ -1,12 +1,13 @@
 """Windows to test on: the real window, the real engine, the simulated Hapkit at normal priority."""
 
+import gc
 from functools import partial
 
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent
 
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 from tests.gui.board_fixtures import board_window, held_board_window, scripted  # noqa: F401
 from tests.gui.break_it_fixtures import break_it_page, gate  # noqa: F401
@@ -59,6 +60,7 @@ def make_window(qtbot, qapp):
         qapp.removeEventFilter(window.stop_filter)
         window.deleteLater()
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.enable()  # the window has put it off
 
 
 @pytest.fixture

@@ -16,8 +16,8 @@ from hapkit_studio.analysis.identify.judging import Sizes, estimate, points, siz
 from hapkit_studio.analysis.identify.part import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import Fit, solve
-from hapkit_studio.analysis.identify.theory import Asked
 from hapkit_studio.analysis.identify.windows import Windows
+from hapkit_studio.environments.base import ForceTerms
 
 # Windows of about that length are short beside any motion of a hand, and long beside the sensor's steps.
 LONGEST_SECONDS = 0.026
@@ -39,14 +39,14 @@ def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> 
     return replace(part, with_clamp=with_clamp.estimates)
 
 
-def _names(asked: Asked, terms: tuple[str, ...]) -> tuple[str, ...]:
+def _names(asked: ForceTerms, terms: tuple[str, ...]) -> tuple[str, ...]:
     """Return the columns' names: damping that acts one way only has two."""
     if asked.one_way == 0.0:
         return terms
     return tuple(n for t in terms for n in (("damping_in", "damping_out") if t == "damping" else (t,)))
 
 
-def _of(grid: Grid, setup: Setup, asked: Asked, names: tuple[str, ...]) -> Part:
+def _of(grid: Grid, setup: Setup, asked: ForceTerms, names: tuple[str, ...]) -> Part:
     best: tuple[int, Windows, np.ndarray] | None = None
     for piece in PIECES:
         windows = Windows(len(grid), piece, grid.period, setup.delay)
@@ -60,7 +60,7 @@ def _of(grid: Grid, setup: Setup, asked: Asked, names: tuple[str, ...]) -> Part:
     return _fitted(grid, setup, asked, names, *best[1:])
 
 
-def _kept(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...]) -> np.ndarray:
+def _kept(grid: Grid, windows: Windows, asked: ForceTerms, names: tuple[str, ...]) -> np.ndarray:
     good = grid.law & grid.contact if asked.contact else grid.law
     if asked.settle > 0.0:
         good = good & (grid.gone > asked.settle)
@@ -71,7 +71,7 @@ def _kept(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...]) ->
     return kept
 
 
-def _columns(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...]) -> np.ndarray:
+def _columns(grid: Grid, windows: Windows, asked: ForceTerms, names: tuple[str, ...]) -> np.ndarray:
     position, speed = windows.derivative(grid.position, 0), windows.derivative(grid.position, 1)
     sign = np.sign(windows.derivative(grid.sign, 0))
     inward = sign * asked.one_way > 0.0
@@ -86,7 +86,7 @@ def _columns(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...])
 
 
 def _fitted(
-    grid: Grid, setup: Setup, asked: Asked, names: tuple[str, ...], windows: Windows, kept: np.ndarray
+    grid: Grid, setup: Setup, asked: ForceTerms, names: tuple[str, ...], windows: Windows, kept: np.ndarray
 ) -> Part:
     columns, against = _columns(grid, windows, asked, names), -windows.held(grid.commands)
     left_out = {**grid.left_out, **_without_contact(grid, asked)}
@@ -133,19 +133,24 @@ def _steps(
     return len(columns) * np.abs(inverse) @ (error * np.abs(fit.beta))
 
 
-def _without_contact(grid: Grid, asked: Asked) -> dict[str, int]:
+def _without_contact(grid: Grid, asked: ForceTerms) -> dict[str, int]:
     count = int((grid.law & ~grid.contact).sum()) if asked.contact else 0
     return {"not in contact": count} if count else {}
 
 
-def _set(name: str, asked: Asked) -> float | None:
+def _set(name: str, asked: ForceTerms) -> float | None:
     if name == "damping_out":
         return 0.0
     return {"stiffness": asked.stiffness, "friction": asked.friction}.get(name, asked.damping)
 
 
 def _expected(
-    grid: Grid, asked: Asked, names: tuple[str, ...], windows: Windows, columns: np.ndarray, kept: np.ndarray
+    grid: Grid,
+    asked: ForceTerms,
+    names: tuple[str, ...],
+    windows: Windows,
+    columns: np.ndarray,
+    kept: np.ndarray,
 ) -> dict[str, float]:
     """Return what would have been found if the law had done what was set, no more and no less."""
     commands = theory.commands(grid, asked)
@@ -159,7 +164,7 @@ def _centre(
     fit: Fit,
     names: tuple[str, ...],
     grid: Grid,
-    asked: Asked,
+    asked: ForceTerms,
     estimates: list[Estimate],
     moved: Sizes,
     offset: float | None = None,
@@ -194,7 +199,7 @@ def _centre(
     return [estimate("centre", value, half, moved, asked.centre, asked.centre)]
 
 
-def _why_not(grid: Grid, asked: Asked, names: tuple[str, ...]) -> str:
+def _why_not(grid: Grid, asked: ForceTerms, names: tuple[str, ...]) -> str:
     if asked.contact and not (grid.contact & grid.there).any():
         return "Cannot tell: the piece never touches. Push into the surface."
     if not grid.law.any():

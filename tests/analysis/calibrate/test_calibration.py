@@ -1,0 +1,125 @@
+"""Whole calibrations of kits with one thing wrong each: found, and left with position and force right."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices.board_runner import AbortedError
+from hapkit_studio.devices.profiles import default, named
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.protocol.messages import Force, Origin
+from tests.analysis.calibrate import student
+from tests.devices.paddle_kit import PaddleKit
+from tests.wide import wide
+
+DIAMETER = replace(default().board, pulley_radius=0.010, quantum=2.0 * default().board.quantum)
+KITS = {
+    "magnet turned": {"sense": -1, "direction": -1, "magnet": 777.0},
+    "diameter": {"board": DIAMETER},
+    "motor 30 % weaker": {"torque": 0.7 * 0.0183},
+    "dead band": {"dead": 30},
+    "great dead band": {"dead": 60},
+    "range": {"counts": 902, "torque": 1.3 * 0.0183},
+}
+
+
+def place_error(kit, work, place=0.03):
+    """Return the relative error of the board's position at a place in m."""
+    student.walk(kit, work, place)
+    return kit.position / place - 1.0
+
+
+def force_errors(kit, forces=(0.4, 0.8, 1.5, -1.0)):
+    """Return the relative errors (n,) of the motor's real force."""
+    errors = []
+    for force in forces:
+        kit.tell(Force(1, 0, force))
+        errors.append(kit.motor_force(kit.next_pwm) / force - 1.0)
+    return np.array(errors)
+
+
+@pytest.mark.parametrize("name", wide(KITS, lambda name: name in ("magnet turned", "range")))
+def test_what_is_wrong_is_put_right(name):
+    kit = PaddleKit(**KITS[name])
+    work = student.whole(kit)
+    assert abs(place_error(kit, work)) < 0.01
+    assert np.abs(force_errors(kit)).max() < 0.05
+    assert work.direction.agrees
+    part = work.sweep_result.part
+    assert part["mass"].holds(kit.mass)
+    # what the scales of force and length may be off is in the intervals
+    assert part["mass"].half >= 0.01 * part["mass"].value
+    student.walk(kit, work, 0.004)
+    kit.restart()
+    assert kit.stored.label == "test"
+    assert work.runner.settings.origin == Origin.STORED
+    assert abs(place_error(kit, work)) < 0.01
+
+
+def test_no_supply_is_found_and_nothing_else_is_moved():
+    kit = PaddleKit(supply=0.0)
+    work = student.session(kit)
+    assert work.try_direction().key == "no motion"
+    with pytest.raises(AbortedError, match="step Direction"):
+        work.sweep()
+    with pytest.raises(AbortedError, match="step Direction"):
+        work.carry(0.05)
+    with pytest.raises(AbortedError, match="supply"):
+        work.find_dead_band()
+
+
+def test_a_wrong_direction_is_never_given_a_loop():
+    kit = PaddleKit(direction=-1)
+    work = student.session(kit)
+    with pytest.raises(AbortedError, match="step Direction"):
+        work.sweep()
+    assert max(np.abs(kit.forces)) <= 0.3
+
+
+def test_undo_puts_back_what_the_board_had_and_keeps_that():
+    kit = PaddleKit(sense=-1, direction=-1)
+    before = kit.settings_now
+    work = student.session(kit)
+    student.hold_at_marks(kit, work)
+    work.use_scale()
+    work.try_direction()
+    work.store("test")
+    assert kit.settings_now != before
+    work.undo()
+    assert kit.settings_now == before
+    assert kit.stored == before
+
+
+def test_undo_before_saving_leaves_what_is_stored_alone():
+    kit = PaddleKit(direction=-1)
+    work = student.session(kit)
+    work.try_direction()
+    work.undo()
+    assert kit.stored is None
+    assert kit.settings_now == default().board
+
+
+def test_a_kit_keeps_zero_sense_and_direction():
+    kit = PaddleKit(replace(default().board, zero=77, sense=-1, direction=-1, label="mine"))
+    work = student.session(kit)
+    work.use_kit(named("hapkit3-short"))
+    board = work.board
+    assert (board.zero, board.sense, board.direction, board.label) == (77, -1, -1, "mine")
+    assert board.handle_radius == 0.070
+
+
+def test_a_kitchen_scale_tells_the_strength_too():
+    kit = PaddleKit(torque=0.7 * 0.0183)
+    work = student.session(kit)
+    student.let_go(kit, work)
+    work.try_direction()
+    student.let_go(kit, work)
+    kit.hand = 0.0
+    track = work.push_on_scale(1.0, 2.0, lambda: False)
+    pushed = kit.motor_force(int(track.pwm[-1]))
+    found = work.use_reading(pushed / 9.81, track)
+    assert found.ratio == pytest.approx(0.7, rel=0.02)
+    for reading in (0.0, 5.0):
+        with pytest.raises(ParameterError):
+            work.use_reading(reading, track)
