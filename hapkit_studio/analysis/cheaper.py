@@ -8,8 +8,8 @@ import numpy as np
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed, hand_named
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
-from hapkit_studio.haptics.settings_writer import BoardWay, LoopSettings
+from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner, PlanRequest
+from hapkit_studio.haptics.settings_writer import LoopSettings
 from hapkit_studio.parameters import Choice
 
 FELT = 0.06
@@ -34,7 +34,7 @@ class Cheaper:
     question: Question
     choice: Choice
     option: int
-    way: BoardWay
+    way: BoardPlan
     apart: float = 0.0
     force: float = 0.0
 
@@ -74,8 +74,8 @@ def _options(question: Question) -> Iterator[Cheaper]:
     for choice in (p for p in wish.environment.parameters if isinstance(p, Choice)):
         for option in range(len(choice.options)):
             values = {**wish.values, choice.key: float(option)}
-            way = question.offer.answer(replace(wish, values=values))
-            if isinstance(way, BoardWay) and not wish.environment.check(values):
+            way = question.offer.plan(replace(wish, values=values))
+            if isinstance(way, BoardPlan) and not wish.environment.check(values):
                 yield Cheaper(question, choice, option, way)
 
 

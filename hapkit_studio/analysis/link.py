@@ -5,8 +5,7 @@ import math
 from hapkit_studio.analysis import plane
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.haptics import board_plan
-from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.rendering import COMPUTER
+from hapkit_studio.haptics.engine import COMPUTER, Engine
 
 UNKNOWN = "The delay of the link cannot be measured: nobody knows how stiff a spring it allows."
 
@@ -15,7 +14,7 @@ def rate_of(engine: Engine, where: str) -> float | None:
     """Return the rate in Hz of one way of rendering, None where the board cannot."""
     if where == COMPUTER or engine.device.simulated:
         return engine.loop.rate
-    way = engine.board_way or engine.offered_way
+    way = engine.board_plan or engine.possible_plan
     return None if way is None else float(way.rate)
 
 

@@ -20,8 +20,7 @@ from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.haptics import arrays, rows
 
 if TYPE_CHECKING:
-    from hapkit_studio.haptics.health import Fault
-    from hapkit_studio.haptics.health import Health
+    from hapkit_studio.haptics.health import Fault, Health
 
 _STOP, _FAULT, _DEVICE, _LIMIT = range(4)
 NO_DATA_MS = 2000
@@ -132,7 +131,12 @@ class Notices(QObject):
     def _on_board(self) -> tuple[Button, ...]:
         """Return the way out of a slow link, where there is one."""
         engine = self._studio.engine
-        if engine is None or engine.where == "board" or engine.offered_way is None or engine.board_refusal():
+        if (
+            engine is None
+            or engine.where == "board"
+            or engine.possible_plan is None
+            or engine.board_refusal()
+        ):
             return ()
         return (("Render on the board", self._render_on_board),)
 

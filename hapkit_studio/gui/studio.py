@@ -109,7 +109,7 @@ class Studio(Linked):
         if not self.board_answered:
             self._answer.start()
             return
-        way = engine.offered_way
+        way = engine.possible_plan
         said = (engine.where, way and (way.rate, way.share), engine.board_refusal())
         if said != self._board_said:
             self._board_said = said
@@ -121,8 +121,8 @@ class Studio(Linked):
         engine = self.engine
         if engine is None or engine.board_refusal():
             return engine is not None
-        way = engine.offered_way
-        return way is not None and (engine.where != "board" or engine.board_way == way)
+        way = engine.possible_plan
+        return way is not None and (engine.where != "board" or engine.board_plan == way)
 
     @property
     def simulated(self) -> bool:

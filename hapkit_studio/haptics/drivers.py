@@ -11,13 +11,12 @@ from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import arrays, block, board_plan, link, serial_loop, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
-from hapkit_studio.haptics.board_plan import BoardPlanner
+from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner
 from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.haptics.health import silent
 from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.haptics.rows import Ring, new_ring
 from hapkit_studio.haptics.serial_loop import PortableLoop, warm_up
-from hapkit_studio.haptics.settings_writer import BoardWay
 
 # After connecting, force stays zero that long while the delay of the line is measured.
 HOLD_SECONDS = 0.5
@@ -29,9 +28,9 @@ class Driver(Protocol):
     """Owns one connection; ``run`` keeps its thread until the control words say quit."""
 
     hold_seconds: float
-    offer: BoardPlanner | None
+    planner: BoardPlanner | None
     """What the device can render by itself."""
-    no_offer: str
+    no_planner: str
     """Why that is nothing, in one line."""
 
     @property
@@ -47,7 +46,7 @@ class Driver(Protocol):
     def measured(self, board: bool) -> MeasuredDelay | None:
         """Return the delay of one way as measured lately; None where it was not yet, or cannot be."""
 
-    def refusal(self, way: BoardWay) -> str:
+    def refusal(self, plan: BoardPlan) -> str:
         """Return in one line why the device has refused to render what it was sent, "" if it has not."""
 
     def on_board(self) -> bool:
@@ -68,8 +67,8 @@ class SimulatedDriver:
 
     hold_seconds = 0.0
     rate = None
-    offer: BoardPlanner | None = None
-    no_offer = "The simulated Hapkit has no board: the computer renders."
+    planner: BoardPlanner | None = None
+    no_planner = "The simulated Hapkit has no board: the computer renders."
 
     def __init__(self, device: SimulatedHapkit):
         self.body = simulated_loop.new_plant(device)
@@ -83,7 +82,7 @@ class SimulatedDriver:
     def measured(self, board: bool) -> MeasuredDelay | None:
         return None
 
-    def refusal(self, way: BoardWay) -> str:
+    def refusal(self, plan: BoardPlan) -> str:
         return ""
 
     def on_board(self) -> bool:
@@ -110,10 +109,10 @@ class SerialDriver:
         self.rate = device.rate
         self.conn = link.new_link(device.quantum, 1e-3 * device.hello.watchdog_ms)
         found = board_plan.planner_for(device)
-        self.offer: BoardPlanner | None = None if isinstance(found, str) else found
-        self.no_offer = found if isinstance(found, str) else ""
-        if self.offer is not None and self.offer.settings is not None:
-            board_plan.tell_link(self.conn, self.offer.settings, device.hello.pwm_top)
+        self.planner: BoardPlanner | None = None if isinstance(found, str) else found
+        self.no_planner = found if isinstance(found, str) else ""
+        if self.planner is not None and self.planner.settings is not None:
+            board_plan.tell_link(self.conn, self.planner.settings, device.hello.pwm_top)
         self._spec = serial_loop.new_spec()
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
@@ -135,9 +134,9 @@ class SerialDriver:
     def measured(self, board: bool) -> MeasuredDelay | None:
         return link.measured_delay(self.conn.delays, link.OF_BOARD if board else link.OF_COMPUTER, LATELY)
 
-    def refusal(self, way: BoardWay) -> str:
+    def refusal(self, plan: BoardPlan) -> str:
         words = self.conn.words
-        return board_plan.refusal_text(int(words[link.REFUSAL])) if words[link.REFUSED] == way.form else ""
+        return board_plan.refusal_text(int(words[link.REFUSAL])) if words[link.REFUSED] == plan.form else ""
 
     def on_board(self) -> bool:
         return int(self.conn.words[link.HANDOVER]) == link.ON_BOARD

@@ -14,7 +14,7 @@ def found(key, **values):
     environment = named(key)
     wish = PlanRequest(environment, environment.values(values), "kalman")
     offer = BoardPlanner(ARENA)
-    assert isinstance(offer.answer(wish), str)
+    assert isinstance(offer.plan(wish), str)
     return cheaper.find(cheaper.Question(offer, wish)).found
 
 

@@ -51,7 +51,7 @@ def rendered(key: str, given: dict[str, str]) -> tuple[int, Rendering]:
     Raise ParameterError where the board has no room or no time for it.
     """
     environment = environments.named(key)
-    way = BoardPlanner(ARENA).way(PlanRequest(environment, environment.values(given), "kalman", QUANTUM))
+    way = BoardPlanner(ARENA).require(PlanRequest(environment, environment.values(given), "kalman", QUANTUM))
     filter = Estimator(way.estimator), way.first, way.second
     with tempfile.TemporaryDirectory() as folder:
         return way.rate, render(Path(folder), way.program, way.rate, SECONDS, SWEEP, filter)

@@ -38,11 +38,11 @@ HELD = [(key, given) for key in environments() for given in choices(key)]
 def test_each_law_at_its_rate_leaves_a_fifth_of_the_processor(tmp_path, key, given):
     environment = environments()[key]
     wish = PlanRequest(environment, environment.values(given), "kalman", QUANTUM)
-    answer = BoardPlanner(ARENA).answer(wish)
+    answer = BoardPlanner(ARENA).plan(wish)
     if given and isinstance(answer, str):
         assert "bytes" in answer or "Hz" in answer
         pytest.skip(answer)
-    way = BoardPlanner(ARENA).way(wish)
+    way = BoardPlanner(ARENA).require(wish)
     filter = Estimator(way.estimator), way.first, way.second
     run = render(tmp_path, way.program, way.rate, 0.3, SWEEP, filter)
     assert run.share <= MOST

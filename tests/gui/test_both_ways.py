@@ -6,7 +6,7 @@ import pytest
 from hapkit_studio.gui.live import comparison
 from hapkit_studio.gui.live.comparison import Part, difference_words
 from hapkit_studio.gui.live.history import History
-from hapkit_studio.haptics import rows, link
+from hapkit_studio.haptics import link, rows
 
 SWITCH, NOW = 12.0, 15.0
 

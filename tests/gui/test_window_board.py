@@ -120,7 +120,7 @@ def handed_over(window):
     """Tell whether the board renders the law in force with the values in force."""
     clear_lateness(window.studio)
     engine = window.studio.engine
-    words, offered = engine.driver.conn.words, engine.offered_way
+    words, offered = engine.driver.conn.words, engine.possible_plan
     told = offered is not None and (words[link.FORM], words[link.PROGRAM]) == (offered.form, offered.number)
     return told and engine.rendering == "board" and words[link.TUNING] == 0
 

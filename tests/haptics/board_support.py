@@ -167,7 +167,7 @@ class Desk:
         """Wait until what is wanted is compiled for the board."""
         self.engine.board_refusal(wait=True)
         over = time.monotonic() + SILENCE
-        while self.engine.board_way != self.engine.offered_way:
+        while self.engine.board_plan != self.engine.possible_plan:
             assert time.monotonic() < over
             time.sleep(0.001)
 

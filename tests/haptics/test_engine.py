@@ -130,7 +130,7 @@ def test_rows_go_on_under_garbage_collection(started):
         rest(reader, 30)
         engine.set_environment("wall")
     assert engine.fault is None
-    assert len(engine._kept) <= 2
+    assert len(engine._writer.kept_laws) <= 2
 
 
 def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_stops_pushing(started):

@@ -122,9 +122,9 @@ def test_laws_in_use_are_kept_alive(started):
     for environment in (COUNTING, CONSTANT, COUNTING):
         engine.set_environment(environment)
         in_use = int(engine.arrays.laws[engine.arrays.word[arrays.SLOT]])
-        assert in_use in engine._kept
+        assert in_use in engine._writer.kept_laws
         rest(reader, 100)
     engine.set_parameter("gain", 0.01)
     rest(reader, 40)
     engine.set_parameter("gain", 0.02)
-    assert list(engine._kept) == [COUNTING.force.compiled().address]
+    assert list(engine._writer.kept_laws) == [COUNTING.force.compiled().address]

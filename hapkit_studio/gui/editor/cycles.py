@@ -44,7 +44,7 @@ def count(question: Question) -> Count:
     from hapkit_studio.haptics import board_plan  # off the first picture's way
 
     offer, wish = question.offer, question.wish
-    found = offer.answer(wish)
+    found = offer.plan(wish)
     try:
         program = _refused(offer, wish) if isinstance(found, str) else found.program
     except LawError:
@@ -106,7 +106,7 @@ class Cycles(QObject):
         if environment is None:
             return None
         driver = studio.engine.driver if studio.engine is not None else None
-        offer = (driver and driver.offer) or board_plan.BoardPlanner(ARENA)
+        offer = (driver and driver.planner) or board_plan.BoardPlanner(ARENA)
         values = studio.values_of(environment.key)
         wish = board_plan.PlanRequest(environment, values, studio.loop.spec, rate=studio.loop.board_rate)
         return Question(offer, wish, environment.source.text)

@@ -75,7 +75,7 @@ class LoopFacts(QObject):
         engine, wish = self._studio.engine, self._studio.loop
         if engine is None or self.delay is None:
             return None
-        device, board = engine.device, engine.board_way
+        device, board = engine.device, engine.board_plan
         return Setting(
             device.mass,
             device.viscous,

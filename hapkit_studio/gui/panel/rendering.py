@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.cheaper import Answer, Cheaper, Question
     from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.haptics.board_plan import PlanRequest
-    from hapkit_studio.haptics.link import MeasuredDelay
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
+    from hapkit_studio.haptics.link import MeasuredDelay
 
 WAYS = COMPUTER, BOARD = "computer", "board"
 ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed", "Processor, %"
@@ -93,7 +93,7 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     assert engine is not None
     device = engine.device
     setting = Setting(device.mass, device.viscous, quantum=device.quantum)
-    offered = engine.offered_way
+    offered = engine.possible_plan
     rates = engine.loop.rate, None if offered is None else float(offered.rate)
     shares = None, None if offered is None else offered.share
     specs = studio.loop.spec, board_plan.spec_on_board(studio.loop.spec)
@@ -113,7 +113,9 @@ def wish(studio: "Studio") -> "PlanRequest":
     engine = studio.engine
     assert engine is not None
     quantum, rate = engine.device.quantum, studio.loop.board_rate
-    return board_plan.PlanRequest(engine.environment, dict(engine.values), engine.loop.estimator, quantum, rate)
+    return board_plan.PlanRequest(
+        engine.environment, dict(engine.values), engine.loop.estimator, quantum, rate
+    )
 
 
 def _steady(engine: "Engine", where: str) -> "MeasuredDelay | None":
@@ -309,8 +311,8 @@ class WhereSwitch(QWidget):
         loop, parts = self._studio.loop, []
         if engine.where != BOARD:
             return ""
-        if self._folded and engine.offered_way is not None:
-            parts.append(f"{100.0 * engine.offered_way.share:.0f} % of the board's processor.")
+        if self._folded and engine.possible_plan is not None:
+            parts.append(f"{100.0 * engine.possible_plan.share:.0f} % of the board's processor.")
         if board_plan.spec_on_board(loop.spec) != loop.spec:
             parts.append("The board has no such velocity filter: Kalman in its place.")
         if loop.delay > 0.0:
@@ -350,7 +352,7 @@ class WhereSwitch(QWidget):
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
         """Have something looked for that the board can render, where this law is too much for it."""
-        offer = engine.driver.offer if engine.driver is not None else None
+        offer = engine.driver.planner if engine.driver is not None else None
         if not self._refusal or offer is None:
             self._finder.forget()
         elif self._studio.board_answered and isinstance(offer.known(wish(self._studio)), str):
