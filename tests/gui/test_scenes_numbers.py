@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.scenes import readout, stage
-from hapkit_studio.gui.scenes.arrow import HEAD
-from tests.gui.scene_support import LIBRARY, SIZES, has, paint, scene_of, shot, state_of
+from hapkit_studio.gui.scenes import force_arrow, stage
+from hapkit_studio.gui.scenes.force_arrow import HEAD
+from tests.gui.scene_support import LIBRARY, each_size, has, paint, scene_of, shot, state_of
 
 
 def arrow(view, stage, picture):
@@ -17,7 +17,7 @@ def arrow(view, stage, picture):
 
 
 @pytest.mark.parametrize("key", sorted(LIBRARY))
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize("side", [-1, 1])
 def test_an_outward_force_stays_in_the_picture_with_its_number(qtbot, key, size, side):
     view, stage = scene_of(qtbot, key, size)
@@ -47,7 +47,7 @@ def said(view, force, position=0.0):
 
 
 def test_a_number_never_contradicts_its_arrow_and_does_not_dance(qtbot, monkeypatch):
-    monkeypatch.setattr(readout, "EACH_MS", 10**9)
+    monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
     view, _ = scene_of(qtbot, "free")
     assert [said(view, force) for force in (0.49, 0.52, -0.30, 0.0, -0.31, 0.61, -0.004)] == [
         "+0.49 N", "+0.49 N", "−0.30 N", "0.00 N", "−0.30 N", "+0.49 N", "0.00 N",
@@ -64,9 +64,9 @@ def test_a_number_is_taken_anew_ten_times_a_second(qtbot):
 
 
 def test_the_walls_depth_is_never_negative(qtbot, monkeypatch):
-    monkeypatch.setattr(readout, "EACH_MS", 10**9)
-    written, words = [], stage.words
-    monkeypatch.setattr(stage, "words", lambda *given: (written.append(given[3]), words(*given)))
+    monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
+    written, words = [], stage.paint_words
+    monkeypatch.setattr(stage, "paint_words", lambda *given: (written.append(given[3]), words(*given)))
     view, _ = scene_of(qtbot, "wall")
     for position in (0.004, 0.0075, 0.0081):
         said(view, -1.0, position)
@@ -104,7 +104,7 @@ CLEAR = [
 ] + [("button", {"position": place}, {"downs": 11.0, "ups": 10.0}) for place in (-0.04, 0.005, 0.034)]
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize(("key", "given", "numbers"), CLEAR)
 def test_what_is_said_of_it_stands_clear_of_the_stem(qtbot, key, given, numbers, size):
     view, stage = scene_of(qtbot, key, size, given)

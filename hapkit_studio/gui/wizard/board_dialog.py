@@ -20,10 +20,10 @@ from PySide6.QtWidgets import (
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
 from hapkit_studio.devices.board_runner import motor_force
 from hapkit_studio.devices.profiles import readings
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.header import StopButton
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 
 if TYPE_CHECKING:

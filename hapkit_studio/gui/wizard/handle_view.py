@@ -5,9 +5,9 @@ from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
 from hapkit_studio.formatting import number
-from hapkit_studio.gui.scenes import actors, arrow
+from hapkit_studio.gui.scenes import base, force_arrow
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 
 REACH = 0.050
 """m that the virtual hand goes to either side."""
@@ -74,8 +74,8 @@ class HandleView(QWidget):
         if self.hand is None:
             return None
         stage = self._stage()
-        x, y = actors.ring_place(stage, 1e3 * self.hand), self._top() + stage.knob_middle
-        radius = actors.RING * stage.u
+        x, y = base.ring_place(stage, 1e3 * self.hand), self._top() + stage.knob_middle
+        radius = base.RING * stage.u
         return QRectF(x - radius, y - radius, 2 * radius, 2 * radius)
 
     def sizeHint(self) -> QSize:
@@ -120,17 +120,17 @@ class HandleView(QWidget):
         if self.position is None:
             return
         hand = None if self.hand is None else 1e3 * self.hand
-        motion = actors.Motion(position=1e3 * self.position, hand=hand, force=self.force or 0.0)
-        motion.position_text, motion.force_text = motion.position, arrow.force_words(motion.force)
-        if actors.beyond(stage, motion):
+        motion = base.Motion(position=1e3 * self.position, hand=hand, force=self.force or 0.0)
+        motion.position_text, motion.force_text = motion.position, force_arrow.force_words(motion.force)
+        if base.beyond(stage, motion):
             return
         x = stage.x(motion.position)
         stage.taken.append(QRectF(QPointF(x - 6, 0.0), QPointF(x + 6, stage.rail)))
-        stage.taken.append(actors.knob(stage, motion.position))
-        actors.handle(stage, motion.position)
-        actors.hand_ring(stage, motion)
+        stage.taken.append(base.knob(stage, motion.position))
+        base.handle(stage, motion.position)
+        base.hand_ring(stage, motion)
         if self.force is not None:
-            arrow.force(stage, motion, _PER_NEWTON)
+            force_arrow.force(stage, motion, _PER_NEWTON)
 
     def _stage(self) -> Stage:
         return Stage(self.width(), min(self.height(), _TALLEST), self.devicePixelRatioF())

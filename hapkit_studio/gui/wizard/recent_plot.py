@@ -8,8 +8,8 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QSizePolicy
 
 from hapkit_studio.formatting import number
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 
 SECONDS = 10.0
 _MOST_POINTS = 1500

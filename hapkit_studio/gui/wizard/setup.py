@@ -21,9 +21,9 @@ from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent
 from hapkit_studio.gui.wizard.handle_view import HandleView
 from hapkit_studio.gui.wizard.step_connect import ConnectStep
@@ -113,7 +113,6 @@ class SetupDialog(BoardDialog):
         self._connect()
         self.pages.restart()
         around = self.list.parentWidget()  # made by QWizard, with a margin
-        assert around is not None and around.layout() is not None
         around.layout().setContentsMargins(0, 0, 0, 0)  # type: ignore[union-attr]
         self._show_opening()
 

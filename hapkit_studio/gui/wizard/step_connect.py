@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox
 
 from hapkit_studio.analysis.calibrate.result import PASS, passed
 from hapkit_studio.devices import profiles
-from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.wizard.board_dialog import SIGNS
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.kit_drawing import KitDrawing

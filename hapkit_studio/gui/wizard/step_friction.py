@@ -6,7 +6,7 @@ from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.paddle import SweepResult
 from hapkit_studio.analysis.calibrate.result import passed, warn
 from hapkit_studio.formatting import number
-from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.wizard.board_dialog import Recent
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.handle_view import HandleView

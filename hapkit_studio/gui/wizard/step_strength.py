@@ -6,7 +6,7 @@ from hapkit_studio.analysis.calibrate.motor import Strength
 from hapkit_studio.analysis.calibrate.result import PASS, passed
 from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.formatting import number
-from hapkit_studio.gui.segmented import Segmented
+from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.wizard.board_dialog import SIGNS, Recent
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.handle_view import HandleView

@@ -1,0 +1,304 @@
+"""What a board can render by itself, and how a law is to be rendered there."""
+
+import hashlib
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.dynamics import estimators, filters
+from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.environments.base import Environment, Values
+from hapkit_studio.errors import DeviceError, LawError, ParameterError
+from hapkit_studio.haptics import block, link
+from hapkit_studio.haptics.link import Link
+from hapkit_studio.laws.law import Law
+from hapkit_studio.laws.machine import FRAME, RAMP, REST, REST_AT_MOST, Refusal
+from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, Settings
+
+if TYPE_CHECKING:
+    from hapkit_studio.laws.board import Program
+
+RATES = (4000, 2000, 1000, 500)
+"""Hz at which a board renders, the fastest first."""
+CLOCK = 16e6
+"""Cycles a second of its processor."""
+_SHARE = 0.8
+"""Of its processor, which a law takes as a rule at most."""
+_KEPT = 64
+
+ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
+INSTEAD = "kalman"
+"""The estimator of a board that does not have the one that was chosen."""
+
+
+@dataclass(frozen=True)
+class BoardPlan:
+    """How a board is to render a law: its program, rate in Hz, estimator and its coefficients.
+
+    moving: constants that it has room to move at a time; share: of its processor, from 0 to 1, as a rule.
+    """
+
+    law: Law
+    program: "Program"
+    rate: int
+    estimator: int
+    first: float
+    second: float
+    moving: int
+    share: float
+
+    @cached_property
+    def form(self) -> int:
+        """Return a number that stands for all of it but the constants."""
+        p = self.program
+        start = p.given[: p.states]
+        shape = p.code, start, len(p.given), p.slots, self.rate, self.estimator, self.first, self.second
+        return _digest(repr(shape).encode())
+
+    @cached_property
+    def number(self) -> int:
+        """Return a number that stands for the program with its constants."""
+        return _digest(self.program.data)
+
+
+def _digest(data: bytes) -> int:
+    """Return a number above 0 that tells what is different."""
+    return 1 + int.from_bytes(hashlib.blake2b(data, digest_size=7).digest())
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """What a board is asked to render: a law with its parameters by key, and how; rate None: the fastest."""
+
+    environment: Environment
+    values: Values
+    estimator: Spec = "difference"
+    quantum: float = 20.7e-6
+    rate: float | None = None
+
+    @property
+    def key(self) -> tuple:
+        """Return what stands for it in a dictionary."""
+        law = self.environment.force
+        numbers = tuple(self.values[p.key] for p in law.parameters)
+        return law, numbers, repr(self.estimator), self.quantum, self.rate
+
+
+@dataclass(frozen=True)
+class BoardPlanner:
+    """The room in bytes that a board has for one law, its settings if it is open, and what it was asked."""
+
+    arena: int
+    settings: Settings | None = None
+    _answers: dict[tuple, BoardPlan | str] = field(default_factory=dict, compare=False, repr=False)
+
+    def known(self, request: PlanRequest) -> BoardPlan | str | None:
+        """Return the answer to a request that was worked out before: how it is rendered, or why not."""
+        return self._answers.get(request.key)
+
+    def plan(self, request: PlanRequest) -> BoardPlan | str:
+        """Return how a request is rendered, or in one line why not; compiles the law, for about 0.1 s."""
+        found = self.known(request)
+        if found is None:
+            found = self._work_out(request)
+            while len(self._answers) >= _KEPT:
+                self._answers.pop(next(iter(self._answers)), None)
+            self._answers[request.key] = found
+        return found
+
+    def refusal(self, environment: Environment, values: Values) -> str:
+        """Return in one line why the board cannot render an environment; nothing where it can."""
+        found = self.plan(PlanRequest(environment, values))
+        return found if isinstance(found, str) else ""
+
+    def require(self, request: PlanRequest) -> BoardPlan:
+        """Return how the board is to render a request; raise ParameterError."""
+        found = self.plan(request)
+        if isinstance(found, str):
+            raise ParameterError(found)
+        return found
+
+    def _work_out(self, request: PlanRequest) -> BoardPlan | str:
+        environment, values = request.environment, request.values
+        title = environment.title
+        law, rate = environment.force, _first_rate(request.rate)
+        numbers = tuple(values[p.key] for p in law.parameters)
+        while True:
+            program = _compiled(law, numbers, 1.0 / rate, self._room)
+            if isinstance(program, str):
+                return f"{title} cannot be rendered on the board. {program}"
+            if program.size > self._room:
+                return f"{title} needs {program.size:,} bytes, the board has {self._room:,}."
+            if rate <= fastest(program):
+                return self._plan_at(request, program, rate)
+            if rate == RATES[-1]:
+                return f"{title} {_too_slow(program)}"
+            rate = next(r for r in RATES if r < rate)
+
+    @property
+    def _room(self) -> int:
+        return min(self.arena, 8 * block.PROGRAM_WORDS)
+
+    def _plan_at(self, request: PlanRequest, program: "Program", rate: int) -> BoardPlan:
+        kind, first, second = coefficients(request.estimator, rate, request.quantum)
+        moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
+        return BoardPlan(
+            request.environment.force, program, rate, kind, first, second, moving, share(program, rate)
+        )
+
+
+class BackgroundPlanner:
+    """Works requests out in a thread of its own; of several that wait, the newest.
+
+    done is called in that thread with the planner that has answered.
+    """
+
+    def __init__(self, done: Callable[[BoardPlanner], None]):
+        self._done = done
+        self._lock = threading.Lock()
+        self._next: tuple[BoardPlanner, PlanRequest] | None = None
+        self._thread: threading.Thread | None = None
+
+    def plan(self, planner: BoardPlanner, request: PlanRequest) -> BoardPlan | str | None:
+        """Return a known answer; None where it is being worked out from now on."""
+        found = planner.known(request)
+        if found is None:
+            with self._lock:
+                self._next = (planner, request)
+                if self._thread is None:
+                    self._thread = threading.Thread(target=self._run, name="hapkit-law", daemon=True)
+                    self._thread.start()
+        return found
+
+    def _run(self) -> None:
+        while True:
+            with self._lock:
+                if self._next is None:
+                    self._thread = None
+                    return
+                (planner, request), self._next = self._next, None
+            planner.plan(request)
+            self._done(planner)
+
+
+@lru_cache(maxsize=_KEPT)
+def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) -> "Program | str":
+    """Return a law's program for a room in bytes, or in words why there is none."""
+    from hapkit_studio.laws import board  # off the first sample's way
+
+    values = dict(zip((p.key for p in law.parameters), numbers, strict=True))
+    try:
+        return board.compile(law, values, period, room)
+    except LawError as error:
+        return str(error)
+
+
+def share(program: "Program", rate: float) -> float:
+    """Return the share of the board's processor that a law takes as a rule at a rate in Hz."""
+    return (rate * (program.usual + REST) + 1000 * FRAME) / CLOCK
+
+
+def fastest(program: "Program") -> float:
+    """Return the highest rate in Hz at which a law leaves the processor room, and fits its period always."""
+    return min(fastest_as_a_rule(program), CLOCK / (program.most + REST_AT_MOST))
+
+
+def fastest_as_a_rule(program: "Program") -> float:
+    """Return the highest rate in Hz at which a law takes no more than its share of the processor."""
+    return (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + REST)
+
+
+def _first_rate(request: float | None) -> int:
+    """Return the fastest rate in Hz that is not above a request."""
+    return next(r for r in RATES if request is None or r <= max(request, RATES[-1]))
+
+
+def _too_slow(program: "Program") -> str:
+    """Say how long a law takes, and how fast it could be rendered."""
+    usual, worst = fastest_as_a_rule(program), CLOCK / (program.most + REST_AT_MOST)
+    cycles = (
+        f"about {_digits(program.usual, 3):,d}" if usual < worst else f"up to {_digits(program.most, 3):,d}"
+    )
+    hertz = _digits(min(usual, worst), 2)
+    return (
+        f"takes {cycles} cycles on the board: {hertz:,d} Hz at most, and its slowest rate is {RATES[-1]} Hz."
+    )
+
+
+def _digits(value: float, count: int) -> int:
+    """Return a number of 1 or more rounded down to so many digits."""
+    step = 10 ** max(math.floor(math.log10(value)) + 1 - count, 0)
+    return int(value // step * step)
+
+
+def planner_for(device: HapkitBoard) -> BoardPlanner | str:
+    """Return what an open board offers, or in one line why that is nothing."""
+    if device.hello.arena == 0:
+        return "This firmware renders no laws. Update firmware."
+    try:
+        return BoardPlanner(device.hello.arena, device.settings())
+    except DeviceError as error:
+        return str(error)
+
+
+_REFUSED = {
+    Refusal.TOO_LARGE: "has no room for this law",
+    Refusal.TOO_SLOW: "has no time for this law at this rate",
+}
+
+
+def refusal_text(why: int) -> str:
+    """Return in one line why a board does not render the law that it was sent."""
+    known = why in list(Refusal)
+    reason = Refusal(why).name.lower().replace("_", " ") if known else f"reason {why}"
+    words = _REFUSED.get(Refusal(why), "") if known else ""
+    return f"The board {words or f'refuses this law ({reason})'}. The computer renders."
+
+
+def check_rate(request: float | None) -> None:
+    """Raise ParameterError for a rate that no board has."""
+    if request is not None and request not in RATES:
+        rates = ", ".join(f"{rate:,}" for rate in reversed(RATES))
+        raise ParameterError(f"A board renders at {rates} Hz, not at {request:g} Hz.")
+
+
+def spec_on_board(spec: Spec) -> Spec:
+    """Return the velocity estimator that a board uses for the one chosen: its own, or Kalman."""
+    return spec if estimators.parse(spec)[0].key in ESTIMATORS else INSTEAD
+
+
+def coefficients(spec: Spec, rate: float, quantum: float) -> tuple[int, float, float]:
+    """Return estimator and coefficients as the board takes them, the second one in 1/s."""
+    code, coefs = estimators.design(spec_on_board(spec), rate, quantum)
+    if code == filters.KALMAN:
+        return int(Estimator.KALMAN), float(coefs[0]), float(coefs[1] * rate)
+    if code == filters.IIR:
+        return int(Estimator.IIR), float(coefs[0]), 0.0
+    return int(Estimator.DIFFERENCE), 0.0, 0.0
+
+
+def tell_link(line: Link, settings: Settings, pwm_top: int) -> None:
+    """Let a connection know what the board says of its kit."""
+    line.motor[: pwm_top + 1] = motor_forces(settings, pwm_top)
+    body = Board(**{w.name: getattr(settings, w.name) for w in Board.layout()}).pack()
+    line.settings[:] = np.frombuffer(body, np.uint8)
+    line.words[link.CONFIGURABLE] = 1
+    line.words[link.CALIBRATED] = settings.origin == Origin.STORED
+
+
+def motor_forces(kit: Settings, top: int) -> np.ndarray:
+    """Return the force in N at the handle for each duty from 0 to top, (top + 1,), by the kit's map."""
+    share = np.clip((np.arange(top + 1) - kit.dead_band) / (top - kit.dead_band), 0.0, 1.0)
+    if kit.motor_map == MotorMap.SQUARE:
+        torque = share**2
+    elif kit.motor_map == MotorMap.TABLE:
+        torque = np.interp(share, np.linspace(0.0, 1.0, 9), (0, *kit.table)) / 255.0
+    else:
+        torque = share
+    return torque * kit.motor_constant * kit.sector_radius / (kit.handle_radius * kit.pulley_radius)

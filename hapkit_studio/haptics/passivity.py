@@ -1,0 +1,216 @@
+"""The passivity observer and controller in the time domain (Hannaford & Ryu, 2002), between law and guard.
+
+The observer sums the energy given to handle and hand and compares it with a limit: what the law could give
+from where the observer began. The law itself is asked for that, at rest at every place, a few places a tick,
+its state held: the highest work of its force. A law without a state can be told everywhere what it still may
+give, so its limit follows down, and energy that a damper took excuses nothing later; objects that move say
+what they hold. What the paddle's own damping takes of an excess lifts the limit.
+
+Sensor steps feign no energy: where the reading goes on by one count the handle is at the edge between the
+two, so a slow way in and out again, on the same edges, sums up to nothing.
+"""
+
+import math
+
+from hapkit_studio.dynamics.jit import compiled, inlined, internal
+from hapkit_studio.haptics import arrays, block, rows
+from hapkit_studio.laws.native import call
+
+# Energy of a force and a length that fingers do not feel (0.3 N, 0.4 mm), in J.
+FELT = 0.12e-3
+# Counts by which the sensor may err at the highest force: a count at either end of the way, half a count as
+# the reading lags behind, and where the limit follows, the same once more.
+COUNTS = 4.0
+# Forces at so many times so many m to either side are known; so many of them are asked for a tick, each side,
+# more where the handle is faster, up to so many: what it could give is known before it is given.
+CELLS, CELL, A_TICK, MOST_A_TICK = 640, 0.125e-3, 4, 64
+A_METRE = 1.0 / CELL
+# A controller's damping stays below this share of mass over period and delay: of a spring of K = 0, theory
+# 1.3, the stable ones are 2.0 and, a period late, 0.83; with a stiff spring and both, the best is 0.42.
+SAFE = 0.25
+# The most force a controller adds, as a share of the device's.
+SHARE = 0.5
+
+# --- numbers in r.watch
+GIVEN, LIMIT, EXCESS, MOST, EDGE, SINCE, IMPULSE, PEAK, SPEED, START = range(10)
+ENDS = 10  # the force at the last place asked for on the left, on the right
+FROZEN = 16  # the law's state when the observer began
+SCRATCH = FROZEN + rows.STATES
+WORK = SCRATCH + rows.STATES  # work in J of the law's force from the beginning to each place, 2 CELLS + 1
+HELD = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
+
+
+def most_damping(mass: float, period: float, delay: float) -> float:
+    """Return the most damping in N·s/m that a controller may add, of mass kg, period s and delay s."""
+    return SAFE * mass / (period + delay)
+
+
+@inlined
+def watch(r, position, effect, period):
+    """Sum up the energy given since the last sample by the mean force in N in effect since then."""
+    w = r.watch
+    moved = position - r.real[arrays.LAST_POSITION]
+    if moved == 0.0:
+        w[SINCE] += period
+        w[IMPULSE] += effect * period
+        w[SPEED] = 0.0
+        return
+    quantum = r.values[block.QUANTUM]
+    edge = 0.5 * quantum
+    if abs(moved) <= 1.5 * quantum:
+        edge = 0.0 if moved > 0.0 else quantum
+        impulse = w[IMPULSE] + effect * period
+        period += w[SINCE]
+        effect = impulse / period
+    w[SINCE] = w[IMPULSE] = 0.0
+    way = moved + edge - w[EDGE]
+    w[EDGE] = edge
+    w[SPEED] = speed = way / period
+    w[GIVEN] += effect * way
+    if abs(effect) > w[PEAK]:
+        w[PEAK] = abs(effect)
+    compare(r, position + edge - 0.5 * quantum, r.values[block.VISCOUS] * way * speed)
+
+
+@inlined
+def compare(r, position, taken):
+    """Compare what was given with its limit; what the paddle's damping took in J lifts it by any excess."""
+    w, asked = r.watch, r.word[arrays.ASKED]
+    cell = (position - w[START]) * A_METRE
+    follows = r.words[block.N_STATE] == 0
+    if asked <= CELLS if not follows else abs(cell) >= asked - 1:
+        w[LIMIT] += taken
+        return
+    level = w[GIVEN]
+    if follows:
+        level += left(w, cell)
+    excess = level - w[LIMIT]
+    if excess > 0.0:
+        lifted = min(taken, excess)
+        w[LIMIT] += lifted
+        excess -= lifted
+    elif follows:
+        w[LIMIT] = level
+        excess = 0.0
+    w[EXCESS] = excess
+
+
+@inlined
+def left(w, cell):
+    """Return the energy in J that a law without a state can still give, so many cells from the beginning."""
+    below = math.floor(cell)
+    i = WORK + CELLS + int(below)
+    return w[MOST] - (w[i] + (cell - below) * (w[i + 1] - w[i]))
+
+
+@inlined
+def threshold(r):
+    """Return the excess in J that means something: it would be felt, and no sensor step can feign it."""
+    return FELT + COUNTS * r.values[block.QUANTUM] * r.watch[PEAK]
+
+
+@inlined
+def control(r, period):
+    """Return the force in N to take off, along the motion, so that the excess is gone within a period."""
+    w = r.watch
+    most = r.values[block.DAMPER]
+    if most == 0.0 or w[EXCESS] <= FELT:
+        return 0.0
+    excess, speed = w[EXCESS] - threshold(r), w[SPEED]
+    if excess <= 0.0 or speed == 0.0:
+        return 0.0
+    push = min(excess / (period * speed * speed), most) * abs(speed)
+    return math.copysign(min(push, SHARE * r.values[block.MAX_FORCE]), speed)
+
+
+@inlined
+def judge(r, taken, position, period):
+    """Set the row's flags, keep the energies; begin anew after whatever changes what can be given."""
+    w, word = r.watch, r.word
+    flags, place = word[arrays.FLAGS], word[arrays.TICK] & (r.energies.shape[0] - 1)
+    if flags & HELD or r.real[arrays.RAMP] < 1.0 or word[arrays.RENEW]:
+        word[arrays.RENEW] = word[arrays.ASKED] = 0
+        w[GIVEN] = w[LIMIT] = w[EXCESS] = 0.0
+        r.energies[place, 0] = r.energies[place, 1] = math.nan
+        return
+    if word[arrays.ASKED] <= CELLS:
+        ask(r, position, period)
+    if taken != 0.0:
+        flags |= rows.DAMPED
+    if w[EXCESS] > FELT and w[EXCESS] > threshold(r):
+        flags |= rows.ACTIVE
+    word[arrays.FLAGS] = flags
+    r.energies[place, 0], r.energies[place, 1] = w[GIVEN], w[LIMIT]
+
+
+@internal
+def force_at(r, position, period):
+    """Return the force in N that the law's beginning gives at rest at a place, as far as the motor can."""
+    w, fault = r.watch, r.word[arrays.SPARE :]
+    for i in range(rows.STATES):
+        w[SCRATCH + i] = w[FROZEN + i]
+    slot = r.word[arrays.SLOT]
+    force = call(r.laws[slot], r.params[slot], w[SCRATCH:WORK], position, 0.0, period, fault)
+    if not math.isfinite(force) or fault[0]:
+        fault[0] = 0
+        return 0.0
+    limit = r.values[block.MAX_FORCE]
+    return min(max(force, -limit), limit)
+
+
+@compiled
+def ask(r, position, period):
+    """Ask the law for its force at the next places, and sum up the work on the way to them."""
+    w, word = r.watch, r.word
+    if word[arrays.ASKED] == 0:
+        begin(r, position, period)
+    for cell in range(word[arrays.ASKED], reach(w, word[arrays.ASKED], position, period)):
+        for side in range(2):
+            sign = 2 * side - 1
+            force, before = sign * force_at(r, w[START] + sign * cell * CELL, period), w[ENDS + side]
+            w[ENDS + side] = force
+            there = WORK + CELLS + sign * cell
+            if before > 0.0 > force:
+                lift(w, w[there - sign] + 0.5 * before * CELL * before / (before - force))
+            w[there] = w[there - sign] + 0.5 * (force + before) * CELL
+            lift(w, w[there])
+        word[arrays.ASKED] = cell + 1
+
+
+@internal
+def reach(w, asked, position, period):
+    """Return up to which cell to ask: past where the handle is after another period, twice as fast."""
+    cells = 2.0 + A_METRE * (abs(position - w[START]) + 2.0 * period * abs(w[SPEED]))
+    upto = asked + A_TICK
+    if cells > upto:
+        upto = min(asked + MOST_A_TICK, int(min(cells, 2.0 * CELLS)))
+    return min(upto, CELLS + 1)
+
+
+@internal
+def lift(w, work):
+    """Raise what the law can give to a work in J."""
+    if work > w[MOST]:
+        w[LIMIT] += work - w[MOST]
+        w[MOST] = work
+
+
+@internal
+def begin(r, position, period):
+    """Begin here: nothing given, nothing known of what the law can give but what its objects hold."""
+    w = r.watch
+    for i in range(FROZEN):
+        w[i] = 0.0
+    slot = r.word[arrays.SLOT]
+    for i in range(rows.STATES):
+        w[FROZEN + i] = r.states[slot, i]
+    w[START] = position
+    w[WORK + CELLS] = 0.0
+    force = force_at(r, position, period)
+    w[ENDS], w[ENDS + 1] = -force, force
+    r.word[arrays.ASKED] = 1
+    if r.words[block.STORED]:
+        fault = r.word[arrays.SPARE :]
+        held = call(r.words[block.STORED], r.params[slot], w[FROZEN:SCRATCH], position, 0.0, period, fault)
+        w[LIMIT] = w[MOST] = held if math.isfinite(held) else 0.0
+        r.word[arrays.ASKED] = CELLS + 1

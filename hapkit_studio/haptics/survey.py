@@ -1,0 +1,163 @@
+"""Many runs of one scene with other numbers, judged as they go: the batch's samples without their rows.
+
+One set of loop arrays and one plant serve all cells, so a thread computes hundreds of cells without Python.
+Both are pieces of two flat arrays: two copies bring all back to the start. Every sample is the batch's,
+bit for bit.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hapkit_studio.devices import simulated
+from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.dynamics.jit import compiled, inlined, internal
+from hapkit_studio.haptics import arrays, block, headless, rows, simulated_loop
+
+# A run's time falls into equal parts. Of each: the lowest and highest true position in m, and the sum over
+# its samples of a^2 + (w v)^2 in m2/s4, steady along a spring's own oscillation at w.
+PARTS = 12
+LOW, HIGH, POWER = range(3)
+# How a run ended: whole, beyond what is near, at rest for good, died out, in a small steady buzz.
+COMPLETED, LEFT_RANGE, SETTLED, DIED_OUT, STEADY = range(5)
+# The reach of a steady motion differs from part to part by no more than this share.
+_STEADY_SHARE = 0.01
+
+
+class Cells(NamedTuple):
+    """What differs from run to run; every array has one entry, or row, a cell."""
+
+    numbers: np.ndarray  # (n, p): the law's first p parameters
+    starts: np.ndarray  # (n,) m: where the handle is let go at rest
+    samples: np.ndarray  # (n,) int64: of one part
+    weights: np.ndarray  # (n,) rad/s: w of POWER
+
+
+class Limits(NamedTuple):
+    """What ends a run early."""
+
+    far: float  # m: |x| beyond it, or no number, is lost
+    still: int  # samples: not moving at all for so long is rest for good
+    faint: float  # m: a motion that stays within that in a whole part has died out
+    small: float  # m: a steady motion no larger than that is known well enough
+
+
+NEVER_STILL, NEVER_FAINT, NEVER_SMALL = 1 << 62, 0.0, 0.0
+
+
+class Found(NamedTuple):
+    """What the runs left; every array has one entry a cell."""
+
+    parts: np.ndarray  # (n, PARTS, 3): LOW, HIGH, POWER; zeros where the run had ended
+    ends: np.ndarray  # (n,) int64: WHOLE, LOST, STILL or STEADY
+    samples: np.ndarray  # (n,) int64: rendered ones
+
+
+class Flat(NamedTuple):
+    """All numbers and all whole numbers of loop arrays and a plant."""
+
+    numbers: np.ndarray
+    words: np.ndarray
+
+
+def packed(
+    r: arrays.LoopArrays, body: simulated_loop.Plant
+) -> tuple[arrays.LoopArrays, simulated_loop.Plant, Flat]:
+    """Return arrays and plant anew, their arrays pieces of two flat ones, and these."""
+    all_arrays = [*r, *body]
+    flat = Flat(*(np.concatenate([a.ravel() for a in all_arrays if a.dtype == t]) for t in (float, np.int64)))
+    rest = {array.dtype: array for array in flat}
+    pieces = []
+    for array in all_arrays:
+        piece, rest[array.dtype] = np.split(rest[array.dtype], [array.size])
+        pieces.append(piece.reshape(array.shape))
+    return arrays.LoopArrays(*pieces[: len(r)]), simulated_loop.Plant(*pieces[len(r) :]), flat
+
+
+@internal
+def restart(r, body, flat, made, numbers, start):
+    """Bring arrays and plant back to how they were made, with other numbers and another start."""
+    for i in range(flat.numbers.shape[0]):
+        flat.numbers[i] = made.numbers[i]
+    for i in range(flat.words.shape[0]):
+        flat.words[i] = made.words[i]
+    for i in range(numbers.shape[0]):
+        r.block_values[block.PARAMS + i] = numbers[i]
+    body.dev[simulated.X] = start
+
+
+@inlined
+def _steady(parts, part, small):
+    """Return whether three parts up to this one reach equally far, and not farther than `small`."""
+    if part < 2:
+        return False
+    reach = parts[part, HIGH] - parts[part, LOW]
+    before = parts[part - 1, HIGH] - parts[part - 1, LOW]
+    first = parts[part - 2, HIGH] - parts[part - 2, LOW]
+    most = _STEADY_SHARE * reach
+    return 0.0 < reach <= small and abs(before - reach) <= most and abs(first - reach) <= most
+
+
+@inlined
+def _end_of(parts, part, limits):
+    """Return how a run ends with a part that it has rendered whole: WHOLE if it goes on."""
+    if max(-parts[part, LOW], parts[part, HIGH]) < limits.faint:
+        return DIED_OUT
+    return STEADY if _steady(parts, part, limits.small) else COMPLETED
+
+
+@internal
+def _watch(r, body, row, samples, weight, limits, parts):
+    """Render one run; fill parts (PARTS, 3); return how it ended and after how many samples."""
+    period = r.block_values[block.PERIOD]
+    speed, waited, done, end = 0.0, 0, 0, COMPLETED
+    for part in range(PARTS):
+        low, high, power = math.inf, -math.inf, 0.0
+        for _ in range(samples):
+            row[rows.BOARD_TIME] = done * period
+            headless.simulate_sample(r, body, row, 0.0, 0.0, 0.0)
+            done += 1
+            x, v = row[rows.TRUE_POSITION], row[rows.TRUE_VELOCITY]
+            low, high = min(low, x), max(high, x)
+            pull, turn = (v - speed) / period, weight * v
+            power += pull * pull + turn * turn
+            waited = waited + 1 if v == 0.0 and speed == 0.0 else 0
+            speed = v
+            if not abs(x) <= limits.far or waited >= limits.still:
+                end = SETTLED if waited >= limits.still else LEFT_RANGE
+                break
+        parts[part, LOW], parts[part, HIGH], parts[part, POWER] = low, high, power
+        end = _end_of(parts, part, limits) if end == COMPLETED else end
+        if end != COMPLETED:
+            break
+    return end, done
+
+
+@compiled
+def run(r, body, flat, made, hand, cells, limits, row, found):
+    """Render every cell and fill found.
+
+    flat holds arrays and plant, made is a copy of it as the scene made them; row (ROW_WIDTH,) is room for one
+    sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
+    """
+    for i in range(cells.starts.shape[0]):
+        restart(r, body, flat, made, cells.numbers[i], cells.starts[i])
+        simulated_loop.configure(body, r.block_values, hand[0], hand[1], hand[2])
+        end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
+        found.ends[i], found.samples[i] = end, done
+
+
+def survey(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limits) -> Found:
+    """Return what the runs of a scene with the cells' numbers left; a hand rests at 0 m, None: no hand."""
+    r, body, flat = packed(*scene.prepare())
+    made = Flat(*(array.copy() for array in flat))
+    hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
+    found = _new_found(len(cells.starts))
+    run(r, body, flat, made, hand, cells, limits, np.zeros(rows.ROW_WIDTH), found)
+    return found
+
+
+def _new_found(count: int) -> Found:
+    ends, samples = np.zeros((2, count), dtype=np.int64)
+    return Found(np.zeros((count, PARTS, 3)), ends, samples)
