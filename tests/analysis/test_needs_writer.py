@@ -11,7 +11,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.analysis import needs_writer
 from hapkit_studio.analysis.needs_writer import edited
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.laws import law
 
