@@ -1,12 +1,11 @@
 """What a question is asked with, checked: numbers one by one, and in rows."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.parameters import Parameter
+from hapkit_studio.parameters import Parameter, check_number
 
 # More than any device renders; arithmetic is safe up to there.
 MOST = 1e9
@@ -18,13 +17,7 @@ MOST_LATE = 2000.0
 
 def number(value: object, name: str, unit: str, above: bool) -> None:
     """Raise ParameterError unless a value is a number from 0, or above it, to 1e9."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-        raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
-    if not math.isfinite(value) or value < 0.0 or (above and value == 0.0):
-        bound = "more than 0" if above else "0 or more"
-        raise ParameterError(f"The {name} must be {bound} {unit}, not {value:g} {unit}.")
-    if value > MOST:
-        raise ParameterError(f"The {name} must be {MOST:g} {unit} or less, not {value:g} {unit}.")
+    check_number(value, name, unit, above=above, high=MOST)
 
 
 def lateness(rate: float, delay: float) -> None:

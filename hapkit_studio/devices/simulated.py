@@ -15,6 +15,7 @@ from hapkit_studio.devices import DeviceEntry, DeviceKind
 from hapkit_studio.dynamics import paddle
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import check_number
 
 # The hand's mass alone, to twelve digits; the paddle's equations divide by the mass.
 NO_MASS = 1e-13
@@ -85,13 +86,13 @@ class SimulatedHapkit:
     simulated: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        _check("mass", self.mass, "kg", above=True)
-        _check("damping", self.damping, "N·s/m")
-        _check("Coulomb friction", self.coulomb_force, "N")
-        _check("sensor quantum", self.quantum, "m")
-        _check("force limit", self.max_force, "N", above=True, endless=True)
-        _check("initial position", self.initial_position, "m", low=-math.inf)
-        _check("initial velocity", self.initial_velocity, "m/s", low=-math.inf)
+        check_number(self.mass, "device's mass", "kg", above=True)
+        check_number(self.damping, "device's damping", "N·s/m")
+        check_number(self.coulomb_force, "device's Coulomb friction", "N")
+        check_number(self.quantum, "device's sensor quantum", "m")
+        check_number(self.max_force, "device's force limit", "N", above=True, endless=True)
+        check_number(self.initial_position, "device's initial position", "m", low=-math.inf)
+        check_number(self.initial_velocity, "device's initial velocity", "m/s", low=-math.inf)
 
     @property
     def viscous(self) -> float:
@@ -111,19 +112,6 @@ class SimulatedHapkit:
         """
         needed = {term(key).key for key in needs}
         return self.without(key for key in OPTIONAL if key not in needed) if needed else self
-
-
-def _check(
-    name: str, value: float, unit: str, low: float = 0.0, above: bool = False, endless: bool = False
-) -> None:
-    """Raise ParameterError unless value is a number from (or above) low, finite if not endless."""
-    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if number and (math.isfinite(value) or (endless and value == math.inf)):
-        if value > low or (value == low and not above):
-            return
-        bound = "more than 0" if above else "0 or more"
-        raise ParameterError(f"The device's {name} must be {bound} {unit}, not {value:g} {unit}.")
-    raise ParameterError(f"The device's {name} takes a number in {unit}, not {value!r}.")
 
 
 def new_state(position: float = 0.0, velocity: float = 0.0, periods: int = 1022) -> tuple:
