@@ -124,13 +124,24 @@ def new_state(position: float = 0.0, velocity: float = 0.0, periods: int = 1022)
 
 
 @compiled
-def quantise(position, quantum):
+def quantise(position: float, quantum: float) -> float:
     """Return what a sensor of `quantum` m reads; 0 is an ideal sensor."""
     return quantum * math.floor(position / quantum) if quantum > 0.0 else position
 
 
 @compiled
-def configure(dev, queue, mass, viscous, coulomb, hand_mass, hand_damping, hand_stiffness, period, delay):
+def configure(
+    dev: np.ndarray,
+    queue: np.ndarray,
+    mass: float,
+    viscous: float,
+    coulomb: float,
+    hand_mass: float,
+    hand_damping: float,
+    hand_stiffness: float,
+    period: float,
+    delay: float,
+) -> None:
     """Take new constants; motion and pending commands stay. A hand of zeros has let go.
 
     delay is any time from a sample to its force; what exceeds the queue's room is cut to it.
@@ -172,7 +183,7 @@ def _retime(dev, queue, period, delay):
 
 
 @compiled
-def command(dev, queue, force):
+def command(dev: np.ndarray, queue: np.ndarray, force: float) -> None:
     """Issue a force in N at the present sample instant; it acts one delay later."""
     queue[int(dev[_SAMPLE]) & (queue.size // 2 - 1)] = force
 
@@ -183,7 +194,7 @@ def _map(dev, at):
 
 
 @compiled
-def advance(dev, queue, target0, target1):
+def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) -> None:
     """Move to the next sample while the hand's target goes linearly from target0 to target1 in m.
 
     Without a new ``command`` there, the last one holds on. dev[EFFECT] is the mean motor force on the way.

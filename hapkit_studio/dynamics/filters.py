@@ -3,6 +3,8 @@
 Coefficients come from ``filter_design``; what a method keeps from sample to sample is its memory.
 """
 
+import numpy as np
+
 from hapkit_studio.dynamics.jit import compiled, internal
 
 LONGEST = 16
@@ -12,13 +14,13 @@ _BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST
 
 
 @internal
-def begun(memory):
+def begun(memory: np.ndarray) -> bool:
     """Return whether the window holds samples."""
     return memory[_BEGUN] != 0.0
 
 
 @internal
-def begin(memory, position, velocity, period):
+def begin(memory: np.ndarray, position: float, velocity: float, period: float) -> None:
     """Fill the window with a steady motion that has just arrived at `position`."""
     memory[_BEGUN] = 1.0
     for i in range(LONGEST + 1):
@@ -27,7 +29,7 @@ def begin(memory, position, velocity, period):
 
 
 @internal
-def push(memory, position, period):
+def push(memory: np.ndarray, position: float, period: float) -> None:
     """Take a new sample, `period` s after the last; the oldest one drops out."""
     for i in range(LONGEST, 0, -1):
         memory[_AGES + i] = memory[_AGES + i - 1] + period
@@ -48,7 +50,7 @@ def _fits(memory, count, mean_age, mean, falling, tolerance):
 
 
 @internal
-def slope(memory, window, tolerance):
+def slope(memory: np.ndarray, window: int, tolerance: float) -> float:
     """Return the velocity of the longest line, over up to `window` periods, that fits all its samples."""
     newest = memory[_SAMPLES]
     ages, moved, squares, products = 0.0, 0.0, 0.0, 0.0
@@ -75,13 +77,13 @@ _POSITION, _VELOCITY, _RAW, _OLDER_RAW, _OLDER, _ESTIMATE, _WINDOW = range(7)
 
 
 @compiled
-def reset(memory, position):
+def reset(memory: np.ndarray, position: float) -> None:
     """Start as if the handle had rested at `position`."""
     resume(memory, position, 0.0)
 
 
 @compiled
-def resume(memory, position, velocity):
+def resume(memory: np.ndarray, position: float, velocity: float) -> None:
     """Start as if the handle had come to `position` at a steady `velocity`: a new method makes no jump."""
     memory[:] = 0.0
     memory[_POSITION] = position
@@ -115,7 +117,7 @@ def _kalman(coefs, memory, position, period):
 
 
 @compiled
-def step(code, coefs, memory, position, period):
+def step(code: int, coefs: np.ndarray, memory: np.ndarray, position: float, period: float) -> float:
     """Take one measured position, `period` s after the last; return the velocity estimate in m/s."""
     velocity = (position - memory[_POSITION]) / period
     if code == IIR:
