@@ -162,7 +162,7 @@ _DEVICE = (
         "device.flip", "Flip direction", "Device", lambda w: w.studio.flip_direction(), enabled=_has_board
     ),
     Action(
-        "device.reconnect", "Reconnect", "Device", lambda w: w.studio.reconnect(), "Ctrl+R",
+        "device.reconnect", "Reconnect", "Device", lambda w: w.studio.device.reconnect(), "Ctrl+R",
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
     ),
     Action("device.flash", "Flash firmware…", "Device", lambda w: w.show_flash()),

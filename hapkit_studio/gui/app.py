@@ -143,9 +143,9 @@ def _nothing() -> None:
 
 def _open(window: MainWindow, key: str) -> None:
     if window.studio.link.state == "preparing":
-        entries = {entry.key: entry for entry in window.studio.entries()}
+        entries = {entry.key: entry for entry in window.studio.device.entries()}
         other = devices.DeviceEntry(key, key, lambda: devices.named(key))
-        window.studio.open(entries.get(key, other))
+        window.studio.device.open(entries.get(key, other))
 
 
 def _pose(window: MainWindow, options: argparse.Namespace) -> None:

@@ -153,11 +153,11 @@ def fill_menu(menu: QMenu, studio: Studio) -> None:
     device = studio.engine.device if studio.engine is not None else None
     own = studio.entry.key if studio.entry is not None else ""
     here = getattr(device, "port", own)  # a board that came back may have another port than its entry says
-    for entry in studio.entries():
+    for entry in studio.device.entries():
         action = QAction(entry.title, menu)
         action.setCheckable(True)
         action.setChecked(entry.key == (here if "/" in own or own.startswith("COM") else own))
-        action.triggered.connect(lambda _on=False, entry=entry: studio.open(entry))
+        action.triggered.connect(lambda _on=False, entry=entry: studio.device.open(entry))
         menu.addAction(action)
 
 
@@ -168,9 +168,9 @@ def fill_frames_menu(menu: QMenu, studio: Studio) -> None:
     for words, size in _FRAMES:
         action = QAction(words, menu)
         action.setCheckable(True)
-        action.setChecked(studio.padding == size)
+        action.setChecked(studio.device.padding == size)
         action.setEnabled(hasattr(device, "padding"))
-        action.triggered.connect(lambda _on=False, size=size: studio.set_padding(size))
+        action.triggered.connect(lambda _on=False, size=size: studio.device.set_padding(size))
         menu.addAction(action)
 
 

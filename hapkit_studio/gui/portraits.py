@@ -103,7 +103,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     keys = chosen.environments or list(studio.environments)
     studio.choose(keys[0])
     Portraits(window, keys, chosen.folder, chosen.seconds)
-    prepare_all(window, keys[0], None, studio.open_simulated)
+    prepare_all(window, keys[0], None, studio.device.open_simulated)
     return application.exec()
 
 

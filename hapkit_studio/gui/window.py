@@ -68,7 +68,7 @@ class MainWindow(QMainWindow):
         studio.setParent(self)  # its signals hold what they are connected to for as long as it lives
         Collector(self)
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
-        studio.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
+        studio.device.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
         dress(self, _SHEET)  # what comes into a styled window is styled once
         self.room = Room(self)
         self.live = Live(studio, self)
@@ -193,7 +193,7 @@ class MainWindow(QMainWindow):
             return
         self.closed.emit()
         self.settings.setValue("geometry", self.saveGeometry())
-        self.settings.setValue("padding", self.studio.padding)
+        self.settings.setValue("padding", self.studio.device.padding)
         self.live.stop()
         self.desk.end()
         self.views.end()

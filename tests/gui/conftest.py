@@ -73,6 +73,6 @@ def idle_window(make_window) -> MainWindow:
 def window(make_window, qtbot) -> MainWindow:
     """Return a window whose simulated Hapkit runs; frames are taken when a test calls live.tick()."""
     shown = make_window()
-    shown.studio.open(SIMULATED)
+    shown.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: shown.studio.engine is not None, timeout=PATIENCE_MS)
     return shown

@@ -155,7 +155,7 @@ def test_the_walls_panel_fits_with_its_map(window, qapp):
 def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
     settle(qapp, window, size)
     before = place(window.centre, window).top()
-    buttons = (("Use simulated Hapkit", window.studio.open_simulated),)
+    buttons = (("Use simulated Hapkit", window.studio.device.open_simulated),)
     window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
     settle(qapp, window, size)
     assert place(window.centre, window).top() == before + 54
@@ -279,7 +279,7 @@ def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
 def test_banners_find_room_in_a_narrow_window_with_the_panel_open(window, qapp):
     settle(qapp, window, (800, 600))
     window.actions_by_key.run("view.panel")
-    buttons = (("Use simulated Hapkit", window.studio.open_simulated),)
+    buttons = (("Use simulated Hapkit", window.studio.device.open_simulated),)
     window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
     settle(qapp, window, (800, 600))
     assert window.banners.banners[0].width() == 800

@@ -208,13 +208,13 @@ def test_without_a_device_nothing_is_judged(idle_window):
 
 
 def test_a_device_that_goes_leaves_the_map_paler(page, window, qtbot):
-    engine, window.studio.engine = window.studio.engine, None
+    engine, window.studio.device.engine = window.studio.engine, None
     window.studio.engine_changed.emit()
     assert page.lines is None
     assert page.chart.pale
     assert page.beside.headline.text() == "Not judged yet"
     drawn(page.chart)
-    window.studio.engine = engine
+    window.studio.device.engine = engine
     window.studio.engine_changed.emit()
     follow(page, qtbot)
     assert not page.chart.pale

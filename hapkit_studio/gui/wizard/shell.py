@@ -60,7 +60,7 @@ class Shell(QDialog):
 
     def begin(self) -> None:
         """Take the board over."""
-        self.studio.let_go(self.windowTitle())
+        self.studio.device.let_go(self.windowTitle())
         self.setFocus()  # not the E-stop: an Enter too many would latch it
         self.desk.begin()
         self._frames.start()
@@ -141,5 +141,5 @@ class Shell(QDialog):
         ):
             changed.disconnect(slot)
         if self.studio.link.state == "idle":
-            self.studio.reconnect()
+            self.studio.device.reconnect()
         super().closeEvent(event)

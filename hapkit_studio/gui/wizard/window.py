@@ -236,7 +236,7 @@ class WizardWindow(Shell):
         self.foot.again.clicked.connect(self.try_again)
         self.foot.shut.clicked.connect(self.close)
         self.save_step.undone.connect(self._undone)
-        self.connect_step.padding_wished.connect(self.studio.set_padding)
+        self.connect_step.padding_wished.connect(self.studio.device.set_padding)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Hand a board with other settings back stopped: its handle may stand inside a wall now."""
