@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtCore import QCoreApplication, QEvent
 
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 from tests.gui.board_fixtures import board_window, held_board_window, scripted  # noqa: F401
@@ -19,7 +20,7 @@ from tests.gui.wizard_fixtures import played  # noqa: F401
 @pytest.fixture(autouse=True)
 def look(qapp):
     """Dress the application in the light theme."""
-    theme.apply(qapp)
+    style.apply(qapp)
     theme.set_mode("light")
 
 
