@@ -4,9 +4,8 @@ import math
 
 from hapkit_studio.analysis import plane
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.haptics import board_offer
-from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.rendering import COMPUTER
+from hapkit_studio.haptics import board_plan
+from hapkit_studio.haptics.engine import COMPUTER, Engine
 
 UNKNOWN = "The delay of the link cannot be measured: nobody knows how stiff a spring it allows."
 
@@ -15,7 +14,7 @@ def rate_of(engine: Engine, where: str) -> float | None:
     """Return the rate in Hz of one way of rendering, None where the board cannot."""
     if where == COMPUTER or engine.device.simulated:
         return engine.loop.rate
-    way = engine.board_way or engine.offered_way
+    way = engine.board_plan or engine.possible_plan
     return None if way is None else float(way.rate)
 
 
@@ -25,7 +24,7 @@ def limit_of(engine: Engine, where: str) -> float | None:
     impedance, device = engine.environment.impedance, engine.device
     if delay is None or rate is None or impedance is None:
         return None
-    spec = engine.loop.estimator if where == COMPUTER else board_offer.spec_on_board(engine.loop.estimator)
+    spec = engine.loop.estimator if where == COMPUTER else board_plan.spec_on_board(engine.loop.estimator)
     setting = Setting(
         device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean, estimator=spec
     )

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis import link
-from hapkit_studio.haptics import line, rig, rows, tick
+from hapkit_studio.analysis import link as link_limits
+from hapkit_studio.haptics import arrays, link, rows, tick
 from hapkit_studio.protocol.messages import BoardFlag, Stop
 from tests.haptics.board_support import undisturbed as with_desk
 from tests.haptics.serial_support import read, sample, undisturbed
@@ -40,7 +40,7 @@ def told_late(board, reader, by, engine, most=600):
 @undisturbed(environment=CONSTANT)
 def test_a_link_slower_than_the_watchdog_stops_the_force_in_words(board, engine, reader):
     count = told_late(board, reader, 33, engine, 10_000)
-    assert engine.fault.code == rig.SLOW_LINK
+    assert engine.fault.code == arrays.SLOW_LINK
     assert engine.fault.text == "Fault: 34 ms from a sample to its force; the board obeys none after 25 ms."
     assert "Let the board render" in engine.fault.detail
     assert count >= 4
@@ -95,18 +95,18 @@ def test_silence_is_the_line_s_and_a_long_pass_the_computer_s(board, engine, rea
 @pytest.mark.parametrize(
     ("long", "looked", "answered", "cause"),
     [
-        (0, 9.985, 9.97, rig.NO_SAMPLE),
-        (0, 9.90, 9.89, rig.AWAY),
-        (0, 9.96, 9.97, rig.AWAY),
-        (20, 9.96, 9.97, rig.HELD_UP),
+        (0, 9.985, 9.97, arrays.NO_SAMPLE),
+        (0, 9.90, 9.89, arrays.AWAY),
+        (0, 9.96, 9.97, arrays.AWAY),
+        (20, 9.96, 9.97, arrays.HELD_UP),
     ],
 )
 def test_why_nothing_was_answered(long, looked, answered, cause):
-    bench, conn = Bench(CONSTANT), line.new_line(2e-5)
-    conn.numbers[line.LOOKED_AT], conn.numbers[line.LAST_ANSWER] = looked, answered
-    conn.words[line.STARTED], bench.r.word[rig.LONG] = 1, long
-    line.overslept(bench.r, conn, 10.0)
-    assert bench.r.control[rig.STALE_CAUSES + cause] == 1
+    bench, conn = Bench(CONSTANT), link.new_link(2e-5)
+    conn.numbers[link.LOOKED_AT], conn.numbers[link.LAST_ANSWER] = looked, answered
+    conn.words[link.STARTED], bench.r.word[arrays.LONG] = 1, long
+    link.note_gap(bench.r, conn, 10.0)
+    assert bench.r.control[arrays.STALE_CAUSES + cause] == 1
 
 
 def test_a_law_too_slow_for_its_rate_latches_and_a_busy_moment_does_not():
@@ -116,10 +116,10 @@ def test_a_law_too_slow_for_its_rate_latches_and_a_busy_moment_does_not():
         for _ in range(tick.MOST_LONG - 1):
             tick.note_time(bench.r, 1.3e-3)
         tick.note_time(bench.r, 0.2e-3)
-    assert bench.r.control[rig.FAULT] == rig.NO_FAULT
+    assert bench.r.control[arrays.FAULT] == arrays.NO_FAULT
     for _ in range(tick.MOST_LONG):
         tick.note_time(bench.r, 1.3e-3)
-    assert bench.r.control[rig.FAULT] == rig.SLOW_LAW
+    assert bench.r.control[arrays.FAULT] == arrays.SLOW_LAW
 
 
 @with_desk()
@@ -145,7 +145,7 @@ def test_a_motor_that_goes_off_while_the_board_renders_is_counted(desk):
 @with_desk(values={"stiffness": 100.0})
 def test_a_slow_link_is_none_for_the_board(desk):
     desk.run(5)
-    desk.engine.arrays.control[rig.FAULT] = rig.SLOW_LINK
+    desk.engine.arrays.control[arrays.FAULT] = arrays.SLOW_LINK
     assert desk.engine.board_refusal(wait=True) == ""
     desk.engine.set_where("board")
     desk.until(lambda: desk.engine.rendering == "board")
@@ -155,14 +155,14 @@ def test_a_slow_link_is_none_for_the_board(desk):
 
 @with_desk(values={"stiffness": 100.0})
 def test_what_a_link_allows_is_said_where_it_is_too_little(desk):
-    assert link.doubt(desk.engine) == link.UNKNOWN
+    assert link_limits.doubt(desk.engine) == link_limits.UNKNOWN
     desk.run(40)
-    assert link.doubt(desk.engine) == ""
+    assert link_limits.doubt(desk.engine) == ""
     desk.engine.set_parameter("stiffness", 2000.0)
-    words = link.doubt(desk.engine)
-    limit = link.limit_of(desk.engine, "computer")
+    words = link_limits.doubt(desk.engine)
+    limit = link_limits.limit_of(desk.engine, "computer")
     assert words.startswith(f"The measured delay of 0.5 ms allows {limit:,.0f} N/m at most")
     assert words.endswith(
         "2,000 N/m are in force: it may swing. Lower the stiffness, or let the board render."
     )
-    assert link.rate_of(desk.engine, "computer") == 1000.0
+    assert link_limits.rate_of(desk.engine, "computer") == 1000.0
