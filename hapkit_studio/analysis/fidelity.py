@@ -14,8 +14,7 @@ from statistics import fmean
 import numpy as np
 
 from hapkit_studio.analysis import outcomes
-from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import headless

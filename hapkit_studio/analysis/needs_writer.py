@@ -21,7 +21,8 @@ def file_of(environment: Environment) -> Path:
     inside = [name for name in sys.modules if name.startswith(environments.__name__ + ".")]
     for name in (*inside, environment.force.function.__module__):
         module = sys.modules.get(name)
-        if getattr(module, _NAME, None) is environment and getattr(module, "__file__", None):
+        declared = getattr(module, _NAME, None)
+        if getattr(declared, "force", None) is environment.force and getattr(module, "__file__", None):
             return Path(str(module.__file__))  # type: ignore[union-attr]
     raise ParameterError(f"{environment.title} has no file of its own to write into.")
 

@@ -9,7 +9,7 @@ from hapkit_studio.analysis import needs_writer
 from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
 from hapkit_studio.commands.base import Command, Result, progress_line
 from hapkit_studio.commands.given import environment
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS
 
 
 def options(command: argparse.ArgumentParser) -> None:

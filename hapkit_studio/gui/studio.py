@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.devices.terms import MODELS
+from hapkit_studio.devices.simulated import MODELS
 from hapkit_studio.dynamics.estimators import USUAL
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.device_link import Build, DeviceLink, LinkStatus, build_engine

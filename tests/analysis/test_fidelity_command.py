@@ -7,7 +7,7 @@ import pytest
 from hapkit_studio.analysis import needs_writer
 from hapkit_studio.charts import fidelity as charts
 from hapkit_studio.cli import main
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS
 
 
 def run(capsys, *words):

@@ -11,8 +11,9 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.analysis import needs_writer
 from hapkit_studio.analysis.needs_writer import edited
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.laws import law
 
 LIBRARY = environments.discover()
 
@@ -87,7 +88,11 @@ def test_a_copy_is_written_once(tmp_path, monkeypatch):
 
 
 def test_where_there_is_nothing_to_write_into():
+    @law
+    def nowhere(p, s, x, v, dt):
+        return 0.0
+
     with pytest.raises(ParameterError, match=r"does not say ENVIRONMENT = Environment\("):
         edited("x = 1\n", ("mass",))
     with pytest.raises(ParameterError, match="Wall has no file of its own"):
-        needs_writer.file_of(replace(LIBRARY["wall"]))
+        needs_writer.file_of(replace(LIBRARY["wall"], force=nowhere))
