@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis import plane_words
-from hapkit_studio.analysis.margin import factor, hand_words, sentence
-from hapkit_studio.analysis.plane import Cells, Plane, Points
+from hapkit_studio.analysis.stability import kb_plane
+from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
+from hapkit_studio.analysis.stability.margin import factor, hand_words, sentence
 from hapkit_studio.charts.labels import Label, write
 from hapkit_studio.charts.style import DASH_DOT, DOT, TEXT, Colors, dress, legend, pale, rim, save, whole
 
@@ -60,7 +60,7 @@ class Map:
             "passive": bool(plane.edge.any()),
             "coulomb": plane.coulomb < plane.top,
         }
-        found = {key: plane_words.line(plane, key) for key, on in there.items() if on}
+        found = {key: kb_plane.line_words(plane, key) for key, on in there.items() if on}
         if self.hands:
             found["hands"] = ("Other hands", "light, medium and firm grip")
         return found
@@ -72,7 +72,7 @@ def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
     real = any(found is not None and found.real for found in (plane.cells, plane.points))
     limits = [(f"Limit, {hand_words(hand)}", f"{k:,.0f} N/m") for hand, k in plane.hands.items() if k == k]
     own = [("Device", device)] if device else []
-    pairs = [*own, *plane_words.conditions(plane.setting, real), *limits]
+    pairs = [*own, *kb_plane.conditions(plane.setting, real), *limits]
     title = "Without the controller: " if plane.setting.controller else ""
     save(
         lambda figure, c: draw(figure, c, shown),

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.analysis.scales import nice_top
-from hapkit_studio.analysis.zwidth_limits import HIGHEST
+from hapkit_studio.analysis.stability.axes import nice_top
+from hapkit_studio.analysis.zwidth import HIGHEST
 from hapkit_studio.charts.style import DASH, TEXT, Colors, dress, legend, save, whole
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.zwidth_result import ZWidth
+    from hapkit_studio.analysis.zwidth.result import ZWidth
 
 _SIZE = (792, 504)
 _ROOM = 1.18

@@ -3,7 +3,7 @@
 import argparse
 import math
 
-from hapkit_studio.analysis import sketch_limit
+from hapkit_studio.analysis.stability import on_board
 from hapkit_studio.commands.base import Command, Result
 from hapkit_studio.commands.given import environment, estimator_spec, key_values
 from hapkit_studio.devices import profiles
@@ -40,8 +40,8 @@ def run(options: argparse.Namespace) -> Result:
     rate = sketch.usual_rate(found, values) if options.rate is None else options.rate
     spec = estimator_spec(options.estimator)
     sketch.check(rate, spec, options.prints)
-    margin = sketch_limit.margin(found, values, kit.board, rate, spec)
-    limit = sketch_limit.words(margin, rate)
+    margin = on_board.sketch_margin(found, values, kit.board, rate, spec)
+    limit = on_board.sketch_words(margin, rate)
     text = sketch.text(found, values, kit, rate, spec, options.prints, limit)
     path = sketch_file.write(options.output or found.key, text, options.force)
     whose = f"{kit.board.label}, {'calibrated' if kit.calibrated else 'the usual numbers of such a kit'}"

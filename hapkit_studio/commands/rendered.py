@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis import link
+from hapkit_studio.analysis.stability import on_board
 from hapkit_studio.devices.port_errors import no_data
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics.hand import Hand
@@ -107,7 +107,7 @@ def say_doubt(engine: Engine) -> Callable[[float], None]:
         if done or (now < _MEASURING and (delay is None or delay.total < _ENOUGH)):
             return
         done = True
-        words = "" if _is_over(engine.fault) else link.doubt(engine)
+        words = "" if _is_over(engine.fault) else on_board.link_warning(engine)
         if words:
             print(words, file=sys.stderr, flush=True)
 
@@ -149,7 +149,7 @@ def remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[s
         said.append(
             f"The board renders at {rate:,.0f} Hz, not at {wish:,.0f} Hz: this law has time for no more."
         )
-    doubt = "" if _is_over(engine.fault) else link.doubt(engine)
+    doubt = "" if _is_over(engine.fault) else on_board.link_warning(engine)
     said += [doubt] if doubt else []
     without = found["link"]["without_force_s"]
     if without > 0.0:
@@ -192,10 +192,10 @@ def both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
     for where in WAYS:
         delay = engine.delay_of(where)
         found[where] = {
-            "rate_Hz": link.rate_of(engine, where),
+            "rate_Hz": on_board.rendering_rate(engine, where),
             "delay_us": None if delay is None else 1e6 * delay.mean,
             "delay_spread_us": None if delay is None else 1e6 * delay.spread,
-            "stiffness_limit": link.limit_of(engine, where),
+            "stiffness_limit": on_board.rendering_limit(engine, where),
             "missed": engine.missed_of(where),
         }
     counted = engine.health().link

@@ -5,18 +5,18 @@ import math
 import sys
 
 from hapkit_studio import devices
-from hapkit_studio.analysis import zwidth, zwidth_device
-from hapkit_studio.analysis.zwidth_bench import Care
-from hapkit_studio.analysis.zwidth_limits import (
+from hapkit_studio.analysis.zwidth import (
     CARE_FORCE,
     DEVICE_DAMPING,
     MAX_FORCE,
     PUSH,
     SIMULATED_DAMPING,
     SPEED,
+    on_device,
+    simulation,
 )
-from hapkit_studio.analysis.zwidth_protocol import Protocol
-from hapkit_studio.analysis.zwidth_result import ZWidth, text
+from hapkit_studio.analysis.zwidth.guarded_device import Care
+from hapkit_studio.analysis.zwidth.result import Protocol, ZWidth, text
 from hapkit_studio.charts.zwidth import zwidth_figure
 from hapkit_studio.commands.base import Command, Result, progress_line
 from hapkit_studio.commands.given import of_options, setting, setting_options
@@ -63,7 +63,7 @@ def _simulated(options: argparse.Namespace) -> ZWidth:
     force = math.inf if options.max_force is None else MAX_FORCE.check(options.max_force)
     protocol = Protocol(**of_options(options, ("speed", "push")), max_force=force)
     levels = dampings(options.damping, SIMULATED_DAMPING)
-    return zwidth.compute(setting(options), levels, protocol, progress=progress_line("damping"))
+    return simulation.compute(setting(options), levels, protocol, progress=progress_line("damping"))
 
 
 def _on_device(options: argparse.Namespace) -> ZWidth:
@@ -81,7 +81,7 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
         engine.set_loop(**loop, controller=options.controller)
         engine.set_model("everything")
         watch = progress_line("trial")
-        return zwidth_device.measure(engine, levels, care, progress=watch, say=_say)
+        return on_device.measure(engine, levels, care, progress=watch, say=_say)
     finally:
         engine.close()
 

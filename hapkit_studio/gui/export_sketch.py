@@ -64,13 +64,13 @@ class ExportSheet(FormSheet):
 
     def _limit(self) -> tuple[str, bool]:
         """Return limit and margin in words, and whether it is within."""
-        from hapkit_studio.analysis import sketch_limit  # off the first picture's way
+        from hapkit_studio.analysis.stability import on_board  # off the first picture's way
 
         studio = self._studio
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.spec)
         rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
-        found = sketch_limit.margin(studio.environment, studio.values, kit.board, rate, spec)
-        words = sketch_limit.words(found, rate)
+        found = on_board.sketch_margin(studio.environment, studio.values, kit.board, rate, spec)
+        words = on_board.sketch_words(found, rate)
         return words, not words or found is None or found.stable
 
     def text(self) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.analysis.margin import Margin
+from hapkit_studio.analysis.stability.margin import Margin
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.setting import Setting
@@ -48,18 +48,18 @@ class Answer:
 @lru_cache(maxsize=256)
 def boundary(setting: "Setting", width: float) -> tuple[tuple[float, float], ...]:
     """Return the exact boundary from no damping to a width in N·s/m, as points."""
-    from hapkit_studio.analysis import plane  # off the first picture's way
+    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
 
     across = np.linspace(0.0, width, POINTS)
-    return tuple(zip(across.tolist(), plane.exact_boundary(setting, across).tolist(), strict=True))
+    return tuple(zip(across.tolist(), kb_plane.exact_boundary(setting, across).tolist(), strict=True))
 
 
 def answer(question: Question) -> Answer:
     """Compute margin and boundary."""
-    from hapkit_studio.analysis import plane
+    from hapkit_studio.analysis.stability import kb_plane
 
     q = question
-    margin = Margin(q.stiffness, q.damping, plane.limit(q.setting, q.damping), q.setting.hand)
+    margin = Margin(q.stiffness, q.damping, kb_plane.limit(q.setting, q.damping), q.setting.hand)
     return Answer(q, margin, boundary(q.setting, q.width))
 
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.margin import hand_words, short, verdict
-from hapkit_studio.analysis.scales import nice_width
+from hapkit_studio.analysis.stability.axes import nice_width
+from hapkit_studio.analysis.stability.margin import hand_words, short, verdict
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress

@@ -6,7 +6,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt
 from PySide6.QtGui import QBrush, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
-from hapkit_studio.analysis.scales import height
+from hapkit_studio.analysis.stability.axes import height
 from hapkit_studio.gui.margin import Answer
 from hapkit_studio.gui.theme import theme
 

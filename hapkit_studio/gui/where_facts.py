@@ -56,9 +56,9 @@ class Found:
 
 def solve(question: Limits) -> Found:
     """Compute both limits."""
-    from hapkit_studio.analysis import plane  # off the first picture's way
+    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
 
-    limits = [None if s is None else plane.limit(s, question.damping) for s in question.settings]
+    limits = [None if s is None else kb_plane.limit(s, question.damping) for s in question.settings]
     return Found(question, (limits[0], limits[1]))
 
 

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.exact import checked_loop, damping_limit, stiffness_limits
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.limits import (
+    checked_loop,
+    damping_limit,
+    stiffness_limit,
+    stiffness_limits,
+)
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.margin import Margin, hand_words, sentence, short, verdict
-from hapkit_studio.analysis.scales import axes, height, nice_top, nice_width
+from hapkit_studio.analysis.stability.axes import height, nice_top, nice_width, round_axes
+from hapkit_studio.analysis.stability.margin import Margin, hand_words, sentence, short, verdict
 
 
 @pytest.mark.parametrize(
@@ -58,8 +58,8 @@ def test_the_dot_stands_clear_of_the_right_edge(damping):
 
 def test_the_axes_show_where_the_boundary_leaves_or_turns():
     """A straight boundary leaves through the top; one with its highest point at 9 is shown up to there."""
-    wide, top = axes(lambda b: 1000.0 + 2000.0 * b, 900.0, 0.0, 1000.0)
+    wide, top = round_axes(lambda b: 1000.0 + 2000.0 * b, 900.0, 0.0, 1000.0)
     assert (wide, top) == (1.0, 1500.0)
-    wide, top = axes(lambda b: 1500.0 - 15.0 * (b - 9.0) ** 2, 620.0, 2.0, 765.0)
+    wide, top = round_axes(lambda b: 1500.0 - 15.0 * (b - 9.0) ** 2, 620.0, 2.0, 765.0)
     assert (wide, top) == (12.0, 2000.0)
-    assert axes(np.zeros_like, 0.0, 0.0, 0.0) == (1.0, 1.0)
+    assert round_axes(np.zeros_like, 0.0, 0.0, 0.0) == (1.0, 1.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.analysis import outcomes
+from hapkit_studio.analysis import fidelity
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
@@ -21,7 +21,7 @@ def table(**columns):
 
 
 def change(key, reference, other):
-    return outcomes.named(key).change(reference, other)
+    return fidelity.outcome_named(key).change(reference, other)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_energy_is_measured_by_what_went_to_and_fro():
     ],
 )
 def test_restitution_is_speed_back_over_speed_in(velocity, ratio):
-    assert outcomes.restitution(table(v=velocity)) == pytest.approx(ratio)
+    assert fidelity.restitution(table(v=velocity)) == pytest.approx(ratio)
 
 
 @pytest.mark.parametrize(("stiffness", "viscous"), [(250.0, 0.5), (900.0, 3.0), (40.0, 0.1)])
@@ -72,15 +72,15 @@ def test_the_bounce_of_a_mass_on_a_damped_spring(stiffness, viscous):
     out, _ = headless.render(scene, None, round(1.2 * swing * rate))
     ratio = viscous / (2.0 * math.sqrt(stiffness * mass))
     expected = math.exp(-2.0 * ratio * math.acos(ratio) / math.sqrt(1.0 - ratio**2))
-    assert outcomes.restitution(out) == pytest.approx(expected, rel=2e-3)
+    assert fidelity.restitution(out) == pytest.approx(expected, rel=2e-3)
 
 
 def test_what_is_no_number_has_changed_more_than_anything():
-    assert change("final_position", table(x=[0.0, 0.0]), table(x=[0.0, math.nan])) == outcomes.MOST
+    assert change("final_position", table(x=[0.0, 0.0]), table(x=[0.0, math.nan])) == fidelity.MOST
 
 
 def test_a_count_is_right_or_wrong():
-    outcome = outcomes.named("count:ups", ("downs", "ups"))
+    outcome = fidelity.outcome_named("count:ups", ("downs", "ups"))
     one, two = np.zeros((3, rows.ROW_WIDTH)), np.zeros((3, rows.ROW_WIDTH))
     one[-1, rows.STATE + 1], two[-1, rows.STATE + 1] = 3.0, 4.0
     two[:, rows.STATE] = 7.0

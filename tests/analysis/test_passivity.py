@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.passivity import passive_damping, passive_stiffness
+from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import estimate_velocity
 from hapkit_studio.dynamics.hand import Prescribed

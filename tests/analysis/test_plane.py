@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.plane import exact_boundary, hands, limit, passivity_line, plane, simple_rule
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.kb_plane import exact_boundary, hands, limit, passivity_line, plane
+from hapkit_studio.analysis.stability.limits import simple_rule, stiffness_limit
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
 

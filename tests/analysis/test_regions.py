@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.analysis import regions
-from hapkit_studio.analysis.plane import exact_boundary
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import limits
+from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.haptics import headless, rows
 
 QUANTUM = 20e-6
@@ -27,19 +27,19 @@ WORKED = Setting(mass=0.05, viscous=0.5, coulomb=0.1, quantum=15e-6)
     ],
 )  # fmt: skip
 def test_the_stiffness_up_to_which_friction_hides_the_steps(quantum, coulomb, stiffness):
-    found = regions.coulomb_line(replace(WORKED, quantum=quantum, coulomb=coulomb))
+    found = limits.coulomb_line(replace(WORKED, quantum=quantum, coulomb=coulomb))
     assert found == pytest.approx(stiffness, abs=0.5)
 
 
 def test_an_ideal_sensor_has_no_such_line():
-    assert regions.coulomb_line(replace(WORKED, quantum=0.0)) == math.inf
+    assert limits.coulomb_line(replace(WORKED, quantum=0.0)) == math.inf
 
 
 @pytest.mark.parametrize(("late", "factor"), [(0.0, 0.333), (0.5, 0.208), (1.0, 0.184), (2.0, 0.172)])
 def test_the_simple_rule_is_short_by_a_share_of_b_squared_over_m_without_virtual_damping(late, factor):
     setting = replace(WORKED, delay=late * PERIOD)
     none = np.zeros(1)
-    missing = exact_boundary(setting, none) - regions.simple_rule(setting, none)
+    missing = exact_boundary(setting, none) - limits.simple_rule(setting, none)
     assert missing[0] == pytest.approx(factor * setting.viscous**2 / setting.mass, rel=0.01)
 
 
@@ -50,14 +50,14 @@ def test_the_simple_rule_is_hopeful_with_virtual_damping(late, shares):
     """Damping of 0.05, 0.1, 0.2, 0.3 times m/T on a handle that has next to none."""
     setting = replace(WORKED, viscous=1e-6 * WORKED.mass / PERIOD, delay=late * PERIOD)
     damping = np.array([0.05, 0.1, 0.2, 0.3]) * setting.mass / PERIOD
-    found = exact_boundary(setting, damping) / regions.simple_rule(setting, damping) - 1.0
+    found = exact_boundary(setting, damping) / limits.simple_rule(setting, damping) - 1.0
     assert found == pytest.approx(shares, abs=0.006)
 
 
 def test_a_hands_damping_counts():
     firm = replace(WORKED, hand="firm")
-    assert regions.simple_rule(firm, [1.0])[0] == pytest.approx((0.5 + 8.0 + 1.0) / 0.5e-3)
-    assert regions.dimensionless(firm, 1.0, 2000.0) == pytest.approx((9.5 / 2.0, 0.1 / (2000.0 * 15e-6)))
+    assert limits.simple_rule(firm, [1.0])[0] == pytest.approx((0.5 + 8.0 + 1.0) / 0.5e-3)
+    assert limits.dimensionless(firm, 1.0, 2000.0) == pytest.approx((9.5 / 2.0, 0.1 / (2000.0 * 15e-6)))
 
 
 def rendered(beta, sigma, counts):
@@ -86,14 +86,14 @@ def test_the_tick_does_what_the_regions_say(beta, sigma):
     setting, near = rendered(beta, sigma, NEAR)
     far = rendered(beta, sigma, FAR)[1]
     stiffness, none = np.array([STIFFNESS]), np.zeros(1)
-    for limit in (regions.simple_rule(setting, none), exact_boundary(setting, none)):
-        region = int(regions.classes(setting, stiffness, limit)[0, 0])
-        if region == regions.RESTS:
+    for limit in (limits.simple_rule(setting, none), exact_boundary(setting, none)):
+        region = int(limits.classes(setting, stiffness, limit)[0, 0])
+        if region == limits.RESTS:
             assert near == far == 0.0
-        elif region == regions.BUZZES:
+        elif region == limits.BUZZES:
             assert 0.0 < near < 2.0
             assert 0.0 < far < 2.0
-        elif region == regions.NEAR:
+        elif region == limits.NEAR:
             assert near == 0.0
             assert far > FAR
         else:
@@ -112,7 +112,7 @@ def test_the_tick_does_what_the_regions_say(beta, sigma):
 )
 def test_friction_holds_what_is_let_go_near_enough(stiffness, viscous, coulomb, reach):
     setting = Setting(mass=0.05, viscous=viscous, coulomb=coulomb, quantum=0.0)
-    found = regions.resting_reach(setting, 0.0, stiffness)
+    found = limits.resting_reach(setting, 0.0, stiffness)
     assert 1e3 * found == pytest.approx(reach, abs=6e-4)
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
     ends = []
@@ -124,6 +124,6 @@ def test_friction_holds_what_is_let_go_near_enough(stiffness, viscous, coulomb, 
 
 
 def test_what_is_stable_comes_to_rest_from_anywhere():
-    assert regions.resting_reach(WORKED, 0.0, 900.0) == math.inf
-    assert regions.resting_reach(replace(WORKED, delay=PERIOD), 0.0, 900.0) < math.inf
-    assert set(regions.WORDS) == {regions.RESTS, regions.BUZZES, regions.NEAR, regions.GROWS}
+    assert limits.resting_reach(WORKED, 0.0, 900.0) == math.inf
+    assert limits.resting_reach(replace(WORKED, delay=PERIOD), 0.0, 900.0) < math.inf
+    assert set(limits.REGION_WORDS) == {limits.RESTS, limits.BUZZES, limits.NEAR, limits.GROWS}

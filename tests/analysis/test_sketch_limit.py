@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.analysis import sketch_limit
+from hapkit_studio.analysis.stability import on_board
 from hapkit_studio.devices import profiles
 
 BOARD = profiles.default().board
@@ -19,14 +19,14 @@ def test_the_limit_is_that_of_a_force_a_period_late(rate, viscous):
     limit = 2.0 * viscous * rate / 3.0
     for share, stable in ((0.98, True), (1.02, False)):
         values = WALL.values({"stiffness": share * limit, "damping": 0.0})
-        found = sketch_limit.margin(WALL, values, replace(BOARD, viscous=viscous), rate, "difference")
+        found = on_board.sketch_margin(WALL, values, replace(BOARD, viscous=viscous), rate, "difference")
         assert found.limit == pytest.approx(limit, rel=0.01)
         assert found.stable == stable
 
 
 def test_limit_and_margin_are_in_the_words():
-    found = sketch_limit.margin(WALL, WALL.values({"stiffness": 5000.0}), BOARD, 1000, "difference")
-    words = sketch_limit.words(found, 1000)
+    found = on_board.sketch_margin(WALL, WALL.values({"stiffness": 5000.0}), BOARD, 1000, "difference")
+    words = on_board.sketch_words(found, 1000)
     assert words.startswith(f"Limit {found.limit:,.0f} N/m at 1,000 Hz")
     assert "above the limit" in words
     assert "Lower stiffness" in words
@@ -34,6 +34,6 @@ def test_limit_and_margin_are_in_the_words():
 
 def test_what_has_no_stiffness_has_no_limit():
     free = environments.named("free")
-    found = sketch_limit.margin(free, free.values(), BOARD, 1000, "difference")
+    found = on_board.sketch_margin(free, free.values(), BOARD, 1000, "difference")
     assert found is None
-    assert sketch_limit.words(found, 1000) == ""
+    assert on_board.sketch_words(found, 1000) == ""

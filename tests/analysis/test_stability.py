@@ -8,7 +8,8 @@ import pytest
 from scipy.linalg import expm
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip
 from hapkit_studio.errors import ParameterError

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.plane import Cells, Points, plane
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.kb_plane import Cells, Points, plane
 from hapkit_studio.charts import stability as charts
 from hapkit_studio.cli import main
 

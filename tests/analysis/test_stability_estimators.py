@@ -2,7 +2,8 @@
 
 import pytest
 
-from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.errors import ParameterError
 
 FILTERED = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0)

@@ -6,11 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis import zwidth
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Cancelled
-from hapkit_studio.analysis.zwidth_protocol import Protocol
-from hapkit_studio.analysis.zwidth_result import BUZZES, LEAVES, text
+from hapkit_studio.analysis.zwidth import simulation
+from hapkit_studio.analysis.zwidth.result import BUZZES, LEAVES, Protocol, text
 from hapkit_studio.errors import ParameterError
 from tests.analysis.plain_zwidth import plain_holds
 
@@ -37,7 +36,7 @@ REFERENCE = {
 
 @pytest.mark.parametrize(("setting", "expected"), REFERENCE.values(), ids=REFERENCE)
 def test_the_reference_table(setting, expected):
-    found = zwidth.compute(setting, DAMPING)
+    found = simulation.compute(setting, DAMPING)
     share = found.stiffness / np.array(expected)
     # without friction, chance decides which motion is left after 4 s; other phases of the hit move these two
     # cells of 56 by as much
@@ -52,7 +51,7 @@ def test_the_reference_table(setting, expected):
 
 @pytest.mark.parametrize("damping", [0.0, 1.0])
 def test_a_plain_program_agrees(damping):
-    limit = zwidth.compute(device(), (damping,)).stiffness[0]
+    limit = simulation.compute(device(), (damping,)).stiffness[0]
     assert plain_holds(0.99 * limit, damping)
     assert not plain_holds(1.01 * limit, damping)
 
@@ -61,34 +60,36 @@ def test_a_plain_program_agrees(damping):
 @pytest.mark.parametrize("name", ["f_c 0.1", "iir", "td = T"])
 def test_one_percent_inside_holds_and_outside_fails(name):
     setting = REFERENCE[name][0]
-    for damping, limit in zip((0.0, 1.0), zwidth.compute(setting, (0.0, 1.0)).stiffness, strict=True):
-        assert zwidth.trial(setting, 0.99 * limit, damping).why == ""
-        assert zwidth.trial(setting, 1.01 * limit, damping).why in (BUZZES, LEAVES)
+    for damping, limit in zip((0.0, 1.0), simulation.compute(setting, (0.0, 1.0)).stiffness, strict=True):
+        assert simulation.trial(setting, 0.99 * limit, damping).why == ""
+        assert simulation.trial(setting, 1.01 * limit, damping).why in (BUZZES, LEAVES)
 
 
 def test_a_constant_push_settles_where_push_and_spring_balance():
     setting, protocol = device(0.0, 0.0), Protocol(push=0.5)
-    out = zwidth.hit(setting, 400.0, 1.0, 0.5, protocol)
-    assert out[0, zwidth.rows.TRUE_VELOCITY] == pytest.approx(0.1)
-    assert out[0, zwidth.rows.TRUE_POSITION] == pytest.approx(-0.5 * 0.1 * 1e-3)
-    assert out[-1, zwidth.rows.TRUE_POSITION] == pytest.approx(0.5 / 400.0, rel=1e-6)
+    out = simulation.hit(setting, 400.0, 1.0, 0.5, protocol)
+    assert out[0, simulation.rows.TRUE_VELOCITY] == pytest.approx(0.1)
+    assert out[0, simulation.rows.TRUE_POSITION] == pytest.approx(-0.5 * 0.1 * 1e-3)
+    assert out[-1, simulation.rows.TRUE_POSITION] == pytest.approx(0.5 / 400.0, rel=1e-6)
 
 
 def test_a_grip_presses_with_the_same_force():
     setting = device(0.0, 0.0, hand="firm")
-    out = zwidth.hit(setting, 2000.0, 1.0, 0.5, Protocol(push=1.0))
-    assert out[-1, zwidth.rows.TRUE_POSITION] == pytest.approx(1.0 / (2000.0 + 400.0), rel=1e-6)
+    out = simulation.hit(setting, 2000.0, 1.0, 0.5, Protocol(push=1.0))
+    assert out[-1, simulation.rows.TRUE_POSITION] == pytest.approx(1.0 / (2000.0 + 400.0), rel=1e-6)
 
 
 def test_a_hand_on_the_handle_stands_more():
     released, held = (
-        zwidth.compute(device(0.0, hand=h), (0.0,)).stiffness[0] for h in ("released", "medium")
+        simulation.compute(device(0.0, hand=h), (0.0,)).stiffness[0] for h in ("released", "medium")
     )
     assert held > 3.0 * released
 
 
 def test_a_weak_motor_is_said():
-    strong, weak = (zwidth.compute(device(), (5.0,), Protocol(max_force=limit)) for limit in (math.inf, 2.0))
+    strong, weak = (
+        simulation.compute(device(), (5.0,), Protocol(max_force=limit)) for limit in (math.inf, 2.0)
+    )
     assert strong.clamped == (False,)
     assert weak.clamped == (True,)
     assert "at the motor's limit" in text(weak)
@@ -96,17 +97,17 @@ def test_a_weak_motor_is_said():
 
 
 def test_the_linear_limit_stands_beside():
-    found = zwidth.compute(device(), (0.0, 2.0))
+    found = simulation.compute(device(), (0.0, 2.0))
     assert found.linear == pytest.approx([1001.7, 4812.9], abs=0.1)
     assert found.curve[1, [0, -1]] == pytest.approx(found.linear)
-    numbers = zwidth.compute(device(estimator="foaw"), (0.0,)).as_json()
+    numbers = simulation.compute(device(estimator="foaw"), (0.0,)).as_json()
     assert numbers["points"][0]["linear_limit"] is None
 
 
 def test_points_arrive_in_order_and_any_executor_finds_the_same():
     seen, done = [], []
     setting = device()
-    mine = zwidth.compute(
+    mine = simulation.compute(
         setting,
         (5.0, 0.0, 1.0, 1.0),
         arrived=lambda b, point: seen.append((b, point.stiffness)),
@@ -117,7 +118,7 @@ def test_points_arrive_in_order_and_any_executor_finds_the_same():
     assert done == sorted(done)
     assert done[-1] == (3, 3)
     with ThreadPoolExecutor(3) as threads:
-        theirs = zwidth.compute(setting, (0.0, 1.0, 5.0), executor=threads)
+        theirs = simulation.compute(setting, (0.0, 1.0, 5.0), executor=threads)
     assert np.array_equal(theirs.stiffness, mine.stiffness)
 
 
@@ -126,14 +127,14 @@ def test_it_can_be_cancelled():
         raise Cancelled("enough")
 
     with pytest.raises(Cancelled):
-        zwidth.compute(device(), progress=stop)
+        simulation.compute(device(), progress=stop)
 
 
 @pytest.mark.parametrize(
     ("work", "words"),
     [
-        (lambda: zwidth.compute(device(), (-1.0,)), "0 to 1000 N·s/m, not -1"),
-        (lambda: zwidth.compute(device(), ()), "one damping or more"),
+        (lambda: simulation.compute(device(), (-1.0,)), "0 to 1000 N·s/m, not -1"),
+        (lambda: simulation.compute(device(), ()), "one damping or more"),
         (lambda: Protocol(max_force=0.9), "push of 1 N needs a force limit above it, not 0.9 N"),
         (lambda: Protocol(speed=0.0), "0.001 to 3 m/s, not 0"),
     ],

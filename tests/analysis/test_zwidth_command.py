@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from hapkit_studio.analysis import zwidth, zwidth_device
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.zwidth_bench import Care
-from hapkit_studio.analysis.zwidth_protocol import Protocol
+from hapkit_studio.analysis.zwidth import on_device, simulation
+from hapkit_studio.analysis.zwidth.guarded_device import Care
+from hapkit_studio.analysis.zwidth.result import Protocol
 from hapkit_studio.cli import main
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.haptics import rig
@@ -78,9 +78,9 @@ def measured(monkeypatch):
         asked.update(engine=engine, levels=levels, care=care, loop=engine.loop, grip=engine.grip)
         if asked.get("raises"):
             raise asked["raises"]
-        return zwidth.compute(Setting(), levels, Protocol(seconds=0.6, halvings=1))
+        return simulation.compute(Setting(), levels, Protocol(seconds=0.6, halvings=1))
 
-    monkeypatch.setattr(zwidth_device, "measure", measure)
+    monkeypatch.setattr(on_device, "measure", measure)
     return asked
 
 

@@ -6,12 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis import zwidth, zwidth_device, zwidth_hands
 from hapkit_studio.analysis.sweeps import Cancelled
-from hapkit_studio.analysis.zwidth_bench import Care, Interrupted
-from hapkit_studio.analysis.zwidth_device import ripple
-from hapkit_studio.analysis.zwidth_protocol import Protocol
-from hapkit_studio.analysis.zwidth_result import BUZZES, FAST, GROWS, HIGHEST
+from hapkit_studio.analysis.zwidth import on_device, simulation
+from hapkit_studio.analysis.zwidth.guarded_device import Care, Interrupted
+from hapkit_studio.analysis.zwidth.on_device import ripple
+from hapkit_studio.analysis.zwidth.result import BUZZES, FAST, GROWS, HIGHEST, Protocol
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import ParameterError
@@ -79,15 +78,15 @@ def after(calls, act):
 def test_the_live_device_agrees_with_the_simulation(running):
     engine, arrived = running(), []
     care = Care(softest=1600.0, raised=1.6, precision=0.3)
-    found = zwidth_device.measure(
+    found = on_device.measure(
         engine, (1.0,), care, arrived=lambda b, point: arrived.append((b, point.stiffness))
     )
-    setting = zwidth_device.setting_of(engine, "light")
-    simulated = zwidth.compute(setting, (1.0,), Protocol(max_force=2.0))
-    assert found.stiffness[0] == pytest.approx(simulated.stiffness[0], rel=0.3)
+    setting = on_device.setting_of(engine, "light")
+    reference = simulation.compute(setting, (1.0,), Protocol(max_force=2.0))
+    assert found.stiffness[0] == pytest.approx(reference.stiffness[0], rel=0.3)
     assert found.ends[0] in (BUZZES, GROWS)
     assert arrived == [(1.0, found.stiffness[0])]
-    assert found.linear[0] == pytest.approx(simulated.linear[0])
+    assert found.linear[0] == pytest.approx(reference.linear[0])
     assert found.where == "Simulated Hapkit"
     conditions = {c.key: c.value for c in found.conditions}
     assert conditions["delay"] == 2e-3
@@ -102,14 +101,14 @@ def test_the_live_device_agrees_with_the_simulation(running):
 def test_the_virtual_board(running):
     engine = running(VirtualBoard("lockstep"), delay=1e-3)
     reader = engine.reader()
-    found = zwidth_device.measure(engine, (0.0,), Care(softest=1000.0, raised=1.5, precision=0.1))
+    found = on_device.measure(engine, (0.0,), Care(softest=1000.0, raised=1.5, precision=0.1))
     assert hits(reader.read()) == pytest.approx(0.1, rel=0.3)
     conditions = {c.key: c.value for c in found.conditions}
     assert 1e-3 < conditions["delay"] < 2.5e-3  # what was asked for, and what the line takes
-    setting = replace(zwidth_device.setting_of(engine, "light"), coulomb=0.1)
-    simulated = zwidth.compute(setting, (0.0,), Protocol(max_force=2.0))
-    assert found.stiffness[0] == pytest.approx(simulated.stiffness[0], rel=0.2)
-    assert found.linear[0] == pytest.approx(simulated.linear[0], rel=0.01)
+    setting = replace(on_device.setting_of(engine, "light"), coulomb=0.1)
+    reference = simulation.compute(setting, (0.0,), Protocol(max_force=2.0))
+    assert found.stiffness[0] == pytest.approx(reference.stiffness[0], rel=0.2)
+    assert found.linear[0] == pytest.approx(reference.linear[0], rel=0.01)
     assert conditions["measured_rate_Hz"] == pytest.approx(1000.0, rel=1e-3)
     assert math.isnan(conditions["coulomb"])
     assert found.as_json()["conditions"]["coulomb"] is None
@@ -124,14 +123,14 @@ def test_cancelling_leaves_no_force_of_the_wall(running):
         raise Cancelled("enough")
 
     with pytest.raises(Cancelled):
-        zwidth_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, cancel))
+        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, cancel))
     assert_as_before(engine)
 
 
 def test_the_stop_ends_it_with_zero_force(running):
     engine = running()
     with pytest.raises(Interrupted, match="Force is zero"):
-        zwidth_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, engine.stop))
+        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, engine.stop))
     assert engine.stopped
     assert_as_before(engine)
     found = rest(engine.reader(), 20)
@@ -146,7 +145,7 @@ def test_a_fault_ends_it_and_stays(running):
         store_release(engine.arrays.control, rig.FAULT, rig.OVER_SPEED)
 
     with pytest.raises(Interrupted, match="over-speed"):
-        zwidth_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, fail))
+        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, fail))
     assert engine.fault is not None
     assert_as_before(engine)
 
@@ -154,7 +153,7 @@ def test_a_fault_ends_it_and_stays(running):
 def test_who_changes_the_scene_keeps_it(running):
     engine = running()
     with pytest.raises(Interrupted, match="settings were changed"):
-        zwidth_device.measure(
+        on_device.measure(
             engine, (0.0,), ONE_TRIAL, progress=after(60, lambda: engine.set_environment("friction"))
         )
     assert_as_before(engine, "friction")
@@ -167,19 +166,19 @@ def test_a_device_that_is_gone_ends_it(running):
         store_release(engine.arrays.control, rig.QUIT, 1)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hapkit_studio.analysis.zwidth_bench._SILENCE_SECONDS", 0.2)
+        patch.setattr("hapkit_studio.analysis.zwidth.guarded_device._SILENCE_SECONDS", 0.2)
         with pytest.raises(Interrupted, match="sends nothing"):
-            zwidth_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(60, go))
+            on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(60, go))
     assert engine.environment.key == "spring"
 
 
 def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch):
     engine, tried = running(), []
-    wall = zwidth_device.Bench.wall
+    wall = on_device.GuardedDevice.wall
     monkeypatch.setattr(
-        zwidth_device.Bench, "wall", lambda self, k, b: (tried.append(k), wall(self, k, b))[1]
+        on_device.GuardedDevice, "wall", lambda self, k, b: (tried.append(k), wall(self, k, b))[1]
     )
-    found = zwidth_device.measure(engine, (0.0,), Care(max_speed=0.06, precision=0.29))
+    found = on_device.measure(engine, (0.0,), Care(max_speed=0.06, precision=0.29))
     assert (found.stiffness[0], found.ends[0]) == (0.0, FAST)
     assert found.sentence == "No wall was rendered without buzzing."
     assert max(tried) == 200.0
@@ -190,7 +189,7 @@ def test_the_force_limit_holds_and_is_said(running):
     engine = running(delay=0.0)
     reader = engine.reader()
     care = Care(max_force=0.5, push=0.3, hit=0.15, softest=1500.0, highest=1500.0)
-    found = zwidth_device.measure(engine, (0.0,), care)
+    found = on_device.measure(engine, (0.0,), care)
     assert np.abs(reader.read()[:, rows.APPLIED]).max() <= 0.5 + 1e-12
     assert (found.ends, found.clamped) == ((HIGHEST,), (True,))
     assert found.sentence.endswith("at least 1,500 N/m, at the motor's limit of 0.5 N.")
@@ -205,7 +204,7 @@ def test_a_person_is_asked_and_checked(running):
         if words != "Hold":  # a grip of 200 N/m and the wall, one behind the other
             engine.move_hand(engine.values["position"] + force * (1.0 / wall + 1.0 / 200.0))
 
-    found = zwidth_device.measure(engine, (0.0,), ONE_TRIAL, person=True, say=person)
+    found = on_device.measure(engine, (0.0,), ONE_TRIAL, person=True, say=person)
     assert said[0] == "Press gently into the wall and hold."
     assert said[1].startswith("Press more gently: 1.")
     assert said[1].endswith("N now, 1 N is enough.")
@@ -219,7 +218,7 @@ def test_a_wall_on_the_left_is_pressed_from_its_right(running):
     engine = running()
     engine.set_environment("wall", {"side": "left", "position": -0.01, "stiffness": 70.0})
     reader = engine.reader()
-    found = zwidth_device.measure(engine, (0.0,), ONE_TRIAL)
+    found = on_device.measure(engine, (0.0,), ONE_TRIAL)
     seen = reader.read()
     assert found.stiffness[0] == 300.0
     assert seen[:, rows.POSITION].min() == pytest.approx(-0.01 - 1.0 / 300.0, abs=1e-3)
@@ -228,10 +227,10 @@ def test_a_wall_on_the_left_is_pressed_from_its_right(running):
 
 
 def test_nobody_presses(running, monkeypatch):
-    monkeypatch.setattr(zwidth_hands, "_PATIENCE_SECONDS", 0.3)
+    monkeypatch.setattr(on_device, "_PATIENCE_SECONDS", 0.3)
     engine = running()
     with pytest.raises(Interrupted, match="Nobody pressed"):
-        zwidth_device.measure(engine, (0.0,), ONE_TRIAL, person=True)
+        on_device.measure(engine, (0.0,), ONE_TRIAL, person=True)
     assert_as_before(engine)
 
 

@@ -2,14 +2,13 @@
 
 import pytest
 
-from hapkit_studio.analysis.zwidth_result import BUZZES, HIGHEST
-from hapkit_studio.analysis.zwidth_search import Verdict, stiffest
+from hapkit_studio.analysis.zwidth.result import BUZZES, HIGHEST, TrialOutcome, stiffest
 
 
 def up_to(limit, tried, clamped_from=float("inf")):
     def held(stiffness):
         tried.append(stiffness)
-        return Verdict(BUZZES if stiffness > limit else "", stiffness >= clamped_from)
+        return TrialOutcome(BUZZES if stiffness > limit else "", stiffness >= clamped_from)
 
     return held
 
@@ -36,7 +35,7 @@ def test_it_goes_below_the_softest():
 
 
 def test_nothing_holds():
-    found = stiffest(lambda k: Verdict(BUZZES), 200.0, 1.3, 1e6, 14)
+    found = stiffest(lambda k: TrialOutcome(BUZZES), 200.0, 1.3, 1e6, 14)
     assert found.stiffness == 0.0
 
 

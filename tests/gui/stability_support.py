@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.plane import Cells, Points
+from hapkit_studio.analysis.stability.kb_plane import Cells, Points
 from hapkit_studio.gui.tabs.stability.measure import Measured
 from tests.gui.window_support import PATIENCE_MS
 

@@ -4,8 +4,8 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.analysis.plane import hands
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.kb_plane import hands
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.tabs.stability.page import reading
 from hapkit_studio.gui.tabs.stability.pair import contact, pair_of

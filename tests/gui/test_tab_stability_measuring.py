@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.plane import exact_boundary
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.tabs.stability import page as stability
 from hapkit_studio.gui.tabs.stability.measure import measuring

@@ -6,9 +6,9 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.analysis.margin import Margin
-from hapkit_studio.analysis.plane import plane
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.kb_plane import plane
+from hapkit_studio.analysis.stability.margin import Margin
 from hapkit_studio.gui.tabs.stability.verdict import kind_at, verdict
 from hapkit_studio.gui.theme import theme
 from tests.gui.drawing_support import drawn, spot

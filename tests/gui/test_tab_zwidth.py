@@ -8,10 +8,8 @@ import pytest
 from PySide6.QtGui import QGuiApplication
 
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.zwidth_limits import HIGHEST
-from hapkit_studio.analysis.zwidth_protocol import Protocol, conditions
-from hapkit_studio.analysis.zwidth_result import BUZZES, ZWidth
-from hapkit_studio.analysis.zwidth_search import Point
+from hapkit_studio.analysis.zwidth import HIGHEST
+from hapkit_studio.analysis.zwidth.result import BUZZES, Point, Protocol, ZWidth, conditions
 from hapkit_studio.gui.tabs.export import write
 from hapkit_studio.gui.tabs.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis import link
+from hapkit_studio.analysis.stability import on_board
 from hapkit_studio.haptics import line, rig, rows, tick
 from hapkit_studio.protocol.messages import BoardFlag, Stop
 from tests.haptics.board_support import undisturbed as with_desk
@@ -155,14 +155,14 @@ def test_a_slow_link_is_none_for_the_board(desk):
 
 @with_desk(values={"stiffness": 100.0})
 def test_what_a_link_allows_is_said_where_it_is_too_little(desk):
-    assert link.doubt(desk.engine) == link.UNKNOWN
+    assert on_board.link_warning(desk.engine) == on_board.UNKNOWN
     desk.run(40)
-    assert link.doubt(desk.engine) == ""
+    assert on_board.link_warning(desk.engine) == ""
     desk.engine.set_parameter("stiffness", 2000.0)
-    words = link.doubt(desk.engine)
-    limit = link.limit_of(desk.engine, "computer")
+    words = on_board.link_warning(desk.engine)
+    limit = on_board.rendering_limit(desk.engine, "computer")
     assert words.startswith(f"The measured delay of 0.5 ms allows {limit:,.0f} N/m at most")
     assert words.endswith(
         "2,000 N/m are in force: it may swing. Lower the stiffness, or let the board render."
     )
-    assert link.rate_of(desk.engine, "computer") == 1000.0
+    assert on_board.rendering_rate(desk.engine, "computer") == 1000.0

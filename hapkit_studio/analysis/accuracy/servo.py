@@ -13,7 +13,7 @@ from hapkit_studio.analysis.accuracy import timing
 from hapkit_studio.analysis.accuracy.driving import Body, drive
 from hapkit_studio.analysis.accuracy.plan import Plan, Run, repeats
 from hapkit_studio.analysis.accuracy.sheet import Default, Method, Scene
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.dynamics.integrators import INTEGRATORS

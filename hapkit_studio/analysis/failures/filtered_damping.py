@@ -8,7 +8,7 @@ import numpy as np
 from hapkit_studio.analysis.failures import base, loop
 from hapkit_studio.analysis.failures.filters import bound, options_of
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.stability import measured_stiffness_limit
+from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.dynamics.estimators import Spec
 
 # No damping beyond this is looked at.

@@ -4,7 +4,8 @@ import numpy as np
 
 from hapkit_studio.analysis.failures import base, loop
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.dynamics.estimators import Spec, parse
 
 ESTIMATORS: dict[str, tuple[str, Spec]] = {

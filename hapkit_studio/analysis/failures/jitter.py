@@ -12,7 +12,7 @@ from hapkit_studio.analysis.failures import base, loop
 from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.haptics import batch, block, headless, rows
 
 _NEAR, _POINTS = np.array([0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04, 1.06]), 24

@@ -4,7 +4,7 @@ import numpy as np
 
 from hapkit_studio.analysis.failures import base, loop
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
 
 _SHARES = np.linspace(0.5, 2.0, 31)
 

@@ -9,7 +9,7 @@ from hapkit_studio.analysis.failures import base, loop, stroking
 from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.haptics import headless, rows
 
 # The handle starts this share of a wavelength from its stable place; beyond REACH the valley is curved.

@@ -33,7 +33,7 @@ _LIVE = (
 
 def scale_words(outcome: str) -> str:
     """Say what a change of an outcome is a share of."""
-    from hapkit_studio.analysis.outcomes import FORCE, LENGTH
+    from hapkit_studio.analysis.fidelity import FORCE, LENGTH
 
     return {
         "peak_force": f"{FORCE:g} N or the largest force",
@@ -46,7 +46,7 @@ def scale_words(outcome: str) -> str:
 def condition_pairs() -> list[tuple[str, str]]:
     """Return the loop that every scene is judged with, as names and values."""
     from hapkit_studio.analysis.fidelity import DELAY, ESTIMATOR, RATE
-    from hapkit_studio.analysis.zwidth_result import estimator_words
+    from hapkit_studio.analysis.zwidth.result import estimator_words
 
     velocity = estimator_words(ESTIMATOR)[1]
     return [("Rate", f"{1e-3 * RATE:g} kHz"), ("Delay", f"{1e3 * DELAY:g} ms"), ("Velocity", velocity)]

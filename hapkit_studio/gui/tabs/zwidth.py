@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
-from hapkit_studio.analysis.zwidth_limits import CARE_FORCE, DEVICE_DAMPING, SIMULATED_DAMPING
+from hapkit_studio.analysis.zwidth import CARE_FORCE, DEVICE_DAMPING, SIMULATED_DAMPING
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.number_box import NumberBox
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.backend_bases import MouseEvent
 
     from hapkit_studio.analysis.setting import Setting
-    from hapkit_studio.analysis.zwidth_result import ZWidth
-    from hapkit_studio.analysis.zwidth_search import Point
+    from hapkit_studio.analysis.zwidth.result import Point, ZWidth
     from hapkit_studio.charts.zwidth import Walls
     from hapkit_studio.gui.live import Live
     from hapkit_studio.gui.studio import Studio
@@ -143,11 +142,13 @@ class ZWidthPage(MeasuringPage):
 
     def _simulation(self, setting: "Setting", max_force: float) -> Work:
         def work(progress: Progress) -> "ZWidth":
-            from hapkit_studio.analysis import zwidth
-            from hapkit_studio.analysis.zwidth_protocol import Protocol
+            from hapkit_studio.analysis.zwidth import simulation
+            from hapkit_studio.analysis.zwidth.result import Protocol
 
             protocol = Protocol(max_force=max_force)
-            return zwidth.compute(setting, protocol=protocol, progress=progress, arrived=self.arrived.emit)
+            return simulation.compute(
+                setting, protocol=protocol, progress=progress, arrived=self.arrived.emit
+            )
 
         return work
 
@@ -155,11 +156,11 @@ class ZWidthPage(MeasuringPage):
         limit = self.force.limit
 
         def work(progress: Progress) -> "ZWidth":
-            from hapkit_studio.analysis import zwidth_device
-            from hapkit_studio.analysis.zwidth_bench import Care
+            from hapkit_studio.analysis.zwidth import on_device
+            from hapkit_studio.analysis.zwidth.guarded_device import Care
 
             care, arrived, say = Care(max_force=limit), self.arrived.emit, self.said.emit
-            return zwidth_device.measure(engine, care=care, progress=progress, arrived=arrived, say=say)
+            return on_device.measure(engine, care=care, progress=progress, arrived=arrived, say=say)
 
         return work
 
@@ -228,7 +229,7 @@ class ZWidthPage(MeasuringPage):
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, walls), pale)
 
     def _list(self, result: "ZWidth | None") -> None:
-        from hapkit_studio.analysis.zwidth_result import newtons_per_metre
+        from hapkit_studio.analysis.zwidth.result import newtons_per_metre
 
         self.point.setText("")
         columns = (
@@ -242,7 +243,7 @@ class ZWidthPage(MeasuringPage):
 
     def show_near(self, event: "MouseEvent | None") -> None:
         """Say in words what the point under the pointer is, and why nothing stiffer."""
-        from hapkit_studio.analysis.zwidth_result import ENDED
+        from hapkit_studio.analysis.zwidth.result import ENDED
 
         result = self.result
         index = self.chart.near(event, result.damping, result.stiffness) if event and result else None

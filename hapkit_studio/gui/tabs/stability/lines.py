@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.plane import Plane
     from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.analysis.stability.kb_plane import Plane
 
 # The dot may come this near to the upper or right edge before the axes change.
 _EDGE = 0.95
@@ -36,8 +36,8 @@ class Lines:
 
 def solve(ask: Ask) -> Lines:
     """Compute the lines; a dot that only moves costs its margin alone."""
-    from hapkit_studio.analysis.margin import Margin
-    from hapkit_studio.analysis.plane import hands
+    from hapkit_studio.analysis.stability.kb_plane import hands
+    from hapkit_studio.analysis.stability.margin import Margin
 
     axes = ask.axes
     if axes and (ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]):
@@ -53,8 +53,8 @@ def solve(ask: Ask) -> Lines:
 
 def _axes(ask: Ask) -> tuple[float, float]:
     """Return round axes; with every hand shown, high enough for the firmest one's boundary."""
-    from hapkit_studio.analysis.plane import plane
-    from hapkit_studio.analysis.scales import nice_top
+    from hapkit_studio.analysis.stability.axes import nice_top
+    from hapkit_studio.analysis.stability.kb_plane import plane
 
     found = plane(ask.setting, ask.stiffness, ask.damping, columns=2)
     highest = max((float(limits.max()) for limits in _every(ask.setting, found.width).values()), default=0.0)
@@ -63,14 +63,14 @@ def _axes(ask: Ask) -> tuple[float, float]:
 
 @lru_cache(maxsize=32)
 def _plane(setting: "Setting", width: float, top: float) -> "Plane":
-    from hapkit_studio.analysis.plane import plane
+    from hapkit_studio.analysis.stability.kb_plane import plane
 
     return plane(setting, 0.0, 0.0, width=width, top=top)
 
 
 @lru_cache(maxsize=8)
 def _every(setting: "Setting", width: float) -> dict[str, np.ndarray]:
-    from hapkit_studio.analysis.plane import COLUMNS, exact_boundary
+    from hapkit_studio.analysis.stability.kb_plane import COLUMNS, exact_boundary
     from hapkit_studio.dynamics.hand import GRIPS
 
     if not setting.linear:

@@ -10,8 +10,8 @@ import numpy as np
 from hapkit_studio.gui.tabs.job import Progress, Work
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.plane import Cells, Plane, Points
     from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
 
 SIDE = 100
 COLUMNS = 13
@@ -80,7 +80,7 @@ def measuring(setting: "Setting", real: bool, axes: tuple[float, float], side: i
     """Return the work for a Job: the cells of the map, then the boundary by bisection."""
 
     def work(progress: Progress) -> Measured:
-        from hapkit_studio.analysis.plane import measure_cells, measure_points
+        from hapkit_studio.analysis.stability.rendered import measure_cells, measure_points
 
         begin = time.monotonic()
         whole, rest = side * side, COLUMNS * _CELLS_A_COLUMN

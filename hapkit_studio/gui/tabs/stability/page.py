@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
-from hapkit_studio.analysis.margin import Margin, short
+from hapkit_studio.analysis.stability.margin import Margin, short
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.loop_facts import LoopFacts
 from hapkit_studio.gui.margin import MarginWorker
@@ -100,7 +100,7 @@ class StabilityPage(MeasuringPage):
             stability_figure(plane, path, device)
 
         def numbers() -> dict:
-            from hapkit_studio.analysis.plane_numbers import as_json
+            from hapkit_studio.analysis.stability.kb_plane import as_json
 
             return as_json(plane)
 
@@ -248,7 +248,7 @@ class StabilityPage(MeasuringPage):
             self.bar.say("Out of date" if self.outdated else newest.words(axes))
 
     def _show_conditions(self) -> None:
-        from hapkit_studio.analysis.plane_words import conditions
+        from hapkit_studio.analysis.stability.kb_plane import conditions
 
         if self.lines is None:
             return

@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from hapkit_studio.analysis.margin import Margin, hand_words, short, way_out
+from hapkit_studio.analysis.stability.margin import Margin, hand_words, short, way_out
 from hapkit_studio.gui.tabs.stability.measure import Measured
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.plane import Plane
+    from hapkit_studio.analysis.stability.kb_plane import Plane
 
 _SIGNS = (("check", "ok"), ("circle", "warn"), ("cross", "danger"))
 _OPEN = ("circle", "ink2")

@@ -16,17 +16,21 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, quiet, sweep, workers
-from hapkit_studio.analysis.zwidth_limits import SIMULATED_DAMPING
-from hapkit_studio.analysis.zwidth_protocol import (
+from hapkit_studio.analysis.zwidth import SIMULATED_DAMPING
+from hapkit_studio.analysis.zwidth.result import (
+    BUZZES,
+    LEAVES,
+    Point,
     Protocol,
+    TrialOutcome,
+    ZWidth,
     conditions,
     levels_of,
     linear_curve,
     linear_limits,
     samples_of,
+    stiffest,
 )
-from hapkit_studio.analysis.zwidth_result import BUZZES, LEAVES, ZWidth
-from hapkit_studio.analysis.zwidth_search import Point, Verdict, stiffest
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.haptics import headless, rows
@@ -77,13 +81,15 @@ def points_of(cells: list[tuple[Setting, Protocol, float]]) -> list[Point]:
 
 
 def _point(setting: Setting, protocol: Protocol, damping: float) -> Point:
-    def held(stiffness: float) -> Verdict:
+    def held(stiffness: float) -> TrialOutcome:
         return trial(setting, stiffness, damping, protocol)
 
     return stiffest(held, protocol.softest, protocol.raised, _STIFFEST, protocol.halvings)
 
 
-def trial(setting: Setting, stiffness: float, damping: float, protocol: Protocol | None = None) -> Verdict:
+def trial(
+    setting: Setting, stiffness: float, damping: float, protocol: Protocol | None = None
+) -> TrialOutcome:
     """Return whether a wall of so many N/m and N·s/m holds at every phase of the sample."""
     protocol = protocol or Protocol()
     clamped = False
@@ -92,11 +98,11 @@ def trial(setting: Setting, stiffness: float, damping: float, protocol: Protocol
         clamped = clamped or bool((out[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())
         x = out[:, rows.TRUE_POSITION]
         if not np.abs(x).max() <= protocol.travel:
-            return Verdict(LEAVES, clamped)
+            return TrialOutcome(LEAVES, clamped)
         left = np.ptp(x[-round(protocol.tail * setting.rate) :])
         if left > protocol.counts * (setting.quantum or USUAL_QUANTUM):
-            return Verdict(BUZZES, clamped)
-    return Verdict("", clamped)
+            return TrialOutcome(BUZZES, clamped)
+    return TrialOutcome("", clamped)
 
 
 def hit(setting: Setting, stiffness: float, damping: float, phase: float, protocol: Protocol) -> np.ndarray:

@@ -20,15 +20,23 @@ lets a motion of an energy that nobody feels be: with it, what reaches less than
 """
 
 import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from hapkit_studio import environments
+from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, row
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.kb_plane import Cells, Points
+from hapkit_studio.analysis.stability.limits import checked_loop
+from hapkit_studio.analysis.sweeps import Progress, quiet, sweep
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.estimators import parse
+from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
-from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, probe
 from hapkit_studio.haptics.settings_writer import LoopSettings
@@ -182,3 +190,168 @@ def _by_reach(found: probe.Found, few: float, held: bool, linear: bool) -> np.nd
 def _reach(parts: np.ndarray) -> np.ndarray:
     """Return how far apart the outermost positions of some parts (n, k, 3) are, in m."""
     return parts[:, :, probe.HIGH].max(axis=1) - parts[:, :, probe.LOW].min(axis=1)
+
+
+_STIFFEST = 1e9
+_PRECISION = 1e-4
+
+
+def rendered(setting: Setting, real: bool = False) -> Rendered:
+    """Return what renders a setting's spring; real: with friction and sensor steps.
+
+    The velocity estimator is that of the device either way, designed for its sensor's quantum.
+    """
+    quantum = setting.quantum or USUAL_QUANTUM
+    return Rendered(setting.device(real), setting.loop, setting.grip, setting.controller, quantum)
+
+
+def classes(
+    setting: Setting,
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    *,
+    real: bool = False,
+    executor: Executor | None = None,
+    progress: Progress = quiet,
+) -> np.ndarray:
+    """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
+
+    Raise ParameterError, and what progress raises.
+    """
+    columns, lines = row(damping, DAMPING), row(stiffness, STIFFNESS)
+    cells = [(k, b) for k in lines.tolist() for b in columns.tolist()]
+    task = partial(_classes, rendered(setting, real))
+    found = sweep(task, cells, executor=executor, progress=progress)
+    return np.array(found, dtype=np.int8).reshape(lines.size, columns.size)
+
+
+def maps(
+    settings: Sequence[Setting],
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    *,
+    real: bool = False,
+    executor: Executor | None = None,
+    progress: Progress = quiet,
+) -> np.ndarray:
+    """Return the ``classes`` (s, m, n) int8 of many settings: one sweep, whose cell is a line of a map.
+
+    Raise ParameterError, and what progress raises.
+    """
+    columns, lines = row(damping, DAMPING), row(stiffness, STIFFNESS)
+    cells = [(rendered(setting, real), k) for setting in settings for k in lines.tolist()]
+    found = sweep(partial(_lines, columns), cells, executor=executor, progress=progress)
+    return np.array(found, dtype=np.int8).reshape(len(settings), lines.size, columns.size)
+
+
+def boundary(
+    setting: Setting,
+    damping: np.ndarray,
+    *,
+    real: bool = False,
+    executor: Executor | None = None,
+    progress: Progress = quiet,
+) -> np.ndarray:
+    """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
+
+    Found by bisection; 0 where no spring of ``softest`` is stable, inf beyond 1 GN/m. Raise
+    ParameterError, and what progress raises.
+    """
+    columns = row(damping, DAMPING).tolist()
+    task = partial(_limits, rendered(setting, real))
+    return np.array(sweep(task, columns, executor=executor, progress=progress), dtype=float)
+
+
+def _classes(what: Rendered, cells: list[tuple[float, float]]) -> list[int]:
+    stiffness, damping = np.array(cells).T
+    return judge(what, stiffness, damping).tolist()
+
+
+def _lines(damping: np.ndarray, cells: list[tuple[Rendered, float]]) -> list[np.ndarray]:
+    return [judge(what, np.full(damping.size, k), damping) for what, k in cells]
+
+
+def _limits(what: Rendered, columns: list[float]) -> list[float]:
+    return [stiffest(what, damping) for damping in columns]
+
+
+def stiffest(what: Rendered, damping: float) -> float:
+    """Return the largest stiffness in N/m that does not grow at a virtual damping in N·s/m."""
+
+    def stable(stiffness: float) -> bool:
+        verdict = judge(what, np.array([stiffness]), np.array([damping]))
+        return bool(verdict[0] != GROWS)
+
+    return largest_stable(stable, softest(what))
+
+
+def largest_stable(stable: Callable[[float], bool], softest: float = SOFTEST) -> float:
+    """Return the stiffness in N/m, to 1e-4, up to which ``stable`` holds; 0 if nowhere, inf if everywhere.
+
+    Nothing softer than the softest is tried.
+    """
+    low, high = 1.0, math.inf
+    while not stable(low):
+        if low <= softest:
+            return 0.0
+        low, high = max(low / 4.0, softest), low
+    while high == math.inf:
+        if 4.0 * low > _STIFFEST:
+            return math.inf
+        low, high = (4.0 * low, high) if stable(4.0 * low) else (low, 4.0 * low)
+    while high > low * (1.0 + _PRECISION):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return math.sqrt(low * high)
+
+
+def measured_stiffness_limit(
+    mass: float,
+    viscous: float,
+    *,
+    damping: float = 0.0,
+    rate: float = 1000.0,
+    delay: float = 0.0,
+    estimator: Spec = "difference",
+    hand: Hand | Grip | str | None = None,
+    quantum: float = USUAL_QUANTUM,
+) -> float:
+    """Return the largest stable virtual stiffness in N/m to 1e-4, found by rendering the spring.
+
+    Arguments as ``stiffness_limit``; a hand rests at the centre. 0 if not even a spring of 1 mN/m is stable
+    (of more, where a mass needs more than 5 million samples for 80 rad), inf beyond 1 GN/m. The rule is the
+    module's, for an ideal device: with an estimator that is not linear, a buzz of up to five of the
+    sensor's counts counts as stable. Raise ParameterError.
+    """
+    loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
+    device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf)
+    loop_settings = LoopSettings(rate, delay, estimator)
+    what = Rendered(device, loop_settings, loop.hand, quantum=quantum or USUAL_QUANTUM)
+    return stiffest(what, damping)
+
+
+def measure_points(
+    setting: Setting,
+    damping: np.ndarray,
+    *,
+    real: bool = False,
+    executor: Executor | None = None,
+    progress: Progress = quiet,
+) -> Points:
+    """Return the boundary as rendering finds it, by bisection in each column."""
+    found = boundary(setting, damping, real=real, executor=executor, progress=progress)
+    return Points(np.asarray(damping), found, real, setting.controller)
+
+
+def measure_cells(
+    setting: Setting,
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    *,
+    real: bool = False,
+    executor: Executor | None = None,
+    progress: Progress = quiet,
+) -> Cells:
+    """Return what rendering does in every cell of the plane."""
+    found = classes(setting, damping, stiffness, real=real, executor=executor, progress=progress)
+    return Cells(np.asarray(damping), np.asarray(stiffness), found, real, setting.controller)

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.zwidth_limits import CARE_FORCE, DAMPING, PUSH, SPEED
-from hapkit_studio.analysis.zwidth_result import FAST, LEAVES
+from hapkit_studio.analysis.zwidth import CARE_FORCE, DAMPING, PUSH, SPEED
+from hapkit_studio.analysis.zwidth.result import FAST, LEAVES
 from hapkit_studio.errors import DeviceError, ParameterError, StudioError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
@@ -75,7 +75,7 @@ class Unsafe(Exception):
         self.why = why
 
 
-class Bench:
+class GuardedDevice:
     """A context: the wall in force and the force limited inside, all settings as before after it.
 
     The wall stands where the one in force stands; into: 1 where it is on the right, -1 on the left. say: told
@@ -93,7 +93,7 @@ class Bench:
         self._samples, self._seconds = 0, 0.0
         self.clamped = False
 
-    def __enter__(self) -> "Bench":
+    def __enter__(self) -> "GuardedDevice":
         self.engine.limit_force(self.care.max_force)
         self._reader = self.engine.reader()
         try:

@@ -1,4 +1,4 @@
-"""Round ends for the axes of the map of damping and stiffness."""
+"""Round ends for the axes of a map of damping and stiffness; loads at once, the window starts with it."""
 
 import math
 from collections.abc import Callable
@@ -37,7 +37,7 @@ def height(stiffness: float, limit: float, highest: float) -> float:
     return nice_top(max(seen, 1.1 * stiffness, 1.0))
 
 
-def axes(
+def round_axes(
     boundary: Callable[[np.ndarray], np.ndarray], stiffness: float, damping: float, limit: float
 ) -> tuple[float, float]:
     """Return a round width in N·s/m and height in N/m around a dot and the limit at its damping, N/m.
