@@ -13,8 +13,7 @@ from hapkit_studio.analysis.failures.numbers import readable
 from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, dress, legend, pale, rim, save, whole
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.failures.base import Chart, Evidence, Failure, Line
-    from hapkit_studio.analysis.failures.shown import Shown
+    from hapkit_studio.analysis.failures.base import Chart, Evidence, Failure, Line, Shown
 
 _SIZE = (1080, 560)
 _LONG = 50  # letters that leave room for the knob's name and its share of the limit

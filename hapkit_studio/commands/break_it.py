@@ -5,9 +5,8 @@ import textwrap
 from pathlib import Path
 
 from hapkit_studio.analysis.failures import failures, named
-from hapkit_studio.analysis.failures.base import Failure
+from hapkit_studio.analysis.failures.base import Failure, Shown, Try, as_json, show, try_json
 from hapkit_studio.analysis.failures.numbers import readable
-from hapkit_studio.analysis.failures.shown import Shown, Try, show
 from hapkit_studio.commands.base import Command, Result, progress_line
 from hapkit_studio.commands.given import key_values
 from hapkit_studio.errors import ParameterError
@@ -43,12 +42,12 @@ def run(options: argparse.Namespace) -> Result:
             written.append(path)
     tried = [Try(options.at, chosen[0].try_at(options.at, given))] if options.at is not None else []
     text = _details(results[0], tried) if options.failure else _table(results)
-    as_json = {
-        "failures": [_as_json(r) for r in results],
-        "tried": [_try(t) for t in tried],
+    found = {
+        "failures": [as_json(r) for r in results],
+        "tried": [try_json(t) for t in tried],
         "written": written,
     }
-    return Result(text + "".join(f"\nwrote {path}" for path in written), as_json)
+    return Result(text + "".join(f"\nwrote {path}" for path in written), found)
 
 
 def _path_for(path: str, failure: Failure) -> str:
@@ -60,36 +59,6 @@ def _draw(shown: Shown, path: str) -> None:
     from hapkit_studio.charts.failures import failure_figure
 
     failure_figure(shown, path)
-
-
-def _try(one: Try) -> dict:
-    found = one.evidence
-    measure = found.measure if abs(found.measure) < float("inf") else None
-    return {
-        "value": one.value,
-        "holds": found.holds,
-        "measure": measure,
-        "measure_unit": found.measure_unit,
-        "words": found.words,
-    }
-
-
-def _as_json(shown: Shown) -> dict:
-    failure = shown.failure
-    pairs = [(p, shown.case[p.key]) for p in failure.options]
-    return {
-        "key": failure.key,
-        "title": failure.title,
-        "formula": failure.formula,
-        "knob": failure.knob.key,
-        "knob_unit": failure.knob.unit,
-        "options": {p.key: p.text(n) if p.discrete else n for p, n in pairs},
-        "limit": shown.limit,
-        "margin": failure.margin,
-        "inside": _try(shown.inside),
-        "outside": _try(shown.outside),
-        "as_theory_says": shown.as_theory_says,
-    }
 
 
 def _verdict(one: Try) -> str:

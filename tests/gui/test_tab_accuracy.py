@@ -8,7 +8,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
 from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet
-from hapkit_studio.analysis.accuracy.points import mark_front
+from hapkit_studio.analysis.accuracy.plan import mark_front
 from hapkit_studio.charts.accuracy_axes import Frame
 from hapkit_studio.charts.methods import look
 from hapkit_studio.dynamics.estimators import ESTIMATORS

@@ -10,9 +10,17 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from types import MappingProxyType
 
-from hapkit_studio.analysis.accuracy.plan import Plan
-from hapkit_studio.analysis.accuracy.points import Point
-from hapkit_studio.analysis.accuracy.sheet import Accuracy, Answer, Chart, Default, Method, Scene, Sheet
+from hapkit_studio.analysis.accuracy.plan import (
+    Accuracy,
+    Answer,
+    Chart,
+    Default,
+    Method,
+    Plan,
+    Point,
+    Scene,
+    Sheet,
+)
 from hapkit_studio.analysis.sweeps import Progress, quiet
 from hapkit_studio.errors import ParameterError
 

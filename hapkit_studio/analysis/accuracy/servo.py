@@ -11,8 +11,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy import timing
 from hapkit_studio.analysis.accuracy.driving import Body, drive
-from hapkit_studio.analysis.accuracy.plan import Plan, Run, repeats
-from hapkit_studio.analysis.accuracy.sheet import Default, Method, Scene
+from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, repeats
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import SCRIPTS

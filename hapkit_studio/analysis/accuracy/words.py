@@ -2,8 +2,7 @@
 
 import math
 
-from hapkit_studio.analysis.accuracy.points import Point
-from hapkit_studio.analysis.accuracy.sheet import TIE, Scene, Sheet
+from hapkit_studio.analysis.accuracy.plan import TIE, Point, Scene, Sheet
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # An error below this is rounding: its power of ten is worth reading, not its digits.

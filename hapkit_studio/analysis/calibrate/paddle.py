@@ -6,11 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from hapkit_studio.analysis.calibrate.motor_map import force_of
-from hapkit_studio.analysis.identify.grid import Grid, lay
+from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.handle import handle
-from hapkit_studio.analysis.identify.part import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Recording, Setup
-from hapkit_studio.analysis.identify.windows import Windows
+from hapkit_studio.analysis.identify.windows import Grid, Windows, lay
 from hapkit_studio.devices.calibration import Track
 from hapkit_studio.haptics import rows
 from hapkit_studio.protocol.messages import Board, BoardFlag

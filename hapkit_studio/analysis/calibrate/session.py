@@ -12,7 +12,7 @@ from hapkit_studio.analysis.calibrate.sensor import Sensed
 from hapkit_studio.analysis.calibrate.strength import Strength
 from hapkit_studio.analysis.calibrate.trials import Breakaway, Swept
 from hapkit_studio.analysis.calibrate.verdict import Verdict, passed
-from hapkit_studio.analysis.identify.part import Part
+from hapkit_studio.analysis.identify.estimates import Part
 from hapkit_studio.devices import calibration_moves as moves
 from hapkit_studio.devices.calibration import Bench, DoubtError, Track
 from hapkit_studio.devices.padding import Padding

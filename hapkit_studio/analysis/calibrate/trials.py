@@ -6,7 +6,7 @@ import numpy as np
 
 from hapkit_studio.analysis.calibrate import direction, paddle
 from hapkit_studio.analysis.calibrate.motor_map import force_of
-from hapkit_studio.analysis.identify.part import Part
+from hapkit_studio.analysis.identify.estimates import Part
 from hapkit_studio.devices import calibration_moves as moves
 from hapkit_studio.devices.calibration import Bench, DoubtError, Track
 from hapkit_studio.devices.profiles import of_settings

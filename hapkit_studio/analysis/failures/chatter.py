@@ -8,8 +8,8 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.in_window import let_go
-from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
 from hapkit_studio.analysis.failures.numbers import readable, text, thinned
+from hapkit_studio.analysis.failures.spring import MASS, RATE, VISCOUS
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.friction import COULOMB, PROJECTION
 from hapkit_studio.haptics import headless, rows

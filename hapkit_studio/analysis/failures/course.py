@@ -6,8 +6,8 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
+from hapkit_studio.analysis.failures.integrators import growth_per_radian
 from hapkit_studio.analysis.failures.numbers import before_lost, growth, text, thinned
-from hapkit_studio.analysis.failures.step_roots import growth_per_radian
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.dynamics.integrators import INTEGRATORS

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, loop
+from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
@@ -39,7 +39,7 @@ def limit(case: base.Case) -> float:
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of the rendered spring and damper."""
-    return loop.evidence(loop.setting(case, spec(case)), case["damping"], stiffness)
+    return spring.evidence(spring.setting(case, spec(case)), case["damping"], stiffness)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
@@ -104,10 +104,10 @@ FAILURE = base.Failure(
             labels=tuple(label for label, _ in ESTIMATORS.values()),
         ),
         base.Parameter("damping", "Virtual damping", "N·s/m", 2.0, 0.0, 20.0, "Of the rendered spring", "B"),
-        loop.MASS,
-        loop.VISCOUS,
-        loop.RATE,
-        loop.DELAY,
+        spring.MASS,
+        spring.VISCOUS,
+        spring.RATE,
+        spring.DELAY,
     ),
     live=live,
     order=4,

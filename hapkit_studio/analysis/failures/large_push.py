@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, counted_spring
+from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
-from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
 from hapkit_studio.analysis.failures.numbers import readable, text, thinned
+from hapkit_studio.analysis.failures.spring import MASS, RATE, VISCOUS
 
 _SHARES = np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0])
 _HALVINGS = 16
@@ -30,13 +30,13 @@ def limit(case: base.Case) -> float:
 def swing(push: float, case: base.Case, stiffness: float) -> np.ndarray:
     """Return the handle's place (n,) in m, let go after a push; the sensor is ideal."""
     device = (case["mass"], case["viscous"], case["coulomb"], 0.0, case["rate"])
-    return counted_spring.released(*device, stiffness, push)
+    return spring.released_with_friction(*device, stiffness, push)
 
 
 def settles(push: float, case: base.Case, stiffness: float) -> bool:
     """Return whether it comes to rest."""
     x = swing(push, case, stiffness)
-    return counted_spring.judged(x, push, case["rate"])[0] == counted_spring.RESTS
+    return spring.judged(x, push, case["rate"])[0] == spring.RESTS
 
 
 def measured(case: base.Case, stiffness: float) -> float:
@@ -52,8 +52,8 @@ def measured(case: base.Case, stiffness: float) -> float:
 def probe(push: float, case: base.Case) -> base.Evidence:
     """Pull the handle aside by so much and let it go."""
     x = swing(push, case, case["stiffness"])
-    word, _ = counted_spring.judged(x, push, case["rate"])
-    holds = word == counted_spring.RESTS
+    word, _ = spring.judged(x, push, case["rate"])
+    holds = word == spring.RESTS
     moving = np.flatnonzero(np.abs(np.diff(x)) > 0.0)
     seconds = (int(moving[-1]) + 1 if len(moving) else len(x)) / case["rate"]
     words = (

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, stroking
-from hapkit_studio.analysis.failures.loop import RATE
 from hapkit_studio.analysis.failures.numbers import text
+from hapkit_studio.analysis.failures.spring import RATE
 from hapkit_studio.haptics import rows
 
 WANTED = 10

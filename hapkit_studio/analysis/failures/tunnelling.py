@@ -6,8 +6,8 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
-from hapkit_studio.analysis.failures.loop import MASS, RATE
 from hapkit_studio.analysis.failures.numbers import text
+from hapkit_studio.analysis.failures.spring import MASS, RATE
 from hapkit_studio.analysis.failures.stroking import swipe
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.bump_valley import BUMP

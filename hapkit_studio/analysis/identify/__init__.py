@@ -3,16 +3,16 @@
 ``identify(from_run(run))``, ``identify(from_csv("run.csv"))``, ``identify(of_rows(rows, setup))``.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
-from hapkit_studio.analysis.identify import numbers, words
-from hapkit_studio.analysis.identify.grid import lay
+from hapkit_studio.analysis.identify import words
+from hapkit_studio.analysis.identify.estimates import TERMS, Estimate, Part, Points, Term
 from hapkit_studio.analysis.identify.handle import handle
-from hapkit_studio.analysis.identify.part import TERMS, Estimate, Part, Points, Term
-from hapkit_studio.analysis.identify.reading import from_csv, from_run
-from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, of_rows
+from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, from_csv, from_run, of_rows
 from hapkit_studio.analysis.identify.rendered import rendered
+from hapkit_studio.analysis.identify.windows import lay
 from hapkit_studio.errors import ParameterError
 
 __all__ = ["TERMS", "Estimate", "Handle", "Identified", "Part", "Points", "Recording", "Setup", "Term"]
@@ -46,7 +46,7 @@ class Identified:
 
     def as_json(self) -> dict[str, Any]:
         """Return everything but the points, for programs."""
-        return numbers.as_json(self)
+        return _as_json(self)
 
 
 def identify(
@@ -76,3 +76,38 @@ def identify(
         float(piece.time[0]),
         float(piece.time[-1]),
     )
+
+
+def _as_json(found: Identified) -> dict[str, Any]:
+    """Return both answers with their intervals; SI units, seconds and hertz said in the keys."""
+    parts = {part.key: _part(found, part) for part in (found.rendered, found.handle)}
+    return {"from_s": found.begin, "to_s": found.end, "parts": parts}
+
+
+def _part(found: Identified, part: Part) -> dict[str, Any]:
+    return {
+        "estimates": [_estimate(e) for e in part.estimates],
+        "explained": _finite(part.explained),
+        "motion_Hz": _finite(part.hertz),
+        "used_s": part.seconds,
+        "released": part.released,
+        "left_out": part.left_out,
+        "words": found.sentences(part),
+    }
+
+
+def _estimate(e: Estimate) -> dict[str, Any]:
+    return {
+        "key": e.key,
+        "unit": e.term.unit,
+        "value": _finite(e.value),
+        "low": _finite(e.low),
+        "high": _finite(e.high),
+        "set": e.asked,
+        "expected": e.expected,
+        "told": e.told,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,23 +1,112 @@
-"""What was rendered: the stiffness, damping and friction that the handle met, out of force and motion.
+"""What was rendered: the stiffness, damping and friction that the handle met, beside what had been set.
 
 -F = K (x - x0) + B v + F_c sgn v, with F the force in effect: held, and late by the loop's delay. Each side
 is averaged over smooth windows, so speed comes without a difference of counts. What the hold and the delay
 take from the damping is part of what was rendered.
+
+What the loop must make of what was set, on this very motion: a command is held for a period T and comes td
+late, so the force at the handle lags the position by T / 2 + td: of -K x it makes -K x + K (T / 2 + td) v, a
+damping of B - K (T / 2 + td). The velocity estimate comes later still: of -B v it makes some stiffness as
+well, B w^2 times its lag.
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hapkit_studio.analysis.identify import theory
-from hapkit_studio.analysis.identify.grid import Grid
-from hapkit_studio.analysis.identify.judging import Sizes, estimate, points, sizes
-from hapkit_studio.analysis.identify.part import Estimate, Part
+from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, estimate, points, sizes
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import Fit, solve
-from hapkit_studio.analysis.identify.theory import Asked
-from hapkit_studio.analysis.identify.windows import Windows
+from hapkit_studio.analysis.identify.windows import Grid, Windows
+from hapkit_studio.environments.friction import COULOMB, SMOOTHED
+from hapkit_studio.workshop.own import taken_keys
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was set, in the terms that are identified; None for what the scene does not set.
+
+    one_way: +1 or -1 where damping acts only on motion to that side; contact: only while the law pushes;
+    settle: how far the handle goes after a turn until friction is all there, in m; simple: the law is no more
+    than these numbers.
+    """
+
+    stiffness: float | None = None
+    damping: float | None = None
+    friction: float | None = None
+    centre: float | None = None
+    one_way: float = 0.0
+    contact: bool = False
+    settle: float = 0.0
+    simple: bool = True
+    terms: tuple[str, ...] = ("stiffness", "damping", "friction")
+
+
+BOTH = ("stiffness", "damping")
+
+
+def asked_of(setup: Setup) -> Asked:
+    """Return what was set; an environment whose force is no spring, damper or friction sets nothing."""
+    p, key = setup.values, setup.environment.key if setup.environment else ""
+    if key == "free":
+        return Asked(0.0, 0.0, terms=BOTH)
+    if key == "spring":
+        return Asked(p["stiffness"], p["damping"], centre=p["center"], terms=BOTH)
+    if key == "damping":
+        return Asked(0.0, p["damping"], terms=BOTH)
+    if key == "wall":
+        return _wall(p)
+    if key == "hard_surface":
+        return Asked(p["stiffness"], p["damping"], None, p["position"], 1.0, True, simple=False, terms=BOTH)
+    if key == "friction":
+        return _friction(p)
+    return _asked_of_own(setup)
+
+
+def _asked_of_own(setup: Setup) -> Asked:
+    """Return what a person's own environment says of itself; others of the library set nothing."""
+    environment = setup.environment
+    if environment is None:
+        return Asked(simple=False)
+    if environment.impedance is None or environment.key in taken_keys():
+        return Asked(contact=environment.shades, simple=False)
+    stiffness, damping = environment.impedance(setup.values)
+    return Asked(stiffness, damping, contact=environment.shades, simple=False)
+
+
+def _wall(p: dict[str, float]) -> Asked:
+    side = 1.0 if p["side"] == 0 else -1.0
+    damping = 0.0 if p["damping_mode"] == 2 else p["damping"]
+    one_way = side if p["damping_mode"] == 0 and damping > 0.0 else 0.0
+    return Asked(p["stiffness"], damping, None, p["position"], one_way, True, terms=BOTH)
+
+
+def _friction(p: dict[str, float]) -> Asked:
+    plain = p["model"] in (COULOMB, SMOOTHED)
+    level = max(p["static_force"], p["kinetic_force"])
+    settle = 0.0 if plain else 2.0 * level / p["tether_stiffness"]
+    terms = ("damping", "friction")
+    return Asked(
+        None, p["viscous"], p["kinetic_force"], settle=settle, simple=p["model"] == COULOMB, terms=terms
+    )
+
+
+def expected_commands(grid: Grid, what: Asked) -> np.ndarray | None:
+    """Return the commands (n,) in N of what was set, for the motion the law saw; None if not simple."""
+    if not what.simple:
+        return None
+    depth, rate = grid.seen - (what.centre or 0.0), grid.speed
+    if what.one_way:
+        rate = np.where(rate * what.one_way > 0.0, rate, 0.0)
+    force = -(what.stiffness or 0.0) * depth - (what.damping or 0.0) * rate
+    return force - (what.friction or 0.0) * np.sign(grid.speed)
+
+
+def lag(setup: Setup) -> float:
+    """Return by how much the force lags the position on average, in s: half a period and the delay."""
+    return 0.5 / setup.rate + setup.delay
+
 
 # Windows of about that length are short beside any motion of a hand, and long beside the sensor's steps.
 LONGEST_SECONDS = 0.026
@@ -30,7 +119,7 @@ _ESTIMATOR_SAMPLES = 4
 
 def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> Part:
     """Identify what was rendered; terms None: what the environment consists of."""
-    asked = theory.asked(setup)
+    asked = asked_of(setup)
     names = _names(asked, terms or asked.terms)
     part = _of(grid, setup, asked, names)
     if not grid.clamped.any():
@@ -148,7 +237,7 @@ def _expected(
     grid: Grid, asked: Asked, names: tuple[str, ...], windows: Windows, columns: np.ndarray, kept: np.ndarray
 ) -> dict[str, float]:
     """Return what would have been found if the law had done what was set, no more and no less."""
-    commands = theory.commands(grid, asked)
+    commands = expected_commands(grid, asked)
     if commands is None:
         return {}
     fit = solve(columns, columns, -windows.held(commands), kept)

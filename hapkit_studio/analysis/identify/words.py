@@ -2,9 +2,9 @@
 
 import math
 
-from hapkit_studio.analysis.identify import theory
-from hapkit_studio.analysis.identify.part import Estimate, Part
+from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
+from hapkit_studio.analysis.identify.rendered import lag
 
 MINUS = "\u2212"
 # What a person reads: unit in the words, and how many of it are one SI unit.
@@ -118,7 +118,7 @@ def lateness(part: Part, setup: Setup) -> str:
     spring = next((e for e in part.estimates if e.key == "stiffness" and e.asked), None)
     if spring is None or spring.asked is None:
         return ""
-    late = theory.lag(setup)
+    late = lag(setup)
     took = f"{plain(spring.asked, spring)} N/m × {1e3 * late:.3g} ms = {spring.asked * late:.2g} N·s/m"
     return (
         f"A command is held for a period and comes late, {1e3 * late:.3g} ms on average: that takes {took}."

@@ -37,7 +37,7 @@ _TINY, _HUGE = 1e-2, 1e5
 def answer_words(sheet: "Sheet") -> str:
     """Write the answer in one sentence; the cheapest is not called so where others cost the same."""
     from hapkit_studio.analysis.accuracy import words
-    from hapkit_studio.analysis.accuracy.sheet import TIE
+    from hapkit_studio.analysis.accuracy.plan import TIE
 
     found, scene = sheet.answer.cheapest, sheet.scene
     if found is None or not sheet.answer.as_cheap:

@@ -1,7 +1,7 @@
 """Points and sheets made up by hand."""
 
 from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet
-from hapkit_studio.analysis.accuracy.points import mark_front
+from hapkit_studio.analysis.accuracy.plan import mark_front
 
 
 def point(method="verlet", error=0.01, ns=1000.0, step_s=1e-3, **more):

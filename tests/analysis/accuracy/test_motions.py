@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hapkit_studio.analysis.accuracy import integrators, motions, period
+from hapkit_studio.analysis.accuracy import driving, integrators
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 
 NUMBER = {key: n for n, key in enumerate(INTEGRATORS)}
@@ -25,14 +25,14 @@ ORDERS = {"explicit_euler": 1, "lecture": 1, "semi_implicit": 1, "verlet": 2, "t
 
 @pytest.mark.parametrize("key", WORK_PRECISION)
 def test_the_work_precision_table(key):
-    light = motions.oscillating(0.05, 0.4, 300.0)
+    light = integrators.oscillating(0.05, 0.4, 300.0)
     found = [light.error(NUMBER[key], h) for h in integrators.STEPS]
     assert found == pytest.approx(WORK_PRECISION[key], rel=0.10)
 
 
 @pytest.mark.parametrize("key", ORDERS)
 def test_orders_on_the_environments_own_object(key):
-    coarse, fine = (motions.damped().error(NUMBER[key], h) for h in (0.25e-3, 0.125e-3))
+    coarse, fine = (integrators.damped().error(NUMBER[key], h) for h in (0.25e-3, 0.125e-3))
     assert math.log2(coarse / fine) == pytest.approx(ORDERS[key], abs=0.1)
 
 
@@ -60,7 +60,7 @@ def test_the_stirred_object_is_where_a_fine_solver_finds_it():
         assert handle > x
         return (contact * (handle - x) - b * v - k * x) / m
 
-    reference = motions.stirred(m, b, k, contact)
+    reference = integrators.stirred(m, b, k, contact)
     assert reference(t) == pytest.approx(solved(acceleration, contact * 0.010 / 800.0, 0.0, 1.0, t), abs=1e-9)
 
 
@@ -71,7 +71,9 @@ def test_the_puck_is_where_a_fine_solver_finds_it():
     def acceleration(t, x, v):
         return -500.0 / 0.5 * (x - math.copysign(reach, x)) if abs(x) > reach else 0.0
 
-    assert motions.bounced(0.5, 500.0)(t) == pytest.approx(solved(acceleration, 0.01, 0.5, 2.0, t), abs=2e-7)
+    assert integrators.bounced(0.5, 500.0)(t) == pytest.approx(
+        solved(acceleration, 0.01, 0.5, 2.0, t), abs=2e-7
+    )
 
 
 # mass, spring, static, kinetic, speed and the period of stick-slip
@@ -85,22 +87,22 @@ PERIODS = [
 
 @pytest.mark.parametrize("row", PERIODS)
 def test_the_period_in_closed_form(row):
-    assert period.exact(*row[:5]) == pytest.approx(row[5], rel=2e-5)
+    assert driving.exact_period(*row[:5]) == pytest.approx(row[5], rel=2e-5)
 
 
 @pytest.mark.parametrize("h", [1e-4, 1e-3, 4e-3])
 def test_a_saw_tooths_period_is_found_between_samples(h):
     t = h * np.arange(round(3.0 / h))
-    assert period.measured(t, np.mod(t, 0.2111)) == pytest.approx(0.2111, rel=2e-3)
-    assert math.isinf(period.measured(t, 0.01 * np.mod(t, 0.2111)))
-    assert math.isinf(period.measured(t, np.full_like(t, math.nan)))
+    assert driving.measured_period(t, np.mod(t, 0.2111)) == pytest.approx(0.2111, rel=2e-3)
+    assert math.isinf(driving.measured_period(t, 0.01 * np.mod(t, 0.2111)))
+    assert math.isinf(driving.measured_period(t, np.full_like(t, math.nan)))
 
 
 @pytest.mark.parametrize("key", INTEGRATORS)
 def test_the_period_comes_nearer_with_the_step(key):
-    slip = motions.stick_slip()
+    slip = integrators.stick_slip()
     assert slip.error(NUMBER[key], 0.125e-3) < min(0.01, slip.error(NUMBER[key], 4e-3))
 
 
 def test_what_grows_without_end_has_an_endless_error():
-    assert math.isinf(motions.oscillating(1e-9, 0.0, 1e4).error(NUMBER["explicit_euler"], 4e-3))
+    assert math.isinf(integrators.oscillating(1e-9, 0.0, 1e4).error(NUMBER["explicit_euler"], 4e-3))

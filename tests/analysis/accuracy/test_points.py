@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hapkit_studio.analysis.accuracy.points import beats, mark_front
+from hapkit_studio.analysis.accuracy.plan import beats, mark_front
 from hapkit_studio.analysis.accuracy.words import error_words, figures, sentence, verdict
 from tests.analysis.accuracy.points import point, sheet
 

@@ -1,4 +1,8 @@
-"""The rendered spring on an ideal handle: its motion by the tick that renders, and its matrix from theory."""
+"""The rendered spring, its handle let go: by the tick that renders, and its matrix from theory.
+
+On an ideal handle; and on that of Diolaiti's plane, with viscous and Coulomb friction and a sensor with
+steps.
+"""
 
 import math
 
@@ -8,9 +12,11 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.failures.base import Case, Evidence
 from hapkit_studio.analysis.failures.numbers import before_lost, growth, text, thinned
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.paddle import transition
 from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 MASS = Parameter("mass", "Handle's mass", "kg", 0.044, 0.005, 1.0, "Of the handle alone", "m")
@@ -93,3 +99,37 @@ def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
 def exact_rate(whole: np.ndarray, seconds: float) -> float:
     """Return the growth in 1/s of a loop that repeats this map every ``seconds``."""
     return math.log(np.abs(np.linalg.eigvals(whole)).max()) / seconds
+
+
+RESTS, CYCLES, GROWS = "rests", "cycles", "grows"
+FRICTION_SECONDS = 6.0
+# A motion that has become this many times as large as it began is lost.
+LOST = 20.0
+
+
+def released_with_friction(
+    mass: float, viscous: float, coulomb: float, quantum: float, rate: float, stiffness: float, start: float
+) -> np.ndarray:
+    """Return the place (n,) in m of a handle let go ``start`` m from the edge it comes to rest at.
+
+    The spring's centre lies half a count beyond the edge, so on both sides of it the force is half a count's.
+    The motion ends where it is lost.
+    """
+    edge = quantum
+    device = SimulatedHapkit(mass, viscous, coulomb, quantum, math.inf, edge + start)
+    values = {"stiffness": stiffness, "damping": 0.0, "center": 0.5 * quantum}
+    scene = headless.Scene(environments.named("spring"), values, device, LoopSettings(rate))
+    out, _ = headless.render(scene, None, round(FRICTION_SECONDS * rate))
+    x = out[:, rows.TRUE_POSITION] - edge
+    lost = np.abs(x) > LOST * abs(start)
+    return x[: int(np.argmax(lost))] if lost.any() else x
+
+
+def judged(x: np.ndarray, start: float, rate: float) -> tuple[str, float]:
+    """Return what a motion (n,) comes to, and the p-p of its last half second in m."""
+    whole = len(x) == round(FRICTION_SECONDS * rate)
+    last = float(np.ptp(x[-round(0.5 * rate) :])) if len(x) else math.inf
+    # what still moves beyond its beginning after all that time is on its way out
+    if not whole or np.abs(x[-round(0.5 * rate) :]).max() > abs(start):
+        return GROWS, last
+    return (RESTS if last == 0.0 else CYCLES), last
