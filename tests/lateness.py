@@ -1,5 +1,7 @@
 """What a busy machine does to a loop that runs live: the only faults that a test may clear."""
 
+import time
+
 from hapkit_studio.haptics import rig
 
 LATENESS = (rig.STALE_SENSOR, rig.RUNAWAY)
@@ -14,3 +16,11 @@ def clear_lateness(owner) -> None:
     if fault is not None:
         assert fault.code in LATENESS, fault
         owner.clear_fault()
+
+
+def slowdown(seconds: float = 0.05) -> float:
+    """Return by how much other programs stretch a computation now: its time by the clock over its own."""
+    start, own = time.perf_counter(), time.process_time()
+    while time.process_time() - own < seconds:
+        pass
+    return (time.perf_counter() - start) / seconds

@@ -4,7 +4,7 @@
     python -m tests.mutations check               # each of them again, in a copy of the project
 
 A mutation is one line written otherwise; it is found again by its text, so code may move. Not part of
-`make test`: each starts with nothing compiled, and all together take an hour.
+`make test`: most start with nothing compiled, and all together take an hour.
 """
 
 import argparse
@@ -34,6 +34,8 @@ AREAS = {
     "window": (("gui",), ("tests/gui",)),
 }
 """What is mutated, below the package, and the tests that look at it."""
+INTERPRETED = ("codec", "window")
+"""Areas that compile nothing: their mutations share what the tests compile."""
 SWAPPED = {
     ast.Lt: ">=", ast.LtE: ">", ast.Gt: "<=", ast.GtE: "<", ast.Eq: "!=", ast.NotEq: "==",
     ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.And: "or", ast.Or: "and",
@@ -110,7 +112,8 @@ def caught(mutation: Mutation, root: Path, tests: tuple[str, ...]) -> str | None
     was = file.read_text(encoding="utf-8")
     file.write_text(text, encoding="utf-8")
     try:
-        with tempfile.TemporaryDirectory() as cache:
+        with tempfile.TemporaryDirectory() as fresh:
+            cache = str(root / "cache") if mutation.area in INTERPRETED else fresh
             words = [sys.executable, "-m", "pytest", "-qx", "-p", "no:cacheprovider", *tests]
             words += ["-m", "not alone and not slow"]
             around = os.environ | {"NUMBA_CACHE_DIR": cache, "QT_QPA_PLATFORM": "offscreen"}

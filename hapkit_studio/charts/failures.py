@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.analysis.failures.numbers import readable
 from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, dress, legend, pale, rim, save, whole
+from hapkit_studio.formatting import on_screen
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures.base import Chart, Evidence, Failure, Line, Shown
@@ -96,11 +96,11 @@ def value_text(picture: Picture, value: float) -> str:
     """Write a value of the knob and how far it lies from the limit."""
     knob, limit = picture.failure.knob, picture.limit
     share = f"{value / limit:.3g} × the limit" if limit else "no limit"
-    return f"{knob.symbol or knob.label} = {readable(value, knob.unit, 5)}, {share}"
+    return f"{knob.symbol or knob.label} = {on_screen(value, knob.unit, 5)}, {share}"
 
 
 def _value(picture: Picture, value: float) -> str:
-    return readable(value, picture.failure.knob.unit, 4)
+    return on_screen(value, picture.failure.knob.unit, 4)
 
 
 def clauses(words: str) -> list[str]:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from hapkit_studio.analysis.failures import failures, named
 from hapkit_studio.analysis.failures.base import Failure, Shown, Try, as_json, show, try_json
-from hapkit_studio.analysis.failures.numbers import readable
 from hapkit_studio.commands.base import Command, Result, progress_line
 from hapkit_studio.commands.given import key_values
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import on_screen
 
 _WIDTH = 100
 
@@ -68,7 +68,7 @@ def _verdict(one: Try) -> str:
 def _limit(shown: Shown) -> str:
     knob = shown.failure.knob
     name = knob.label[0].lower() + knob.label[1:]
-    return f"{name} {readable(shown.limit, knob.unit)}"
+    return f"{name} {on_screen(shown.limit, knob.unit)}"
 
 
 def _table(results: list[Shown]) -> str:
@@ -92,7 +92,7 @@ def _details(shown: Shown, tried: list[Try]) -> str:
     pairs = [f"{p.key}={p.text(shown.case[p.key])}" for p in failure.options]
     lines += [f"with {', '.join(pairs)}", f"limit: {_limit(shown)}"]
     for one in (shown.inside, shown.outside, *tried):
-        lines.append(f"{readable(one.value, failure.knob.unit)} {_verdict(one)}")
+        lines.append(f"{on_screen(one.value, failure.knob.unit)} {_verdict(one)}")
     return "\n".join(lines)
 
 

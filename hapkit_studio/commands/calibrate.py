@@ -6,7 +6,7 @@ from typing import Any
 
 from hapkit_studio.commands.base import Command, Result
 from hapkit_studio.commands.check_hapkit import board_named
-from hapkit_studio.devices import calibration_file, calibration_words, profiles
+from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor, Settings
 
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> Result:
         settings = board.settings()
         if wanted is not None or options.label:
             chosen = wanted or profiles.of_settings(settings)
-            label = calibration_file.label_of(options.label) if options.label else chosen.label
+            label = calibration_file.checked_label(options.label) if options.label else chosen.label
             board.configure(replace(chosen, label=label))
             settings = board.save()
     finally:
@@ -58,15 +58,17 @@ def _numbers(settings: Settings) -> dict[str, Any]:
 
 def _text(settings: Settings, written: str) -> str:
     board = profiles.of_settings(settings)
-    rows = [(calibration_words.words_of(k), calibration_words.shown(board, k)) for k in _shown(board)]
-    rows.append(("Settings are", calibration_words.origin_words(settings.origin)))
+    rows = [
+        (calibration_file.setting_label(k), calibration_file.setting_text(board, k)) for k in _shown(board)
+    ]
+    rows.append(("Settings are", calibration_file.origin_text(settings.origin)))
     lines = [f"{words:<34} {value}" for words, value in rows]
     return "\n".join(lines + ([f"wrote {written}"] if written else []))
 
 
 def _shown(board: Board) -> list[str]:
     """Return the settings that mean something: the table only where the motor has one."""
-    return [k for k in calibration_words.ALL if k != "table" or board.motor_map == MotorMap.TABLE]
+    return [k for k in calibration_file.SHOWN if k != "table" or board.motor_map == MotorMap.TABLE]
 
 
 COMMAND = Command("calibrate", "show a board's calibration, or put another on it", run, options, order=96)

@@ -6,7 +6,7 @@ from typing import Any
 
 from hapkit_studio import devices as device_list
 from hapkit_studio.commands.base import Command, Result
-from hapkit_studio.devices.calibration import Bench
+from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import ParameterError
 
@@ -31,24 +31,24 @@ def board_named(key: str) -> Any:
 def run(options: argparse.Namespace) -> Result:
     """Run every check on the board; the exit code says whether one found a danger."""
     from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, run_all
-    from hapkit_studio.analysis.calibrate.verdict import Verdict
+    from hapkit_studio.analysis.calibrate.result import CheckResult
 
-    def said(check: Check, verdict: Verdict | None) -> None:
-        if verdict is None and sys.stderr.isatty():
+    def show_progress(check: Check, result: CheckResult | None) -> None:
+        if result is None and sys.stderr.isatty():
             print(f"{check.title} …", file=sys.stderr)
 
-    bench = Bench(board_named(options.device))
-    bench.open()
+    runner = BoardRunner(board_named(options.device))
+    runner.open()
     try:
-        report = run_all(bench, said)
+        report = run_all(runner, show_progress)
     finally:
-        bench.close()
+        runner.close()
     titles = {check.key: check.title for check in CHECKS}
     lines = []
-    for key, verdict in report.verdicts.items():
-        lines.append(f"{titles[key]:<18} {_SIGNS[verdict.level]:<9} {verdict.words}")
-        if verdict.remedy:
-            lines.append(f"{'':<28} {verdict.remedy}")
+    for key, result in report.results.items():
+        lines.append(f"{titles[key]:<18} {_SIGNS[result.level]:<9} {result.words}")
+        if result.remedy:
+            lines.append(f"{'':<28} {result.remedy}")
     found = {"device": options.device, **report.as_json()}
     return Result("\n".join([*lines, report.words]), found, DANGER if report.dangerous else 0)
 

@@ -1,10 +1,9 @@
 """The devices one can choose: one kind a file, found by the name ``DEVICE``."""
 
-import importlib
-import pkgutil
 from functools import cache
 
 from hapkit_studio.devices.base import DeviceEntry, DeviceKind
+from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
 
 __all__ = ["DeviceEntry", "DeviceKind", "available", "kinds", "named"]
@@ -13,9 +12,7 @@ __all__ = ["DeviceEntry", "DeviceKind", "available", "kinds", "named"]
 @cache
 def kinds() -> tuple[DeviceKind, ...]:
     """Return every kind of device in the order of the list."""
-    modules = [importlib.import_module(info.name) for info in pkgutil.iter_modules(__path__, __name__ + ".")]
-    found = [m.DEVICE for m in modules if isinstance(getattr(m, "DEVICE", None), DeviceKind)]
-    return tuple(sorted(found, key=lambda kind: kind.order))
+    return tuple(sorted(declared(__name__, "DEVICE", DeviceKind), key=lambda kind: kind.order))
 
 
 def available() -> list[DeviceEntry]:

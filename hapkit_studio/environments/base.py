@@ -39,11 +39,38 @@ def _no_warnings(values: Values, conditions: Conditions) -> Iterable[str]:
 
 
 @dataclass(frozen=True)
+class ForceTerms:
+    """The spring, damper and friction that a law asks for at given values; None for what it does not set.
+
+    stiffness N/m about centre m, damping N·s/m, friction N. one_way: +1 or -1 where damping acts only on
+    motion to that side; contact: only while the law pushes; settle: how far the handle goes after a turn
+    until friction is all there, in m; simple: the law is no more than these numbers; terms: those that
+    identification looks for.
+    """
+
+    stiffness: float | None = None
+    damping: float | None = None
+    friction: float | None = None
+    centre: float | None = None
+    one_way: float = 0.0
+    contact: bool = False
+    settle: float = 0.0
+    simple: bool = True
+    terms: tuple[str, ...] = ("stiffness", "damping", "friction")
+
+
+def no_terms(values: Values) -> ForceTerms:
+    """Set nothing: for a law whose impedance bounds its stability but does not describe its force."""
+    return ForceTerms(simple=False)
+
+
+@dataclass(frozen=True)
 class Environment:
     """One virtual environment; its file in this folder is found by the name ``ENVIRONMENT``.
 
     formula is short HTML; impedance maps named values to the (stiffness N/m, damping N·s/m) that bound
-    stability, None where no linear limit applies; shades says whether contact is shaded in the plots.
+    stability, None where no linear limit applies; terms maps them to what identification compares with, the
+    impedance where it is None; shades says whether contact is shaded in the plots.
     check says in one line why values do not go together, "" where they do; warnings says what cannot be
     rendered well under given conditions; unused maps each parameter without effect on the force as the others
     are set to the words that say so. over_position and over_velocity return the theory drawn beneath the
@@ -63,6 +90,7 @@ class Environment:
     explanation: str = ""
     scene: str = ""
     impedance: Callable[[Values], tuple[float, float]] | None = None
+    terms: Callable[[Values], ForceTerms] | None = None
     check: Callable[[Values], str] = _no_complaint
     warnings: Callable[[Values, Conditions], Iterable[str]] = _no_warnings
     unused: Callable[[Values], Mapping[str, str]] = _all_used
@@ -99,6 +127,13 @@ class Environment:
         if complaint:
             raise ParameterError(complaint)
         return values
+
+    def force_terms(self, values: Values) -> ForceTerms:
+        """Return the spring, damper and friction that the law asks for at these values."""
+        if self.terms is not None:
+            return self.terms(values)
+        stiffness, damping = self.impedance(values) if self.impedance else (None, None)
+        return ForceTerms(stiffness, damping, contact=self.shades, simple=False)
 
     def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
         """Return the law's static force (n,) in N over position (n,) in m, its state at the start."""

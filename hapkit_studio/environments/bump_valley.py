@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, no_terms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -112,6 +112,7 @@ ENVIRONMENT = Environment(
     "costs nothing in the end. Draw the opposite relief and feel again: most people believe the force, not "
     "the shape they see (Robles-De-La-Torre and Hayward, 2001).",
     impedance=impedance,
+    terms=no_terms,
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),

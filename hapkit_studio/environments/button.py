@@ -3,7 +3,7 @@
 import numpy as np
 
 from hapkit_studio.dynamics.friction import tether
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -124,6 +124,7 @@ ENVIRONMENT = Environment(
     "on: your finger, loaded for the peak, falls through to the stop, and that is the click. On the way out "
     "the curve lies lower by twice the hysteresis, so a full cycle takes energy and the cap does not bounce.",
     impedance=impedance,
+    terms=lambda p: ForceTerms(contact=True, simple=False),
     check=check,
     warnings=warnings,
     over_position=over_position,

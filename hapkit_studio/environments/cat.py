@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio.dynamics.friction import tether
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, no_terms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -186,6 +186,7 @@ ENVIRONMENT = Environment(
     "against the nap, it minds. Rubbed the wrong way for long, it swats once and sulks. "
     "Left alone, it forgets.",
     impedance=impedance,
+    terms=no_terms,
     over_position=over_position,
     outcomes=("peak_force", "energy", "count:contentment", "count:swats"),
     hands=("pet", "rub", "released"),

@@ -1,6 +1,6 @@
 """Virtual damping: a force against the motion, in proportion to the speed."""
 
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -32,6 +32,7 @@ ENVIRONMENT = Environment(
     explanation="A force against the motion, like stirring honey. The speed is estimated from sensor counts, "
     "so it comes in steps of one count per period, and so does the force: b × count × rate.",
     impedance=lambda p: (0.0, p["damping"]),
+    terms=lambda p: ForceTerms(0.0, p["damping"], terms=("stiffness", "damping")),
     outcomes=("peak_force", "final_position", "energy"),
     hands=("released", "stroke", "sweep"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),

@@ -2,7 +2,7 @@
 
 import math
 
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, no_terms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -61,6 +61,7 @@ ENVIRONMENT = Environment(
     "rises up to k·w and then drops to nothing: that drop is the click of a knob. Damping takes the energy "
     "of the fall into the next notch; without it the handle rings.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
+    terms=no_terms,
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),

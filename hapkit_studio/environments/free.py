@@ -1,6 +1,6 @@
 """Free: no force at all, the paddle's own dynamics."""
 
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law
 
 
@@ -19,6 +19,7 @@ ENVIRONMENT = Environment(
     formula="<i>F</i> = 0",
     explanation="No force is rendered. What you feel is the paddle itself: its mass, the friction of its "
     "bearing and cable, the motor turned by hand.",
+    terms=lambda p: ForceTerms(0.0, 0.0, terms=("stiffness", "damping")),
     outcomes=("final_position", "peak_position"),
     hands=("released", "stroke", "tap"),
     needs=("mass", "viscous", "coulomb"),

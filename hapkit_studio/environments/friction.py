@@ -10,7 +10,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.dynamics.friction import banded, bristle, sticking_tether, stribeck, tether
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -122,6 +122,20 @@ def impedance(values):
     return stiffness, viscous + (kinetic / by_speed[model] if model in by_speed else 0.0)
 
 
+def terms(values):
+    """Return viscous and kinetic friction, and how far a turn goes until friction is all there."""
+    model = values["model"]
+    held = model not in (COULOMB, SMOOTHED)
+    level = max(values["static_force"], values["kinetic_force"])
+    return ForceTerms(
+        damping=values["viscous"],
+        friction=values["kinetic_force"],
+        settle=2.0 * level / values["tether_stiffness"] if held else 0.0,
+        simple=model == COULOMB,
+        terms=("damping", "friction"),
+    )
+
+
 def warnings(values, conditions):
     """Tell which model is beyond its limit."""
     model, period = values["model"], conditions.period
@@ -204,6 +218,7 @@ ENVIRONMENT = Environment(
     "hold: near rest the sign of the speed is noise, and the force chatters. A tether to an anchor holds: it "
     "pulls back like a spring, and is dragged along once you pull harder than friction can.",
     impedance=impedance,
+    terms=terms,
     unused=unused,
     warnings=warnings,
     over_position=over_position,

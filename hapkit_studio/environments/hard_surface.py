@@ -5,7 +5,7 @@ The ringing is a decaying sinusoid scaled by the speed of entry (Okamura, Cutkos
 
 import math
 
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -87,6 +87,14 @@ def warnings(values, conditions):
         yield f"{hertz:.3g} Hz gets fewer than 10 samples a cycle: above {highest:.3g} Hz it feels blurred."
 
 
+def terms(p):
+    """Return the surface's spring and damper, which acts on the way in."""
+    found = "stiffness", "damping"
+    return ForceTerms(
+        p["stiffness"], p["damping"], None, p["position"], 1.0, contact=True, simple=False, terms=found
+    )
+
+
 ENVIRONMENT = Environment(
     key="hard_surface",
     title="Hard surface",
@@ -141,6 +149,7 @@ ENVIRONMENT = Environment(
     "entry the surface adds a short ringing, the stronger the faster you hit it, and the hand takes that for "
     "hardness. It rings once for each entry and again only after you have clearly left.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
+    terms=terms,
     unused=unused,
     warnings=warnings,
     over_position=lambda values, x: -values["stiffness"] * (x - values["position"]).clip(0.0),

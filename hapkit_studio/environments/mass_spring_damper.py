@@ -4,7 +4,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import FAR, flown_apart, pushed
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, no_terms
 from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
@@ -114,6 +114,7 @@ ENVIRONMENT = Environment(
     "add energy each time. Where the damper takes less, the swing grows until the object flies apart and "
     "begins anew at rest. Semi-implicit Euler takes no longer to compute and does not grow.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
+    terms=no_terms,
     over_position=pushed_slowly,
     stored=stored,
     warnings=warnings,

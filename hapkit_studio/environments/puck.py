@@ -4,7 +4,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import flown_apart, pushed
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, no_terms
 from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
@@ -129,6 +129,7 @@ ENVIRONMENT = Environment(
     "lecture's rule add some, implicit Euler takes some away. With too much of it the puck flies out and "
     "begins anew at rest.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
+    terms=no_terms,
     # the force depends on where the puck is, which no curve over the handle's position tells
     over_position=lambda values, x: np.full_like(x, np.nan),
     warnings=warnings,

@@ -1,6 +1,6 @@
 """Virtual spring: pulls back to its centre in proportion, the plain testbed of every stability result."""
 
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -37,6 +37,9 @@ ENVIRONMENT = Environment(
     "for a whole period of the loop, so it pushes a little longer on the way out than it resisted on the "
     "way in: above a certain stiffness it gives more than the paddle's friction takes.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
+    terms=lambda p: ForceTerms(
+        p["stiffness"], p["damping"], centre=p["center"], terms=("stiffness", "damping")
+    ),
     outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "stroke"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio.dynamics.grains import sandpaper
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, no_terms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -114,6 +114,7 @@ ENVIRONMENT = Environment(
     "counts; and since a high and narrow ridge is as steep as a stiff spring, there is a most that it may "
     "push before it buzzes by itself.",
     impedance=impedance,
+    terms=no_terms,
     unused=unused,
     warnings=warnings,
     over_position=over_position,

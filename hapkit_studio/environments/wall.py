@@ -1,6 +1,6 @@
 """Virtual wall: free space, then a spring and a damper that by default acts only on the way in."""
 
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -20,6 +20,15 @@ def force(p, s, x, v, dt):
 def impedance(p):
     """Return the (stiffness, damping) that act in contact."""
     return p["stiffness"], p["damping"] if p["damping_mode"] != 2 else 0.0
+
+
+def terms(p):
+    """Return the wall's spring and damper, and on which way the damper acts."""
+    stiffness, damping = impedance(p)
+    one_way = (1.0 if p["side"] == 0 else -1.0) if p["damping_mode"] == 0 and damping > 0.0 else 0.0
+    return ForceTerms(
+        stiffness, damping, None, p["position"], one_way, contact=True, terms=("stiffness", "damping")
+    )
 
 
 def unused(p):
@@ -55,6 +64,7 @@ ENVIRONMENT = Environment(
     "sees the handle only once a period, so it enters unseen by up to v·T and is pushed out with more energy "
     "than it brought: that is why a stiff wall buzzes.",
     impedance=impedance,
+    terms=terms,
     unused=unused,
     shades=True,
     outcomes=("peak_force", "final_position", "restitution"),

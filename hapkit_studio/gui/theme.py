@@ -8,9 +8,10 @@ from PySide6.QtGui import QColor, QFont, QFontDatabase, QPalette
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio import resources
+from hapkit_studio.formatting import MINUS, number
 from hapkit_studio.palette import table
 
-MINUS = "\u2212"
+__all__ = ["MINUS", "ROLES", "Theme", "number", "theme"]
 
 # role: pixels, weight
 ROLES = {
@@ -25,15 +26,6 @@ ROLES = {
     "verdict": (30, 700),
     "formula": (14, 400),
 }
-
-
-def number(value: float, decimals: int, sign: bool = False) -> str:
-    """Write a value with a true minus and commas between thousands; no sign on what rounds to zero."""
-    rounded = round(float(value), decimals)
-    text = f"{abs(rounded):,.{decimals}f}"
-    if rounded < 0:
-        return MINUS + text
-    return "+" + text if sign and rounded > 0 else text
 
 
 class Theme(QObject):

@@ -10,6 +10,7 @@ from hapkit_studio.gui.actions import ActionSet, table
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.both_ways import BothWays
 from hapkit_studio.gui.centre import Centre
+from hapkit_studio.gui.collector import Collector
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.editor.desk import Desk
 from hapkit_studio.gui.editor.files import Files
@@ -66,6 +67,7 @@ class MainWindow(QMainWindow):
         self.setMinimumSize(*_SMALLEST)
         self.studio = studio
         studio.setParent(self)  # its signals hold what they are connected to for as long as it lives
+        Collector(self)
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         studio.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
         dress(self, _SHEET)  # what comes into a styled window is styled once

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from hapkit_studio.formatting import number
 from hapkit_studio.haptics import block, rig
 from hapkit_studio.haptics.delays import LONGEST
 from hapkit_studio.haptics.rig import Rig
@@ -29,14 +30,14 @@ class Fault:
 def describe(code: int, r: Rig) -> Fault | None:
     """Return the fault of a code with the values the loop left, None for no fault."""
     value, second = float(r.real[rig.FAULT_VALUE]), float(r.real[rig.FAULT_POSITION])
-    position = 1e3 * second
+    place = f"x = {number(1e3 * second, 2)} mm"
     cause = int(value) if code == rig.STALE_SENSOR else rig.NO_SAMPLE
     line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
     texts = {
-        rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at x = {_signed(position)} mm{_at(line)}.",
+        rig.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at {place}{_at(line)}.",
         rig.LAW_INDEX: f"Fault: line {line} of the law reaches beyond its state.",
         rig.LAW_FUEL: f"Fault: line {line} of the law does not come to an end.",
-        rig.LAW_DIVISION: f"Fault: line {line} of the law divides by zero at x = {_signed(position)} mm.",
+        rig.LAW_DIVISION: f"Fault: line {line} of the law divides by zero at {place}.",
         rig.OVER_SPEED: f"Fault: over-speed, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).",
         rig.STALE_SENSOR: f"Fault: {_STALE[cause][0]}, three times in 10 s.",
         rig.RUNAWAY: f"Fault: this machine cannot keep {value:.0f} Hz.",
@@ -97,7 +98,3 @@ def _at(line: int) -> str:
 
 def _name(value: float) -> str:
     return "NaN" if value != value else "infinity"
-
-
-def _signed(millimetres: float) -> str:
-    return f"{millimetres:.2f}".replace("-", "−")

@@ -43,7 +43,7 @@ def taken_keys() -> set[str]:
 def owned(environment: Environment, source: Source) -> OwnEnvironment:
     """Return an environment marked as a person's own; it has no shortcut."""
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
-    given |= {"parameters": tuple(environment.parameters), "shortcut": ""}
+    given |= {"parameters": tuple(environment.parameters), "shortcut": "", "terms": None}
     names = brought(environment)
     functions = Functions(source) if names else None
     if functions:

@@ -70,7 +70,7 @@ def test_numbers_of_another_kind_are_refused(own):
 )
 def test_a_label_fits_the_board(text, good):
     if good:
-        assert calibration_file.label_of(f" {text} ") == text
+        assert calibration_file.checked_label(f" {text} ") == text
     else:
         with pytest.raises(ParameterError, match="12"):
-            calibration_file.label_of(text)
+            calibration_file.checked_label(text)

@@ -31,7 +31,8 @@ def test_is_described(key):
     assert len(e.explanation) > 80
     assert "\n" not in e.summary
     assert len(e.summary) < 40
-    assert resources.path("icons", f"{e.scene}.svg").exists()
+    if e.scene != key:  # its own key is the default: without an icon and a drawing it gets plain ones
+        assert resources.path("icons", f"{e.scene}.svg").exists()
     for p in e.parameters:
         assert p.label
         assert p.help, p.key
@@ -40,9 +41,9 @@ def test_is_described(key):
 
 
 @every
-def test_has_a_drawing(key):
+def test_a_scene_that_is_named_has_a_drawing(key):
     scenes = Path(hs.__file__).parent / "gui" / "scenes"
-    assert (scenes / f"{LIBRARY[key].scene}.py").exists()
+    assert LIBRARY[key].scene == key or (scenes / f"{LIBRARY[key].scene}.py").exists()
 
 
 @every

@@ -1,12 +1,15 @@
 """The library: found by its files, and by the entry points of other packages."""
 
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from string import ascii_uppercase
 
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio import environments
+from hapkit_studio import discovery, environments
+from hapkit_studio.environments import with_shortcuts
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.laws import law
@@ -17,7 +20,6 @@ def test_finds_the_files_of_its_folder_by_themselves():
     folder = environments.__path__[0]
     files = {path.stem for path in Path(folder).glob("*.py") if "\nENVIRONMENT = " in path.read_text("utf-8")}
     assert set(LIBRARY) == files
-    assert len(files) == 13
     assert hs.environments() == LIBRARY
     assert hs.environments is environments
 
@@ -25,6 +27,16 @@ def test_finds_the_files_of_its_folder_by_themselves():
 def test_keys_shortcuts_and_titles_are_their_own():
     for values in ([e.shortcut for e in LIBRARY.values() if e.shortcut], [e.title for e in LIBRARY.values()]):
         assert len(set(values)) == len(values)
+
+
+def test_an_environment_without_a_shortcut_gets_a_free_letter():
+    base = LIBRARY["free"]
+    some = [replace(base, key=f"e{n}", title="Fabric", shortcut="") for n in range(30)]
+    given = [e.shortcut for e in with_shortcuts([LIBRARY["cat"], *some])]
+    assert given[:3] == ["C", "I", "D"]  # F, A, B, R belong to the window, C to the cat
+    letters = [s for s in given if s]
+    assert sorted(letters) == sorted(set(ascii_uppercase) - set("ABFGHRT"))
+    assert given[len(letters) :] == [""] * (31 - len(letters))
 
 
 def test_unknown_environments_are_named_with_those_there_are():
@@ -52,16 +64,16 @@ def test_environments_of_other_packages_are_found(monkeypatch):
         assert group == "hapkit_studio.environments"
         return [Point()]
 
-    monkeypatch.setattr(environments, "entry_points", points)
+    monkeypatch.setattr(discovery, "entry_points", points)
     found = environments.discover.__wrapped__()
-    assert found["mine"] is mine
+    assert found["mine"].force is mine.force
     assert list(found)[: len(LIBRARY)] == list(LIBRARY)
     assert hs.simulate(mine, device=hs.SimulatedHapkit(initial_position=0.01), seconds=0.01).force[0] < 0.0
 
 
 def test_a_broken_environment_of_another_package_is_left_out_with_a_warning(monkeypatch):
     broken = EntryPoint("torn", "no_such_module_anywhere:ENVIRONMENT", environments.ENTRY_POINTS)
-    monkeypatch.setattr(environments, "entry_points", lambda group: [broken])
+    monkeypatch.setattr(discovery, "entry_points", lambda group: [broken])
     with pytest.warns(UserWarning, match="'torn'.*cannot be loaded.*no_such_module_anywhere"):
         found = environments.discover.__wrapped__()
     assert list(found) == list(LIBRARY)

@@ -1,5 +1,6 @@
 """Windows to test on: the real window, the real engine, the simulated Hapkit at normal priority."""
 
+import gc
 from functools import partial
 
 import pytest
@@ -59,6 +60,7 @@ def make_window(qtbot, qapp):
         qapp.removeEventFilter(window.stop_filter)
         window.deleteLater()
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.enable()  # the window has put it off
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QStyleHints
 from PySide6.QtWidgets import QPushButton
 
 from hapkit_studio.gui import icons
-from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.theme import theme
 from hapkit_studio.palette import MODES, TOKENS, luminance, table
 
 
@@ -142,13 +142,6 @@ def test_every_icon_draws_something_in_the_colour_asked_for(qapp, name):
     ]
     assert len(solid) > 20
     assert set(solid) == {TOKENS["ink"][0].lower()}
-
-
-def test_numbers_have_a_true_minus_commas_between_thousands_and_no_sign_on_zero():
-    assert number(-1.234, 2) == "−1.23"
-    assert number(-0.001, 2, sign=True) == "0.00"
-    assert number(7.25, 2, sign=True) == "+7.25"
-    assert number(1000.0, 0) == "1,000"
 
 
 def test_the_theme_follows_the_system_until_it_is_set(qapp, monkeypatch):

@@ -12,7 +12,7 @@ from hapkit_studio.haptics.settings_writer import FADE_SECONDS
 from hapkit_studio.parameters import Parameter
 from tests.gui.own_support import put, spring, wait_for_verdict
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
-from tests.lateness import ATTEMPTS, clear_lateness
+from tests.lateness import ATTEMPTS, clear_lateness, slowdown
 
 pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 STIFFNESS, SURFACE, HAND, ROWS = 200.0, 0.005, 0.014, 50
@@ -145,10 +145,11 @@ def test_the_board_renders_what_is_chosen_within_a_second_and_follows_a_slider(b
         chosen = seconds(lambda: studio.choose(key))
         value = studio.environments[key].values()[moved] * (1.0 + 0.02 * (attempt + 1))
         slid = seconds(lambda value=value: studio.set_value(moved, value))
-        took.append((chosen, slid))
-        if chosen < CHOICE_SECONDS and slid < SLIDER_SECONDS - FADE_SECONDS:
+        busy = slowdown()
+        took.append((chosen, slid, busy))
+        if chosen < CHOICE_SECONDS * busy and slid < (SLIDER_SECONDS - FADE_SECONDS) * busy:
             return
-    pytest.fail(f"choice and slider took {took} s")
+    pytest.fail(f"choice and slider took, beside the times a computation took now: {took}")
 
 
 def test_a_persons_own_law_renders_on_the_board_as_soon_as_it_is_in_force(board_window, qtbot, home):

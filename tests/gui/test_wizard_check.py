@@ -19,7 +19,7 @@ def test_every_check_has_its_verdict_in_words(idle_window, qtbot, truth, good):
     assert shell.report.good is good
     assert shell.box.words.text() == shell.report.words
     assert shell.bar.value() == shell.bar.maximum()
-    for key, verdict in shell.report.verdicts.items():
+    for key, verdict in shell.report.results.items():
         assert verdict.words in shell.rows[key][1].text()
     shell.close()
     assert play.kit.pwm == 0

@@ -5,7 +5,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QPushButton
 
-from hapkit_studio.analysis.calibrate.session import NO_DIRECTION
+from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
 from hapkit_studio.devices import profiles
 from hapkit_studio.errors import NoDataError
 from hapkit_studio.protocol.messages import Sensor

@@ -3,13 +3,12 @@
 One file a chart, found by the name ``PLAN``.
 """
 
-import importlib
-import pkgutil
 import time
 from collections.abc import Iterable, Mapping
 from functools import cache
 from types import MappingProxyType
 
+from hapkit_studio import discovery
 from hapkit_studio.analysis.accuracy.plan import (
     Accuracy,
     Answer,
@@ -22,6 +21,7 @@ from hapkit_studio.analysis.accuracy.plan import (
     Sheet,
 )
 from hapkit_studio.analysis.sweeps import Progress, quiet
+from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
 
 __all__ = ["Accuracy", "Answer", "Chart", "Default", "Method", "Plan", "Point", "Scene", "Sheet"]
@@ -31,17 +31,13 @@ __all__ += ["compute", "named", "plans"]
 @cache
 def plans() -> Mapping[str, Plan]:
     """Return every chart's plan by its key, in their order."""
-    modules = [importlib.import_module(info.name) for info in pkgutil.iter_modules(__path__, __name__ + ".")]
-    found = [m.PLAN for m in modules if isinstance(getattr(m, "PLAN", None), Plan)]
+    found = declared(__name__, "PLAN", Plan)
     return MappingProxyType({plan.key: plan for plan in sorted(found, key=lambda plan: plan.order)})
 
 
 def named(key: str) -> Plan:
     """Return the plan of a chart; raise ParameterError listing those there are."""
-    library = plans()
-    if not isinstance(key, str) or key not in library:
-        raise ParameterError(f"There is no accuracy chart {key!r}; there are: {', '.join(library)}.")
-    return library[key]
+    return discovery.named(plans(), key, "accuracy chart")
 
 
 def compute(charts: Iterable[str] = (), scene: str | None = None, *, progress: Progress = quiet) -> Accuracy:

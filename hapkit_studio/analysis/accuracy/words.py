@@ -3,27 +3,13 @@
 import math
 
 from hapkit_studio.analysis.accuracy.plan import TIE, Point, Scene, Sheet
+from hapkit_studio.formatting import power_of_ten, significant
 
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # An error below this is rounding: its power of ten is worth reading, not its digits.
 _SMALL, _LARGE = 1e-4, 1e3
 _STILL = 1e-9
 # How many methods that cost the same are named.
 _NAMED = 3
-
-
-def figures(value: float, digits: int = 2) -> str:
-    """Write a number with so many significant digits, never as 1e+03, with a true minus."""
-    if value == 0.0 or not math.isfinite(value):
-        return "0" if value == 0.0 else "–"
-    places = max(digits - 1 - math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}")))), 0)
-    return f"{value:,.{places}f}".replace("-", "−")
-
-
-def power(value: float) -> str:
-    """Write 2·10⁻⁶."""
-    mantissa, exponent = f"{value:.0e}".split("e")
-    return f"{mantissa.replace('-', '−')}·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
 
 
 def error_words(error: float, unit: str = "") -> str:
@@ -34,19 +20,19 @@ def error_words(error: float, unit: str = "") -> str:
         return "0"
     if unit == "m/s":
         if error < _STILL:
-            return f"{power(error)} m/s"
+            return f"{power_of_ten(error)} m/s"
         small = error < 1e-4
-        return f"{figures(1e6 * error)} µm/s" if small else f"{figures(1e3 * error)} mm/s"
+        return f"{significant(1e6 * error)} µm/s" if small else f"{significant(1e3 * error)} mm/s"
     if error < _SMALL or error >= _LARGE:
-        return power(error)
-    return f"{figures(100.0 * error)} %"
+        return power_of_ten(error)
+    return f"{significant(100.0 * error)} %"
 
 
 def cost_words(nanoseconds: float) -> str:
     """Write the computing time of a simulated second."""
     if nanoseconds >= 0.995e6:
-        return f"{figures(1e-6 * nanoseconds)} ms"
-    return f"{figures(1e-3 * nanoseconds)} µs"
+        return f"{significant(1e-6 * nanoseconds)} ms"
+    return f"{significant(1e-3 * nanoseconds)} µs"
 
 
 def step_words(step_s: float) -> str:
@@ -107,4 +93,4 @@ def verdict(sheet: Sheet) -> str:
     if answer.default.error > scene.tolerance or answer.cheapest is None:
         return f"The default, {name}, is off by {error_words(answer.default.error, scene.unit)}."
     ratio = answer.default.ns_per_simulated_s / answer.cheapest.ns_per_simulated_s
-    return f"The default, {name}, costs {figures(ratio)} times as much."
+    return f"The default, {name}, costs {significant(ratio)} times as much."

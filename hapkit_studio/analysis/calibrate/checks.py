@@ -1,144 +1,223 @@
 """Test my Hapkit: the wizard's checks again, in half a minute, without changing anything on the board."""
 
-import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis.calibrate import trials
-from hapkit_studio.analysis.calibrate.sensor import NOISY, noise_of
-from hapkit_studio.analysis.calibrate.stopping import stopping
-from hapkit_studio.analysis.calibrate.verdict import (
+from hapkit_studio.analysis.calibrate import motions
+from hapkit_studio.analysis.calibrate.motor import push_both_ways
+from hapkit_studio.analysis.calibrate.paddle import sweep
+from hapkit_studio.analysis.calibrate.result import (
     FAIL,
-    LOOK,
     PASS,
     SKIP,
-    Verdict,
+    WARN,
+    CheckResult,
     failed,
-    look,
     passed,
     skipped,
+    warn,
 )
-from hapkit_studio.devices import calibration_moves as moves
-from hapkit_studio.devices.calibration import Bench, DoubtError, LateError, StoppedError
+from hapkit_studio.analysis.calibrate.sensor import NOISY, noise_of
+from hapkit_studio.devices.board_runner import (
+    AbortedError,
+    BoardRunner,
+    CancelledError,
+    LateError,
+    StoppedError,
+)
 from hapkit_studio.devices.profiles import numbered, quantum_of
 from hapkit_studio.errors import NoDataError
-from hapkit_studio.protocol.messages import BoardFlag, Origin
+from hapkit_studio.protocol.messages import BoardFlag, Force, Origin, Release, Sample, Stop
 
 SECONDS = 30.0
 """What all of it takes, about."""
 SPRING = 100.0
 """N/m: a spring that every kit renders without growing."""
 _SWEEP_SECONDS = 8.0
-_ALIKE = 0.3
-_STICKY = 0.25
-_HOLDS = 0.2
+_MASS_TOLERANCE = 0.3
+_MUCH_FRICTION = 0.25
+_HOLDING_FRICTION = 0.2
 """N of dry friction that may hold a handle against the strongest pulse."""
-_REMEDY_STICKY = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
-_COARSE = 0.2e-3
+_FRICTION_REMEDY = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
+_COARSE_QUANTUM = 0.2e-3
 """m per count from which a sweep of a few mm tells neither mass nor friction: an encoder's."""
 _TRIES = 3
+_PUSHED_SECONDS, _SILENCE_SECONDS, _PATIENCE = 0.03, 0.12, 3.0
+"""s: how long the test of stopping pushes, is silent, and waits at most."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a kit, what it is about; ``run`` gets the bench and says what it found."""
+    """One check of a kit, what it is about; ``run`` returns what it found."""
 
     key: str
     title: str
     about: str
-    run: Callable[[Bench], Verdict]
+    run: Callable[[BoardRunner], CheckResult]
     motor: bool = False
 
 
-def settings(bench: Bench) -> Verdict:
+def settings(runner: BoardRunner) -> CheckResult:
     """Say whether the board has settings of its own, and whether scale and radii agree."""
-    now = bench.settings = bench.board.settings()
+    now = runner.read_settings()
     kit = numbered(now.profile)
     ratio = now.quantum / quantum_of(now)
     if now.origin == Origin.DAMAGED:
-        return look(
+        return warn(
             "damaged",
             "The board's stored settings are damaged; it uses the usual kit's.",
             "Run Set up my Hapkit, or put a calibration file on the board again.",
         )
     if abs(ratio - 1.0) > 0.1:
-        return look(
+        return warn(
             "scale",
             f"Scale and radii differ: {ratio:.2f} × the travel per count that the radii make.",
-            "Run Set up my Hapkit, step 2.",
+            "Run Set up my Hapkit, step Zero and scale.",
         )
     if now.origin != Origin.STORED:
         words = "Nothing is stored on the board: it takes itself for the usual kit."
-        return look("not stored", words, "Run Set up my Hapkit.")
+        return warn("not stored", words, "Run Set up my Hapkit.")
     return passed(f"“{now.label}”, {kit.title if kit else 'a kit of its own'}, stored on the board.")
 
 
-def sensor(bench: Bench) -> Verdict:
+def sensor(runner: BoardRunner) -> CheckResult:
     """Watch the sensor at rest."""
-    track = bench.watch(1.0)
+    track = runner.record(1.0)
     noise = noise_of(track.raw)
     lost = len(track) / max(1, int((track.seq[-1] - track.seq[0]) % 65536) + 1)
     if noise > NOISY:
-        return look(
+        return warn(
             "noisy",
             f"The reading jumps by {noise:.0f} counts at rest (limit {NOISY:.0f}).",
             "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
         )
     if np.ptp(track.position) > 0.5e-3:
         words = f"The handle moved {1e3 * np.ptp(track.position):.1f} mm while it should rest."
-        return look("moving", words, "Take the hands off, level the kit, test again.")
+        return warn("moving", words, "Take the hands off, level the kit, test again.")
     if np.any(track.flags & int(BoardFlag.SENSOR)):
-        return look("sensor", "Readings came that cannot be right.", "Check the sensor's plug and magnet.")
+        return warn("sensor", "Readings came that cannot be right.", "Check the sensor's plug and magnet.")
     return passed(f"Reads {int(np.median(track.raw))}, steady; {100.0 * lost:.1f} % of the samples arrived.")
 
 
-def direction(bench: Bench) -> Verdict:
+def stopping(runner: BoardRunner) -> CheckResult:
+    """See the motor go off after the E-stop, and after silence of the computer; the force is 0.05 N."""
+    runner.read_settings()
+    stop_flags, stop_pwm = _flags_after(runner, silent=False)
+    silence_flags, silence_pwm = _flags_after(runner, silent=True)
+    if stop_pwm or not stop_flags & BoardFlag.STOPPED:
+        words, key = "The motor did not go off at the E-stop.", "stop"
+    elif silence_pwm or not silence_flags & BoardFlag.WATCHDOG:
+        words, key = "The motor did not go off when the computer fell silent.", "watchdog"
+    else:
+        return passed("Motor off at E-stop, and when the computer falls silent.")
+    return failed(key, words, "Pull the motor's supply. Flash the firmware again, then test again.")
+
+
+def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
+    """Return flags and duty once the board was stopped, or left alone, while it pushed a little.
+
+    Time counts from when the board heard of it: the computer may have sent it late.
+    """
+    board, answers = runner.board, _Answers()
+    board.start_stream()
+    try:
+        for sample in board.samples(_PATIENCE):
+            runner.check_stopped()
+            answers.take(sample)
+            if answers.time < _PUSHED_SECONDS:
+                board.tell(Force(sample.seq, 0, 0.05))
+            elif not silent:
+                answers.stopped_at = sample.seq if answers.stopped_at is None else answers.stopped_at
+                board.tell(Stop(), Force(sample.seq, 0, 0.05))
+            if answers.time > _SILENCE_SECONDS and answers.enough(silent):
+                break
+    finally:
+        board.stop_stream()
+        board.tell(Release())
+    if not answers.obeyed:
+        raise LateError
+    return answers.flags, answers.pwm
+
+
+class _Answers:
+    """What a board's samples told: time in s, when it heard its last force, whether it ever pushed."""
+
+    def __init__(self) -> None:
+        self.time = self.heard = 0.0
+        self.flags = self.pwm = 0
+        self.obeyed = False
+        self.stopped_at: int | None = None  # number of the first sample that a stop came with
+        self._last: Sample | None = None
+
+    def take(self, sample: Sample) -> None:
+        if self._last is not None:
+            self.time += ((sample.time_us - self._last.time_us) & 0xFFFFFFFF) * 1e-6
+            if sample.answered != self._last.answered:
+                self.heard = self.time
+        self.flags, self.pwm, self._last = sample.flags, sample.pwm, sample
+        self.obeyed = self.obeyed or not sample.flags & BoardFlag.WATCHDOG
+
+    def enough(self, silent: bool) -> bool:
+        """Say whether the board has had time to go off, or has gone on after it was stopped."""
+        if silent:
+            return self.time > self.heard + _SILENCE_SECONDS - _PUSHED_SECONDS
+        if self._last is None or self.stopped_at is None:
+            return False
+        went_on = (self._last.answered - self.stopped_at) & 0xFFFF < 0x8000
+        return went_on or bool(self.flags & BoardFlag.STOPPED) or self.time > _PATIENCE
+
+
+def direction(runner: BoardRunner) -> CheckResult:
     """Push both ways."""
-    found = trials.push_both_ways(bench)
+    found = push_both_ways(runner)
     if found.agrees is False:
-        words = found.verdict.words + " A spring would run away."
-        return failed("opposite", words, "Run Set up my Hapkit, step 3, or Device, Flip direction.")
-    if found.verdict.key == "no motion" and bench.now.coulomb > _HOLDS:
-        words = f"{found.verdict.words} Dry friction of {bench.now.coulomb:.2f} N is stored: it may hold it."
-        return look("no motion", words, f"{_REMEDY_STICKY} Else: {found.verdict.remedy}")
-    return found.verdict
+        words = found.result.words + " A spring would run away."
+        return failed("opposite", words, "Run Set up my Hapkit, step Direction, or Device, Flip direction.")
+    if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
+        words = (
+            f"{found.result.words} Dry friction of {runner.settings.coulomb:.2f} N is stored: it may hold it."
+        )
+        return warn("no motion", words, f"{_FRICTION_REMEDY} Else: {found.result.remedy}")
+    return found.result
 
 
-def paddle(bench: Bench) -> Verdict:
+def paddle(runner: BoardRunner) -> CheckResult:
     """Sweep, and compare mass and friction with what is stored."""
-    swept = trials.sweep(bench, _SWEEP_SECONDS)
-    now, part = bench.now, swept.part
-    if not part.estimates and now.quantum > _COARSE:
+    swept = sweep(runner, _SWEEP_SECONDS)
+    now, part = runner.settings, swept.part
+    if not part.estimates and now.quantum > _COARSE_QUANTUM:
         count = f"One count is {1e3 * now.quantum:.1f} mm"
         return passed(f"Swept. {count}: too coarse to tell mass and friction.")
     if not part.estimates:
-        return look("sweep", part.advice, "Level the kit, let the handle go in the middle, test again.")
+        return warn("sweep", part.advice, "Level the kit, let the handle go in the middle, test again.")
     mass, dry = part["mass"], part["coulomb"]
     damping = part["viscous"].value
     words = f"Mass {1e3 * mass.value:.0f} g, damping {damping:.2f} N·s/m, friction {dry.value:.2f} N"
     if swept.board.dead_band != now.dead_band:
-        remedy = "Run Set up my Hapkit, step 5: small forces are too small."
-        return look("dead band", f"The motor begins to turn at duty {swept.board.dead_band} of 255.", remedy)
-    if dry.low > max(2.0 * now.coulomb, _STICKY):
-        return look("friction", f"{words}; stored is {now.coulomb:.2f} N.", _REMEDY_STICKY)
-    if max(mass.value / now.mass, now.mass / mass.value) - 1.0 > _ALIKE + mass.half / now.mass:
+        remedy = "Run Set up my Hapkit, step Friction: small forces are too small."
+        return warn("dead band", f"The motor begins to turn at duty {swept.board.dead_band} of 255.", remedy)
+    if dry.low > max(2.0 * now.coulomb, _MUCH_FRICTION):
+        return warn("friction", f"{words}; stored is {now.coulomb:.2f} N.", _FRICTION_REMEDY)
+    if max(mass.value / now.mass, now.mass / mass.value) - 1.0 > _MASS_TOLERANCE + mass.half / now.mass:
         stored = f"{words}; stored is {1e3 * now.mass:.0f} g."
-        return look("mass", stored, "The motor's strength or the handle has changed: run steps 4 and 5.")
+        return warn(
+            "mass", stored, "The motor's strength or the handle has changed: run Strength and Friction."
+        )
     stored = f"{1e3 * now.mass:.0f} g, {now.viscous:.2f} N·s/m, {now.coulomb:.2f} N"
     return passed(f"{words}; stored, and near enough: {stored}.")
 
 
-def spring(bench: Bench) -> Verdict:
+def spring(runner: BoardRunner) -> CheckResult:
     """Render a spring, knock the handle, see it come to rest."""
-    track = moves.spring(bench, SPRING)
+    track = motions.spring(runner, SPRING)
     late = track.position[track.time > 1.2]
     size = float(np.ptp(late))
     if size > 1e-3:
         words = f"A spring of {SPRING:.0f} N/m still moves by {1e3 * size:.1f} mm after a second."
-        return look("spring", words, "Lower the delay (low-latency mode, frame padding), tighten the cable.")
+        return warn("spring", words, "Lower the delay (low-latency mode, frame padding), tighten the cable.")
     return passed(f"A spring of {SPRING:.0f} N/m comes to rest.")
 
 
@@ -161,23 +240,23 @@ _NEEDED = ("stopping", "direction")
 
 @dataclass(frozen=True)
 class Report:
-    """All verdicts by the key of their check, in order."""
+    """All results by the key of their check, in order."""
 
-    verdicts: dict[str, Verdict]
+    results: dict[str, CheckResult]
 
     @property
     def good(self) -> bool:
         """Say whether every check passed."""
-        return all(verdict.good for verdict in self.verdicts.values())
+        return all(result.good for result in self.results.values())
 
     def as_json(self) -> dict[str, Any]:
         """Return everything for programs."""
-        return {"pass": self.good, "checks": {k: vars(v) | {} for k, v in self.verdicts.items()}}
+        return {"pass": self.good, "checks": {k: vars(v) | {} for k, v in self.results.items()}}
 
     @property
     def dangerous(self) -> bool:
         """Say whether a check failed so that nothing may be rendered on this kit."""
-        return any(verdict.level == FAIL for verdict in self.verdicts.values())
+        return any(result.level == FAIL for result in self.results.values())
 
     @property
     def words(self) -> str:
@@ -189,60 +268,56 @@ class Report:
         if self.dangerous:
             return f"Do not use this Hapkit yet. Mend first: {self._titles(FAIL)}.{rest}"
         rest = rest or (" All else is well." if self._titles(PASS) else "")
-        return f"Look at: {self._titles(LOOK)}.{rest}"
+        return f"Look at: {self._titles(WARN)}.{rest}"
 
     def _titles(self, level: str) -> str:
-        """Return the checks with a verdict of a level, in words."""
+        """Return the checks with a result of a level, in words."""
         return ", ".join(c.title.lower() for c in CHECKS if self._level(c.key) == level)
 
     def _level(self, key: str) -> str:
-        return self.verdicts[key].level if key in self.verdicts else ""
+        return self.results[key].level if key in self.results else ""
 
 
 def run_all(
-    bench: Bench, said: Callable[[Check, Verdict | None], None] = lambda check, verdict: None
+    runner: BoardRunner, report: Callable[[Check, CheckResult | None], None] = lambda check, result: None
 ) -> Report:
-    """Run every check; said(check, None) as one begins, then its verdict. Raise StoppedError, PortGoneError.
+    """Run every check; report(check, None) as one begins, then its result.
 
-    Where stopping or direction fail, what moves the handle in a loop is left out.
+    Where stopping or direction fail, what moves the handle in a loop is left out. Raise StoppedError,
+    CancelledError, PortGoneError.
     """
-    verdicts: dict[str, Verdict] = {}
+    results: dict[str, CheckResult] = {}
     for check in CHECKS:
-        said(check, None)
-        blocked = [key for key in _NEEDED if key in verdicts and not verdicts[key].good]
+        report(check, None)
+        blocked = [key for key in _NEEDED if key in results and not results[key].good]
         if check.motor and blocked:
-            verdict = skipped("Left out until the checks above pass.")
+            result = skipped("Left out until the checks above pass.")
         else:
-            verdict = _safely(check, bench)
-        verdicts[check.key] = verdict
-        said(check, verdict)
-    return Report(verdicts)
+            result = _run_check(check, runner)
+        results[check.key] = result
+        report(check, result)
+    return Report(results)
 
 
-def _safely(check: Check, bench: Bench) -> Verdict:
-    """Return a check's verdict; a doubt that stopped it is one. Where the computer was late, try again."""
-    for _ in range(_TRIES - 1):
-        with contextlib.suppress(LateError):
-            return _once(check, bench)
-    try:
-        return _once(check, bench)
-    except LateError:
-        words = f"This computer was late, {_TRIES} times: the board switched its motor off, as it must."
-        return look("late", words, "No fault of the kit. Close other programs, then test again.")
+def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
+    """Return a check's result; what aborted it is one. Where the computer was late, try again."""
+    for _ in range(_TRIES):
+        try:
+            return _twice_without_data(check, runner)
+        except LateError:
+            continue
+        except (StoppedError, CancelledError):
+            raise
+        except AbortedError as error:
+            remedy = "Level the kit, hands off, handle in the middle. Then test again."
+            return warn("aborted", str(error), remedy)
+    words = f"This computer was late, {_TRIES} times: the board switched its motor off, as it must."
+    return warn("late", words, "No fault of the kit. Close other programs, then test again.")
 
 
-def _heard(check: Check, bench: Bench) -> Verdict:
+def _twice_without_data(check: Check, runner: BoardRunner) -> CheckResult:
     """Run a check; where samples stop coming, once more: a board may miss one order to stream."""
     try:
-        return check.run(bench)
+        return check.run(runner)
     except NoDataError:
-        return check.run(bench)
-
-
-def _once(check: Check, bench: Bench) -> Verdict:
-    try:
-        return _heard(check, bench)
-    except (StoppedError, LateError):
-        raise
-    except DoubtError as doubt:
-        return look("doubt", str(doubt), "Level the kit, hands off, handle in the middle. Then test again.")
+        return check.run(runner)

@@ -1,16 +1,18 @@
 """Mass, damping and dry friction of the paddle, and the motor's dead band, from a sweep without a hand."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hapkit_studio.analysis.calibrate.motor_map import force_of
+from hapkit_studio.analysis.calibrate import motions
+from hapkit_studio.analysis.calibrate.motor import breakaway
 from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.handle import handle
 from hapkit_studio.analysis.identify.recording import Recording, Setup
 from hapkit_studio.analysis.identify.windows import Grid, Windows, lay
-from hapkit_studio.devices.calibration import Track
+from hapkit_studio.devices.board_runner import BoardRunner, Track, motor_force
+from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.haptics import rows
 from hapkit_studio.protocol.messages import Board, BoardFlag
 
@@ -21,6 +23,10 @@ TIME_SURE = 50e-6
 """s by which a reading, or a force's beginning, may be off the board's own time for it."""
 BAND_SURE = 3
 """Steps of duty by which a dead band that was found may be off."""
+MOST_COMPENSATED = 1.0
+"""N of dry friction that a sweep compensates at most."""
+_COMPENSATED = 0.8
+"""Share of the break-away force that it compensates."""
 _OFF = BoardFlag.STOPPED | BoardFlag.OVER_SPEED | BoardFlag.REFUSED
 _PIECES = (24, 12, 6)
 _FEWEST = 40
@@ -32,13 +38,13 @@ _FINE = 10
 """Steps of duty about the board's own among which a fine search looks: what it began with is near."""
 
 
-def forces(track: Track, board: Board) -> np.ndarray:
+def mean_forces(track: Track, board: Board) -> np.ndarray:
     """Return the motor's mean force (n,) in N from each sample to the next.
 
     The board says which duty was in force at each sample, and when the last one came into force: that many s
     after the sample that it answers.
     """
-    at = force_of(board, track.pwm)
+    at = motor_force(board, track.pwm)
     after = np.append(at[1:], at[-1])
     period = float(np.median(np.diff(track.time)))
     answered = (track.seq - track.answered) % 65536
@@ -51,7 +57,7 @@ def forces(track: Track, board: Board) -> np.ndarray:
 def recording_of(track: Track, board: Board) -> Recording:
     """Return a track as a recording for identification; no hand holds the handle."""
     position = track.count * board.quantum
-    applied = forces(track, board)
+    applied = mean_forces(track, board)
     nothing = np.zeros(len(track))
     off = (track.flags & int(_OFF)) != 0
     return Recording(
@@ -68,15 +74,15 @@ def paddle_of(track: Track, board: Board) -> Part:
     return widened(part, FORCE_SURE, 0.0, TIME_SURE) if part.estimates else part
 
 
-def bands_near(board: Board) -> list[Board]:
+def dead_bands_nearby(board: Board) -> list[Board]:
     """Return a board's settings with its dead band as far off as it may be; none without a dead band."""
     ends = (board.dead_band - BAND_SURE, board.dead_band + BAND_SURE) if board.dead_band else ()
     return [replace(board, dead_band=max(band, 0)) for band in ends]
 
 
-def unsure_of_band(part: Part, track: Track, board: Board) -> Part:
+def widened_by_dead_band(part: Part, track: Track, board: Board) -> Part:
     """Return a part whose intervals also hold what the dead band may be off; friction is moved by it most."""
-    others = [other for near in bands_near(board) if (other := paddle_of(track, near)).estimates]
+    others = [other for near in dead_bands_nearby(board) if (other := paddle_of(track, near)).estimates]
     made = []
     for e in part.estimates:
         moved = max((abs(other[e.key].value - e.value) for other in others), default=0.0)
@@ -95,27 +101,27 @@ def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
     """
     recording = recording_of(track, board)
     grid = lay(recording)
-    windows, kept = _longest(grid)
+    windows, kept = _longest_windows(grid)
     if kept.sum() < _FEWEST:
         return board.dead_band
-    friction, inertial = np.split(np.linalg.qr(_motion(grid, windows)[kept])[0], 2, axis=1)
+    friction, inertial = np.split(np.linalg.qr(_features(grid, windows)[kept])[0], 2, axis=1)
 
-    def left_over(band: int) -> float:
-        y = _mean_forces(track, replace(board, dead_band=band), grid, windows)[kept]
+    def residual(band: int) -> float:
+        y = _window_forces(track, replace(board, dead_band=band), grid, windows)[kept]
         moving = y - friction @ (friction.T @ y)
         rest = moving - inertial @ (inertial.T @ moving)
         size = float(moving @ moving)
         return float(rest @ rest) / size if size > 0.0 else math.inf
 
     low, high = (board.dead_band - _FINE, board.dead_band + _FINE) if fine else (0, _MOST_BAND)
-    best = min(range(max(low, 0), min(high, _MOST_BAND) + 1), key=left_over)
+    best = min(range(max(low, 0), min(high, _MOST_BAND) + 1), key=residual)
     if fine:
         return best
     far = abs(best - board.dead_band) >= _STEPS
-    return best if far and left_over(board.dead_band) > _BETTER * left_over(best) else board.dead_band
+    return best if far and residual(board.dead_band) > _BETTER * residual(best) else board.dead_band
 
 
-def _longest(grid: Grid) -> tuple[Windows, np.ndarray]:
+def _longest_windows(grid: Grid) -> tuple[Windows, np.ndarray]:
     """Return the longest windows of which enough go one way all through, and which those are."""
     for piece in _PIECES:
         windows = Windows(len(grid), piece, grid.period, 0.0)
@@ -126,16 +132,16 @@ def _longest(grid: Grid) -> tuple[Windows, np.ndarray]:
     return windows, kept
 
 
-def _motion(grid: Grid, windows: Windows) -> np.ndarray:
+def _features(grid: Grid, windows: Windows) -> np.ndarray:
     """Return each window's direction, 1, mean acceleration and speed, (windows, 4)."""
     rates = [windows.derivative(grid.position, order) for order in (2, 1)]
-    way = np.sign(windows.derivative(grid.sign, 0))
-    return np.column_stack([way, np.ones(len(way)), *rates])
+    direction = np.sign(windows.derivative(grid.sign, 0))
+    return np.column_stack([direction, np.ones(len(direction)), *rates])
 
 
-def _mean_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> np.ndarray:
+def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> np.ndarray:
     """Return each window's mean force in N by a board's settings, (windows,)."""
-    values = forces(track, board)
+    values = mean_forces(track, board)
     if len(values) != len(grid):
         times = (track.time - track.time[0]) / grid.period
         values = np.interp(np.arange(len(grid)), times, values)
@@ -154,11 +160,13 @@ def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
     for e in part.estimates:
         scales = math.hypot(force, 0.0 if e.key == "coulomb" else 2.0 * length)
         wider = replace(e, half=math.hypot(e.half, scales * e.value, moved.get(e.key, 0.0)))
-        made.append(wider if wider.half <= max(abs(e.value), e.term.fine) else _untold(wider, force, length))
+        made.append(
+            wider if wider.half <= max(abs(e.value), e.term.fine) else _not_told(wider, force, length)
+        )
     return replace(part, estimates=tuple(made))
 
 
-def _untold(estimate: Estimate, force: float, length: float) -> Estimate:
+def _not_told(estimate: Estimate, force: float, length: float) -> Estimate:
     """Return an estimate that is not told, with what to do about the scale that leaves it open."""
     if not estimate.told:
         return estimate
@@ -169,3 +177,27 @@ def _untold(estimate: Estimate, force: float, length: float) -> Estimate:
 def changes(part: Part) -> dict[str, float]:
     """Return what of a board's settings a sweep tells; a number that it does not tell stays."""
     return {e.key: max(e.value, 0.0) for e in part.estimates if e.key in NAMES and e.told}
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """A sweep and what it says: the board's settings with the dead band found, the paddle, the force at which
+    the handle broke away in N."""
+
+    board: Board
+    part: Part
+    track: Track
+    breakaway_force: float
+
+
+def sweep(runner: BoardRunner, seconds: float = motions.SWEEP_SECONDS, fine: bool = False) -> SweepResult:
+    """Find what it takes to move the handle, sweep, judge; raise DeviceError. Changes nothing on the board.
+
+    fine: the board has a dead band near the true one, so that any better one counts.
+    """
+    force = breakaway(runner).force
+    friction = min(_COMPENSATED * force, MOST_COMPENSATED)
+    track = motions.sweep(runner, seconds, friction)
+    board = of_settings(runner.settings)
+    board = replace(board, dead_band=dead_band_of(track, board, fine))
+    return SweepResult(board, paddle_of(track, board), track, force)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from hapkit_studio.analysis.calibrate.verdict import Verdict, look, passed
-from hapkit_studio.devices.calibration import Track
+from hapkit_studio.analysis.calibrate.result import CheckResult, passed, warn
+from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.devices.profiles import quantum_of
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board
@@ -37,7 +37,7 @@ class Mark:
     spread: float
 
 
-def take(track: Track, place: float) -> Mark:
+def mark_from(track: Track, place: float) -> Mark:
     """Return the mark that a track of a held handle shows; raise ParameterError where it was not still."""
     count = track.settings.sense * track.count + track.settings.zero
     spread = float(np.ptp(track.position))
@@ -60,7 +60,7 @@ class Scale:
     residuals: np.ndarray
     ratio: float
     closure: float
-    verdict: Verdict
+    result: CheckResult
 
 
 def fit(marks: list[Mark], board: Board) -> Scale:
@@ -89,7 +89,7 @@ def fit(marks: list[Mark], board: Board) -> Scale:
         quantum, quantum * spread, zero, at_zero / quantum, sense, residuals, ratio, _closure(marks, slope),
         passed(""),
     )  # fmt: skip
-    return replace(found, verdict=_judge(found, board))
+    return replace(found, result=_judge(found, board))
 
 
 def _closure(marks: list[Mark], slope: float) -> float:
@@ -98,16 +98,16 @@ def _closure(marks: list[Mark], slope: float) -> float:
     return max(apart, default=0.0) / abs(slope)
 
 
-def _judge(found: Scale, board: Board) -> Verdict:
+def _judge(found: Scale, board: Board) -> CheckResult:
     if found.closure > SLIPPED:
-        return look(
+        return warn(
             "slipped",
             f"The same mark, taken again, is {1e3 * found.closure:.1f} mm off "
             f"(limit {1e3 * SLIPPED:.1f} mm).",
             "The cable slipped, or the handle was not at the mark. Tighten it, then take all marks again.",
         )
     if float(np.abs(found.residuals).max()) > 3.0 * SLIPPED:
-        return look(
+        return warn(
             "uneven",
             f"A mark lies {1e3 * float(np.abs(found.residuals).max()):.1f} mm off the line of the others.",
             "Take that mark again; if it stays so, the cable slips.",
@@ -115,7 +115,7 @@ def _judge(found: Scale, board: Board) -> Verdict:
     return _judge_ratio(found, board)
 
 
-def _judge_ratio(found: Scale, board: Board) -> Verdict:
+def _judge_ratio(found: Scale, board: Board) -> CheckResult:
     off = found.ratio - 1.0
     if abs(off) <= max(NEAR, 2.0 * found.quantum_half / found.quantum):
         return passed(
@@ -127,13 +127,13 @@ def _judge_ratio(found: Scale, board: Board) -> Verdict:
     for factor, said in ((0.5, "the pulley's diameter"), (2.0, "half the pulley's radius")):
         no_handle = not _HANDLES[0] <= board.handle_radius * found.ratio <= _HANDLES[1]
         if abs(found.ratio / factor - 1.0) <= _FACTOR or (no_handle and off * (factor - 1.0) > 0.0):
-            return look(
+            return warn(
                 "diameter",
                 f"{words} {pulley:.1f} mm looks like {said}, not its radius.",
                 f"Type {pulley * factor:.1f} mm for the pulley, press Use these radii. "
                 "Or check how far apart the marks are.",
             )
-    return look(
+    return warn(
         "radius",
         f"{words} The handle may be {handle * found.ratio:.0f} mm from the axis, not {handle:.0f} mm.",
         f"Measure rh, rp and rs. Or press Use this scale: rh counts as {handle * found.ratio:.1f} mm then.",
@@ -147,15 +147,15 @@ def changes(found: Scale, board: Board) -> dict[str, float | int]:
     difference follows the marks, and the force is right with it.
     """
     made = {"quantum": found.quantum, "zero": round(found.zero), "sense": found.sense}
-    radius = _explains(found)
+    radius = _wrong_radius(found)
     return made | {radius: getattr(board, radius) * found.ratio}
 
 
-def in_force(found: Scale, before: Board) -> Verdict:
-    """Return the verdict once the marks are in force: a radius that was wrong has given way."""
-    if found.verdict.key not in ("diameter", "radius"):
-        return found.verdict
-    radius = _explains(found)
+def in_force(found: Scale, before: Board) -> CheckResult:
+    """Return the result once the marks are in force: a radius that was wrong has given way."""
+    if found.result.key not in ("diameter", "radius"):
+        return found.result
+    radius = _wrong_radius(found)
     old, name = 1e3 * getattr(before, radius), _NAMES[radius]
     return passed(
         f"{1e6 * found.quantum:.2f} ± {1e6 * found.quantum_half:.2f} µm per count, as the marks say. "
@@ -163,6 +163,6 @@ def in_force(found: Scale, before: Board) -> Verdict:
     )
 
 
-def _explains(found: Scale) -> str:
+def _wrong_radius(found: Scale) -> str:
     """Return the radius that a difference from the radii is put down to."""
-    return "handle_radius" if found.verdict.key == "radius" else "pulley_radius"
+    return "handle_radius" if found.result.key == "radius" else "pulley_radius"

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapkit_studio.analysis.calibrate.verdict import PASS, Verdict, look, passed
-from hapkit_studio.devices.calibration import Track
-from hapkit_studio.devices.calibration_words import MINUS
+from hapkit_studio.analysis.calibrate.result import PASS, CheckResult, passed, warn
+from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.devices.profiles import quantum_of
+from hapkit_studio.formatting import number
 from hapkit_studio.protocol.messages import Board, Sensor
 
 ENOUGH_TRAVEL = 0.060
@@ -17,11 +17,11 @@ NOISY = 4.0
 _STUCK = 3
 _FEW_REPEATS = 4
 _PLAUSIBLE = 0.15
-_AROUND = 3
+_NEIGHBOURS = 3
 
 
 @dataclass(frozen=True)
-class Sensed:
+class SensorResult:
     """What a look at the sensor found: lowest and highest reading, repeats, the counts between two of them
     with a 95 % half width (nan where there were too few), travel in m by the radii, noise in counts."""
 
@@ -32,7 +32,7 @@ class Sensed:
     half: float
     travel: float
     noise: float
-    verdict: Verdict
+    result: CheckResult
 
     @property
     def counts(self) -> int | None:
@@ -40,12 +40,9 @@ class Sensed:
         return round(self.period) if np.isfinite(self.period) else None
 
 
-def followed(raw: np.ndarray) -> np.ndarray:
+def unwrapped(raw: np.ndarray) -> np.ndarray:
     """Return readings (n,) with the repeats taken out: jumps of more than half the range seen."""
-    reach = float(np.ptp(raw)) + 1.0
-    jumps = np.diff(raw.astype(float), prepend=float(raw[0]))
-    turns = (jumps < -0.5 * reach).astype(int) - (jumps > 0.5 * reach)
-    return raw + reach * np.cumsum(turns)
+    return np.unwrap(raw.astype(float), period=float(np.ptp(raw)) + 1.0)
 
 
 def noise_of(raw: np.ndarray) -> float:
@@ -67,7 +64,7 @@ def periods(raw: np.ndarray) -> np.ndarray:
     """
     reach = float(np.ptp(raw)) + 1.0
     jumps = np.flatnonzero(np.abs(np.diff(raw.astype(float))) > 0.5 * reach) + 1
-    n = _AROUND
+    n = _NEIGHBOURS
     found = []
     for at in jumps:
         if at - 2 * n < 0 or at + 2 * n > len(raw):
@@ -82,7 +79,7 @@ def periods(raw: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-def sense(track: Track) -> Sensed:
+def analyse(track: Track) -> SensorResult:
     """Look at a track in which the handle went from the left end to the right end, more than once."""
     board, raw = track.settings, track.raw
     low, high = int(raw.min()), int(raw.max())
@@ -93,29 +90,29 @@ def sense(track: Track) -> Sensed:
         middle = np.median(sizes)
         near = sizes[np.abs(sizes - middle) <= max(0.05 * middle, 5.0)]
         period, half = float(near.mean()), 1.96 * float(near.std(ddof=1)) / np.sqrt(len(near)) + 0.5
-    turns = followed(raw) if board.sensor != Sensor.QUADRATURE else track.count
+    turns = unwrapped(raw) if board.sensor != Sensor.QUADRATURE else track.count
     travel = float(np.ptp(turns)) * quantum_of(board)
-    found = Sensed(low, high, len(sizes), period, half, travel, noise, passed(""))
-    verdict = _judge(found, track, board)
-    return Sensed(low, high, len(sizes), period, half, travel, noise, verdict)
+    found = SensorResult(low, high, len(sizes), period, half, travel, noise, passed(""))
+    result = _judge(found, track, board)
+    return SensorResult(low, high, len(sizes), period, half, travel, noise, result)
 
 
-def _judge(found: Sensed, track: Track, board: Board) -> Verdict:
+def _judge(found: SensorResult, track: Track, board: Board) -> CheckResult:
     span = found.high - found.low
     if span <= _STUCK and np.ptp(track.count) <= _STUCK:
-        return look(
+        return warn(
             "stuck",
             f"The sensor stays at {found.low}: it does not see the handle move.",
-            "Is it the kit of step 0? Is the magnet on the motor's shaft, the plug in? Then move again.",
+            "Is the right kit chosen? Is the magnet on the motor's shaft, the plug in? Then move again.",
         )
     if found.noise > NOISY:
-        return look(
+        return warn(
             "noisy",
             f"The sensor's reading jumps by {found.noise:.0f} counts (limit {NOISY:.0f}).",
             "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
         )
     if found.travel < ENOUGH_TRAVEL:
-        return look(
+        return warn(
             "little",
             f"The handle moved {1e3 * found.travel:.0f} mm; {1e3 * ENOUGH_TRAVEL:.0f} mm are needed.",
             "Move it from the left end to the right end and back.",
@@ -123,26 +120,26 @@ def _judge(found: Sensed, track: Track, board: Board) -> Verdict:
     return _judge_range(found, track, board)
 
 
-def _judge_range(found: Sensed, track: Track, board: Board) -> Verdict:
+def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult:
     wrong = abs(found.period - board.counts_per_flip) > _PLAUSIBLE * board.counts_per_flip
     if np.isfinite(found.period) and wrong:
-        return look(
+        return warn(
             "range",
             f"The sensor repeats every {found.period:.0f} counts; this kit's repeats every "
             f"{board.counts_per_flip}.",
-            "Check in step 1 that the right kit is chosen, and that the magnet sits straight.",
+            "Check that the right kit is chosen, and that the magnet sits straight.",
         )
     if np.mean(track.count[:50]) > 0.5 * (track.count.min() + track.count.max()):
-        words = "The sensor works. Counts grow to the left, if you began there: step 2 turns them round."
-        return Verdict(PASS, words, key="inverted")
+        words = "The sensor works. Counts grow to the left, if you began there: the next step reverses them."
+        return CheckResult(PASS, words, key="inverted")
     repeats = f", {found.repeats} repeats" if found.repeats else ""
-    low, high = (f"{value:,}".replace("-", MINUS) for value in (found.low, found.high))
+    low, high = number(found.low, 0), number(found.high, 0)
     return passed(f"The sensor reads {low} to {high}{repeats}, over {1e3 * found.travel:.0f} mm.")
 
 
-def changes(found: Sensed, board: Board) -> dict[str, int]:
+def changes(found: SensorResult, board: Board) -> dict[str, int]:
     """Return what of a board's settings a look at the sensor corrects; nothing where it failed."""
     counts = found.counts
-    if counts is None or not found.verdict.good or abs(counts - board.counts_per_flip) <= found.half:
+    if counts is None or not found.result.good or abs(counts - board.counts_per_flip) <= found.half:
         return {}
     return {"counts_per_flip": counts}

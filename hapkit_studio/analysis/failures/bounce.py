@@ -13,10 +13,11 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.in_window import thrown
-from hapkit_studio.analysis.failures.numbers import signed, text, thinned
 from hapkit_studio.analysis.failures.spring import MASS, RATE
+from hapkit_studio.analysis.failures.traces import thinned
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.paddle import transition
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
@@ -178,7 +179,7 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
     error = off(lateness, case, gain)
     out = bounce_rows(case["mass"], k, rate, delay, 0.5)
     time, x = thinned(np.arange(len(out)) / rate, 1e3 * (out[:, rows.TRUE_POSITION] - WALL))
-    words = f"energy × {text(gain, '', 4)} in a bounce; the formula is off by {signed(100.0 * error, '%', 2)}"
+    words = f"energy × {with_unit(gain, '', 4)} in a bounce; the formula is off by {with_unit(100.0 * error, '%', 2, sign=True)}"
     return base.Evidence(time, x, "depth in the wall", "mm", abs(error) <= WITHIN, 100.0 * error, "%", words)
 
 
@@ -206,11 +207,11 @@ def live(lateness: float, case: base.Case) -> base.Live:
     )
     loop = {"rate": case["rate"], "delay": case["late"] / case["rate"]}
     found = base.Live("wall", {**values, "position": _WALL}, loop)
-    gain = text(thrown(found, _WALL), "", 3)
+    gain = with_unit(thrown(found, _WALL), "", 3)
     drag = "Drag to −30 mm, swing at the wall at 0.25 m/s and let go just before"
     advice = f"{drag}: it comes back {gain} × as fast."
     if values["stiffness"] < 0.999 * stiffness_of(lateness, case):
-        advice += f" The window's wall takes no more than {text(values['stiffness'], 'N/m', 4)}."
+        advice += f" The window's wall takes no more than {with_unit(values['stiffness'], 'N/m', 4)}."
     return replace(found, advice=advice)
 
 

@@ -7,12 +7,13 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.integrators import growth_per_radian
-from hapkit_studio.analysis.failures.numbers import before_lost, growth, text, thinned
+from hapkit_studio.analysis.failures.traces import before_lost, growth, thinned
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.step_limits import longest_step
 from hapkit_studio.environments.pushed import LABELS
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
@@ -78,7 +79,9 @@ def probe(step: float, case: base.Case) -> base.Evidence:
     time, x = swing(_method(case), step)
     rate = rate_of(x, step)
     holds = rate < 0.0
-    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}; in truth it decays by 0.25 1/s"
+    words = (
+        f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}; in truth it decays by 0.25 1/s"
+    )
     time, x = thinned(time, 1e3 * x)
     return base.Evidence(time, x, "mass from its rest", "mm", holds, rate, "1/s", words)
 

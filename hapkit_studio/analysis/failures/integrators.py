@@ -5,10 +5,11 @@ from collections.abc import Callable
 import numpy as np
 
 from hapkit_studio.analysis.failures import base
-from hapkit_studio.analysis.failures.numbers import alive, before_lost, growth, text, thinned
+from hapkit_studio.analysis.failures.traces import alive, before_lost, growth, thinned
 from hapkit_studio.dynamics.integrators import INTEGRATORS, integrate
 from hapkit_studio.dynamics.step_limits import longest_step
 from hapkit_studio.environments.pushed import LABELS
+from hapkit_studio.formatting import with_unit
 
 
 def _explicit_euler(r: float, h: float) -> np.ndarray:
@@ -120,8 +121,8 @@ def probe(step: float, case: base.Case) -> base.Evidence:
     holds = rate < 0.0
     shown = alive(size[: before_lost(size, 30.0 * START)], 1e-3 * START)
     time, x = thinned(time[:shown], 1e3 * x[:shown])
-    true = text(-_truth(case), "1/s")
-    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}; in truth it decays by {true}"
+    true = with_unit(-_truth(case), "1/s")
+    words = f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}; in truth it decays by {true}"
     return base.Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
 
 

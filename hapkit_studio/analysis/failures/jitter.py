@@ -10,9 +10,10 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
+from hapkit_studio.analysis.failures.traces import alive, before_lost, thinned
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import batch, block, headless, rows
 
 _NEAR, _POINTS = np.array([0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04, 1.06]), 24
@@ -114,7 +115,7 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
     holds = rate < 0.0
     n = before_lost(seen[:, 0], spring.REACH)
     time, x = thinned(time[:n], 1e3 * seen[:n, 0])
-    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}"
+    words = f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}"
     return base.Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
 
 

@@ -7,8 +7,9 @@ import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
-from hapkit_studio.analysis.failures.numbers import readable, text, thinned
 from hapkit_studio.analysis.failures.spring import MASS, RATE, VISCOUS
+from hapkit_studio.analysis.failures.traces import thinned
+from hapkit_studio.formatting import on_screen, with_unit
 
 _SHARES = np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0])
 _HALVINGS = 16
@@ -57,7 +58,9 @@ def probe(push: float, case: base.Case) -> base.Evidence:
     moving = np.flatnonzero(np.abs(np.diff(x)) > 0.0)
     seconds = (int(moving[-1]) + 1 if len(moving) else len(x)) / case["rate"]
     words = (
-        f"settles within {text(seconds, 's', 2)}" if holds else f"grows, lost after {text(seconds, 's', 2)}"
+        f"settles within {with_unit(seconds, 's', 2)}"
+        if holds
+        else f"grows, lost after {with_unit(seconds, 's', 2)}"
     )
     shown = min(round(1.2 * seconds * case["rate"]), len(x))
     time, trace = thinned(np.arange(shown) / case["rate"], 1e3 * x[:shown])
@@ -93,7 +96,7 @@ def live(push: float, case: base.Case) -> base.Live:
     found = base.Live("spring", values, loop)
     pointer = behind(push, values["stiffness"])
     said = "It swings on." if let_go(found, pointer) > SEEN else "It comes to rest."
-    drag = f"Drag to {readable(pointer, 'm', 3)}, the handle comes {readable(push, 'm', 3)}, and let go."
+    drag = f"Drag to {on_screen(pointer, 'm', 3)}, the handle comes {on_screen(push, 'm', 3)}, and let go."
     return replace(found, advice=f"{drag} {said}")
 
 

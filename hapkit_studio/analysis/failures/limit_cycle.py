@@ -3,8 +3,9 @@
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring
-from hapkit_studio.analysis.failures.numbers import text, thinned
 from hapkit_studio.analysis.failures.spring import MASS, RATE
+from hapkit_studio.analysis.failures.traces import thinned
+from hapkit_studio.formatting import with_unit
 
 # The handle is let go this many counts away.
 START = 3.3
@@ -31,13 +32,13 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
     holds = word == spring.RESTS
     words = "rests, quite still"
     if not holds:
-        words = "grows" if word == spring.GROWS else f"buzzes by {text(counts, 'counts', 2)} for good"
+        words = "grows" if word == spring.GROWS else f"buzzes by {with_unit(counts, 'counts', 2)} for good"
     n = round(SHOWN * case["rate"])
     time, trace = thinned(np.arange(len(x)) / case["rate"], x / case["quantum"])
     label = "position"
     if word == spring.CYCLES:
         time, trace = np.arange(n) / case["rate"], (x[-n:] - x[-n:].mean()) / case["quantum"]
-        label = f"position in the last {text(SHOWN, 's')}"
+        label = f"position in the last {with_unit(SHOWN, 's')}"
     return base.Evidence(time, trace, label, "counts", holds, counts, "counts", words)
 
 

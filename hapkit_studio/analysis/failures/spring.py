@@ -10,11 +10,12 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures.base import Case, Evidence
-from hapkit_studio.analysis.failures.numbers import before_lost, growth, text, thinned
+from hapkit_studio.analysis.failures.traces import before_lost, growth, thinned
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.paddle import transition
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 from hapkit_studio.parameters import Parameter
@@ -63,7 +64,7 @@ def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
     rate = rate_of(where, stiffness, out)
     time, x = thinned(np.arange(len(out)) * where.period, 1e3 * out[:, rows.TRUE_POSITION])
     holds = rate < 0.0
-    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}"
+    words = f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}"
     return Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
 
 

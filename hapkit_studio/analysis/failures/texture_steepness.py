@@ -7,9 +7,10 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base, spring, stroking
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
+from hapkit_studio.analysis.failures.traces import alive, before_lost, thinned
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless, rows
 
 # The handle starts this share of a wavelength from its stable place; beyond REACH the valley is curved.
@@ -51,7 +52,7 @@ def probe(amplitude: float, case: base.Case) -> base.Evidence:
     rate = spring.rate_of(where, stiffness(amplitude, case), out)
     place = 1e6 * (out[:, rows.TRUE_POSITION] - 0.5 * case["wavelength"])
     time, x = thinned(np.arange(len(out)) * where.period, place)
-    words = f"{'decays' if rate < 0.0 else 'grows'} by {text(abs(rate), '1/s')}"
+    words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}"
     return base.Evidence(time, x, "position in the valley", "µm", rate < 0.0, rate, "1/s", words)
 
 

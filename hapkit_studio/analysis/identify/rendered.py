@@ -11,7 +11,7 @@ well, B w^2 times its lag.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,80 +19,15 @@ from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, est
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import Fit, solve
 from hapkit_studio.analysis.identify.windows import Grid, Windows
-from hapkit_studio.environments.friction import COULOMB, SMOOTHED
-from hapkit_studio.workshop.own import taken_keys
+from hapkit_studio.environments.base import ForceTerms
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What was set, in the terms that are identified; None for what the scene does not set.
-
-    one_way: +1 or -1 where damping acts only on motion to that side; contact: only while the law pushes;
-    settle: how far the handle goes after a turn until friction is all there, in m; simple: the law is no more
-    than these numbers.
-    """
-
-    stiffness: float | None = None
-    damping: float | None = None
-    friction: float | None = None
-    centre: float | None = None
-    one_way: float = 0.0
-    contact: bool = False
-    settle: float = 0.0
-    simple: bool = True
-    terms: tuple[str, ...] = ("stiffness", "damping", "friction")
+def asked_of(setup: Setup) -> ForceTerms:
+    """Return what was set; without a known environment nothing."""
+    return setup.environment.force_terms(setup.values) if setup.environment else ForceTerms(simple=False)
 
 
-BOTH = ("stiffness", "damping")
-
-
-def asked_of(setup: Setup) -> Asked:
-    """Return what was set; an environment whose force is no spring, damper or friction sets nothing."""
-    p, key = setup.values, setup.environment.key if setup.environment else ""
-    if key == "free":
-        return Asked(0.0, 0.0, terms=BOTH)
-    if key == "spring":
-        return Asked(p["stiffness"], p["damping"], centre=p["center"], terms=BOTH)
-    if key == "damping":
-        return Asked(0.0, p["damping"], terms=BOTH)
-    if key == "wall":
-        return _wall(p)
-    if key == "hard_surface":
-        return Asked(p["stiffness"], p["damping"], None, p["position"], 1.0, True, simple=False, terms=BOTH)
-    if key == "friction":
-        return _friction(p)
-    return _asked_of_own(setup)
-
-
-def _asked_of_own(setup: Setup) -> Asked:
-    """Return what a person's own environment says of itself; others of the library set nothing."""
-    environment = setup.environment
-    if environment is None:
-        return Asked(simple=False)
-    if environment.impedance is None or environment.key in taken_keys():
-        return Asked(contact=environment.shades, simple=False)
-    stiffness, damping = environment.impedance(setup.values)
-    return Asked(stiffness, damping, contact=environment.shades, simple=False)
-
-
-def _wall(p: dict[str, float]) -> Asked:
-    side = 1.0 if p["side"] == 0 else -1.0
-    damping = 0.0 if p["damping_mode"] == 2 else p["damping"]
-    one_way = side if p["damping_mode"] == 0 and damping > 0.0 else 0.0
-    return Asked(p["stiffness"], damping, None, p["position"], one_way, True, terms=BOTH)
-
-
-def _friction(p: dict[str, float]) -> Asked:
-    plain = p["model"] in (COULOMB, SMOOTHED)
-    level = max(p["static_force"], p["kinetic_force"])
-    settle = 0.0 if plain else 2.0 * level / p["tether_stiffness"]
-    terms = ("damping", "friction")
-    return Asked(
-        None, p["viscous"], p["kinetic_force"], settle=settle, simple=p["model"] == COULOMB, terms=terms
-    )
-
-
-def expected_commands(grid: Grid, what: Asked) -> np.ndarray | None:
+def expected_commands(grid: Grid, what: ForceTerms) -> np.ndarray | None:
     """Return the commands (n,) in N of what was set, for the motion the law saw; None if not simple."""
     if not what.simple:
         return None
@@ -128,14 +63,14 @@ def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> 
     return replace(part, with_clamp=with_clamp.estimates)
 
 
-def _names(asked: Asked, terms: tuple[str, ...]) -> tuple[str, ...]:
+def _names(asked: ForceTerms, terms: tuple[str, ...]) -> tuple[str, ...]:
     """Return the columns' names: damping that acts one way only has two."""
     if asked.one_way == 0.0:
         return terms
     return tuple(n for t in terms for n in (("damping_in", "damping_out") if t == "damping" else (t,)))
 
 
-def _of(grid: Grid, setup: Setup, asked: Asked, names: tuple[str, ...]) -> Part:
+def _of(grid: Grid, setup: Setup, asked: ForceTerms, names: tuple[str, ...]) -> Part:
     best: tuple[int, Windows, np.ndarray] | None = None
     for piece in PIECES:
         windows = Windows(len(grid), piece, grid.period, setup.delay)
@@ -149,7 +84,7 @@ def _of(grid: Grid, setup: Setup, asked: Asked, names: tuple[str, ...]) -> Part:
     return _fitted(grid, setup, asked, names, *best[1:])
 
 
-def _kept(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...]) -> np.ndarray:
+def _kept(grid: Grid, windows: Windows, asked: ForceTerms, names: tuple[str, ...]) -> np.ndarray:
     good = grid.law & grid.contact if asked.contact else grid.law
     if asked.settle > 0.0:
         good = good & (grid.gone > asked.settle)
@@ -160,7 +95,7 @@ def _kept(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...]) ->
     return kept
 
 
-def _columns(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...]) -> np.ndarray:
+def _columns(grid: Grid, windows: Windows, asked: ForceTerms, names: tuple[str, ...]) -> np.ndarray:
     position, speed = windows.derivative(grid.position, 0), windows.derivative(grid.position, 1)
     sign = np.sign(windows.derivative(grid.sign, 0))
     inward = sign * asked.one_way > 0.0
@@ -175,7 +110,7 @@ def _columns(grid: Grid, windows: Windows, asked: Asked, names: tuple[str, ...])
 
 
 def _fitted(
-    grid: Grid, setup: Setup, asked: Asked, names: tuple[str, ...], windows: Windows, kept: np.ndarray
+    grid: Grid, setup: Setup, asked: ForceTerms, names: tuple[str, ...], windows: Windows, kept: np.ndarray
 ) -> Part:
     columns, against = _columns(grid, windows, asked, names), -windows.held(grid.commands)
     left_out = {**grid.left_out, **_without_contact(grid, asked)}
@@ -222,19 +157,24 @@ def _steps(
     return len(columns) * np.abs(inverse) @ (error * np.abs(fit.beta))
 
 
-def _without_contact(grid: Grid, asked: Asked) -> dict[str, int]:
+def _without_contact(grid: Grid, asked: ForceTerms) -> dict[str, int]:
     count = int((grid.law & ~grid.contact).sum()) if asked.contact else 0
     return {"not in contact": count} if count else {}
 
 
-def _set(name: str, asked: Asked) -> float | None:
+def _set(name: str, asked: ForceTerms) -> float | None:
     if name == "damping_out":
         return 0.0
     return {"stiffness": asked.stiffness, "friction": asked.friction}.get(name, asked.damping)
 
 
 def _expected(
-    grid: Grid, asked: Asked, names: tuple[str, ...], windows: Windows, columns: np.ndarray, kept: np.ndarray
+    grid: Grid,
+    asked: ForceTerms,
+    names: tuple[str, ...],
+    windows: Windows,
+    columns: np.ndarray,
+    kept: np.ndarray,
 ) -> dict[str, float]:
     """Return what would have been found if the law had done what was set, no more and no less."""
     commands = expected_commands(grid, asked)
@@ -248,7 +188,7 @@ def _centre(
     fit: Fit,
     names: tuple[str, ...],
     grid: Grid,
-    asked: Asked,
+    asked: ForceTerms,
     estimates: list[Estimate],
     moved: Sizes,
     offset: float | None = None,
@@ -283,7 +223,7 @@ def _centre(
     return [estimate("centre", value, half, moved, asked.centre, asked.centre)]
 
 
-def _why_not(grid: Grid, asked: Asked, names: tuple[str, ...]) -> str:
+def _why_not(grid: Grid, asked: ForceTerms, names: tuple[str, ...]) -> str:
     if asked.contact and not (grid.contact & grid.there).any():
         return "Cannot tell: the piece never touches. Push into the surface."
     if not grid.law.any():

@@ -5,8 +5,8 @@ import math
 from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.rendered import lag
+from hapkit_studio.formatting import MINUS, number
 
-MINUS = "\u2212"
 # What a person reads: unit in the words, and how many of it are one SI unit.
 READ_UNITS = {"m": ("mm", 1e3), "kg": ("g", 1e3)}
 # An interval is not written finer than that share of what is felt.
@@ -27,12 +27,6 @@ def _decimals(half: float, finest: float) -> int:
         return 2
     digits = 1 - math.floor(math.log10(max(half, finest)))
     return max(digits - 1 if max(half, finest) * 10.0 ** (digits - 1) >= 3.0 else digits, 0)
-
-
-def number(value: float, decimals: int) -> str:
-    """Write a number with a true minus; none on what rounds to zero."""
-    text = f"{abs(value):,.{decimals}f}"
-    return MINUS + text if value < 0.0 and any(digit in text for digit in "123456789") else text
 
 
 def _read(estimate: Estimate) -> tuple[float, int]:

@@ -1,13 +1,12 @@
 """How a plot is declared; a file in this folder with such a ``PLOT`` is found and shown."""
 
-import importlib
-import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
+
+from hapkit_studio.discovery import declared
 
 _GRID = 401
 # friction holds at rest: there the curve is upright
@@ -85,13 +84,7 @@ Plot = TimePlot | PhasePlot
 @cache
 def discover() -> tuple[Plot, ...]:
     """Return every plot of this folder, in order."""
-    package = __name__.rpartition(".")[0]
-    modules = (
-        importlib.import_module(info.name)
-        for info in pkgutil.iter_modules([str(Path(__file__).parent)], package + ".")
-        if info.name != __name__
-    )
-    found = [module.PLOT for module in modules if hasattr(module, "PLOT")]
+    found: list[Plot] = [*declared(__package__, "PLOT", TimePlot), *declared(__package__, "PLOT", PhasePlot)]
     return tuple(sorted(found, key=lambda plot: plot.order))
 
 

@@ -1,13 +1,11 @@
 """How a scene is declared; a file in this folder with such a ``SCENE`` is found by its environment's name."""
 
-import importlib
 import math
-import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
+from hapkit_studio.discovery import declared
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.scenes.actors import Motion
 from hapkit_studio.gui.scenes.stage import Stage
@@ -57,13 +55,7 @@ class Scene:
 @cache
 def discover() -> dict[str, Scene]:
     """Return every scene of this folder by its key."""
-    package = __name__.rpartition(".")[0]
-    modules = (
-        importlib.import_module(info.name)
-        for info in pkgutil.iter_modules([str(Path(__file__).parent)], package + ".")
-        if info.name != __name__
-    )
-    return {module.SCENE.key: module.SCENE for module in modules if hasattr(module, "SCENE")}
+    return {scene.key: scene for scene in declared(__package__, "SCENE", Scene)}
 
 
 def named(key: str) -> Scene:

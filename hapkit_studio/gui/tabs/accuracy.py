@@ -49,14 +49,15 @@ def answer_words(sheet: "Sheet") -> str:
 
 def columns(sheet: "Sheet") -> tuple[Column, ...]:
     """Return the columns of the points that compete: what is chosen between, cost, error in one unit."""
-    from hapkit_studio.analysis.accuracy.words import figures, name_words
+    from hapkit_studio.analysis.accuracy.words import name_words
     from hapkit_studio.charts.methods import look
+    from hapkit_studio.formatting import significant
 
     scene, default = sheet.scene, sheet.answer.default
     head = "Error\nmm/s" if scene.unit == "m/s" else "Of limit\n%" if scene.goal else "Error\n%"
 
     def cost(point: "Point") -> str:
-        return figures(1e-3 * point.ns_per_simulated_s)
+        return significant(1e-3 * point.ns_per_simulated_s)
 
     return (
         Column(
@@ -73,12 +74,12 @@ def columns(sheet: "Sheet") -> tuple[Column, ...]:
 
 def error_figures(error: float, scene: "Scene") -> str:
     """Write an error in the unit of the head; what is tiny or huge as a power of ten."""
-    from hapkit_studio.analysis.accuracy.words import figures, power
+    from hapkit_studio.formatting import power_of_ten, significant
 
     if not math.isfinite(error):
         return "none"
     value = (1e3 if scene.unit == "m/s" else 1e2) * error
-    return figures(value) if value == 0.0 or _TINY <= value < _HUGE else power(value)
+    return significant(value) if value == 0.0 or _TINY <= value < _HUGE else power_of_ten(value)
 
 
 class AccuracyPage(MeasuringPage):

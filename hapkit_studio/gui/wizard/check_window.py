@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, Report, run_all
-from hapkit_studio.analysis.calibrate.verdict import FAIL, LOOK, PASS, Verdict
+from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import PRIMARY
@@ -24,17 +24,17 @@ from hapkit_studio.gui.wizard.shell import Shell
 from hapkit_studio.gui.wizard.verdict_box import LONG, VerdictBox
 
 if TYPE_CHECKING:
-    from hapkit_studio.devices.calibration import Bench
+    from hapkit_studio.devices.board_runner import BoardRunner
     from hapkit_studio.gui.studio import Studio
 
 TITLE = "Test my Hapkit"
 _FINE = 100
-_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
+_SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger")}
 _WAITING, _SAID = "QLabel { font-size: 14px; color: @ink3; }", "QLabel { font-size: 14px; color: @ink; }"
 _BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."
 
 
-def itself(bench: "Bench") -> "Bench":
+def itself(bench: "BoardRunner") -> "BoardRunner":
     """Return the bench: checks need nothing more."""
     return bench
 
@@ -75,7 +75,7 @@ class CheckWindow(Shell):
             dress(words, _WAITING)
             words.setText(check.about)
 
-        def said(check: Check, verdict: Verdict | None) -> None:
+        def said(check: Check, verdict: CheckResult | None) -> None:
             self._said.emit(check.key, verdict)
 
         if self.desk.start(lambda bench: run_all(bench, said), self._finished):
@@ -97,7 +97,7 @@ class CheckWindow(Shell):
         self.test.setFocus()
         self.box.say(_BEGIN)
 
-    def _show(self, key: str, verdict: Verdict | None) -> None:
+    def _show(self, key: str, verdict: CheckResult | None) -> None:
         sign, words = self.rows[key]
         dress(words, _SAID)
         if verdict is None:
@@ -115,7 +115,7 @@ class CheckWindow(Shell):
         self.report = report
         self.test.setEnabled(True)
         self.test.setText("Test again")
-        level = PASS if report.good else FAIL if report.dangerous else LOOK
+        level = PASS if report.good else FAIL if report.dangerous else WARN
         self.box.say(report.words, "", *_SIGNS[level])
 
     def _refused(self, words: str) -> None:

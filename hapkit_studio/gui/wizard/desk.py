@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.devices.calibration import Bench
+from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.errors import DeviceError, PortBusyError, StudioError
 
 if TYPE_CHECKING:
@@ -34,11 +34,11 @@ class Desk(QObject):
     _came = Signal(str, object, object)
 
     def __init__(
-        self, make: Callable[[], Any], prepared: Callable[[Bench], Any], parent: QObject | None = None
+        self, make: Callable[[], Any], prepared: Callable[[BoardRunner], Any], parent: QObject | None = None
     ):
         super().__init__(parent)
         self._make, self._prepared = make, prepared
-        self.bench: Bench | None = None
+        self.bench: BoardRunner | None = None
         self.subject: Any = None
         self.busy = True
         self._job: Job | None = None
@@ -95,7 +95,7 @@ class Desk(QObject):
 
     def samples(self) -> "list[Sample]":
         """Return the samples of the last ten seconds, oldest first."""
-        return list(self.bench.seen) if self.bench is not None else []
+        return list(self.bench.recent) if self.bench is not None else []
 
     def end(self) -> None:
         """Motor off, let go of the board, wait for that; may be called twice."""
@@ -122,11 +122,11 @@ class Desk(QObject):
             if bench is not None:
                 bench.close()
 
-    def _open(self) -> Bench:
+    def _open(self) -> BoardRunner:
         """Return an open bench; the loop may need a moment to let go of the port. Raise DeviceError."""
         deadline = time.monotonic() + PATIENCE
         while True:
-            bench = Bench(self._make())
+            bench = BoardRunner(self._make())
             try:
                 bench.open()
                 return bench
@@ -135,9 +135,9 @@ class Desk(QObject):
                     raise
                 time.sleep(SPARE)
 
-    def _turn(self, bench: Bench) -> None:
+    def _turn(self, bench: BoardRunner) -> None:
         """Watch until there is a job, then do it; the motor is off in between."""
-        bench.watch(until=lambda: self._job is not None or self._quit.is_set())
+        bench.idle(until=lambda: self._job is not None or self._quit.is_set())
         job, self._job = self._job, None
         if job is None:
             return

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.calibrate.session import NO_DIRECTION
-from hapkit_studio.analysis.calibrate.verdict import Verdict
+from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
+from hapkit_studio.analysis.calibrate.result import CheckResult
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import PRIMARY
 from hapkit_studio.gui.wizard.verdict_box import VerdictBox
@@ -16,7 +16,7 @@ from hapkit_studio.gui.wizard.verdict_box import VerdictBox
 if TYPE_CHECKING:
     import numpy as np
 
-    from hapkit_studio.analysis.calibrate.session import Calibration
+    from hapkit_studio.analysis.calibrate.calibration import Calibration
     from hapkit_studio.gui.wizard.desk import Desk
     from hapkit_studio.gui.wizard.rail import Rail
 
@@ -44,7 +44,7 @@ class StepPage(QWidget):
     def __init__(self, desk: "Desk", parent: QWidget | None = None):
         super().__init__(parent)
         self.desk = desk
-        self.verdict: Verdict | None = None
+        self.verdict: CheckResult | None = None
         self.box = VerdictBox()
         self.column = QVBoxLayout(self)
         self.column.setContentsMargins(24, 18, 24, 14)
@@ -138,7 +138,7 @@ class StepPage(QWidget):
         self.started.emit()
         return True
 
-    def show_verdict(self, verdict: Verdict) -> None:
+    def show_verdict(self, verdict: CheckResult) -> None:
         """Show and keep what the step found."""
         self.verdict = verdict
         self.box.show_verdict(verdict)

@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.calibrate.motor_map import force_of
+from hapkit_studio.devices.board_runner import motor_force
 from hapkit_studio.devices.profiles import readings
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.header import StopButton
@@ -18,7 +18,7 @@ from hapkit_studio.gui.wizard.page import Seen
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hapkit_studio.devices.calibration import Bench
+    from hapkit_studio.devices.board_runner import BoardRunner
     from hapkit_studio.gui.studio import Studio
 
 FRAME_MS = 50
@@ -34,7 +34,9 @@ _SHEET = """
 class Shell(QDialog):
     """Takes the board over from the loop while it is open, and hands it back. Never blocks the window."""
 
-    def __init__(self, title: str, studio: "Studio", prepared: "Callable[[Bench], Any]", parent: QWidget):
+    def __init__(
+        self, title: str, studio: "Studio", prepared: "Callable[[BoardRunner], Any]", parent: QWidget
+    ):
         super().__init__(parent)
         self.setObjectName("shell")
         self.setWindowTitle(title)
@@ -96,9 +98,9 @@ class Shell(QDialog):
         shown = samples[(len(samples) - 1) % _EVERY :: _EVERY]
         clock, raw, count = np.array([(s.time_us, s.raw, s.count) for s in shown]).T
         time = 1e-6 * np.cumsum(np.diff(clock, prepend=clock[0]) % 2**32)
-        force = float(force_of(bench.now, np.array([samples[-1].pwm]))[0])
-        raw = readings(raw, bench.now.sensor)
-        self.show_seen(Seen(time, raw, count * bench.now.quantum, force))
+        force = float(motor_force(bench.settings, np.array([samples[-1].pwm]))[0])
+        raw = readings(raw, bench.settings.sensor)
+        self.show_seen(Seen(time, raw, count * bench.settings.quantum, force))
 
     def _stop_changed(self) -> None:
         stopped = self.studio.stopped

@@ -3,7 +3,7 @@
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel
 
-from hapkit_studio.analysis.calibrate.verdict import passed
+from hapkit_studio.analysis.calibrate.result import passed
 from hapkit_studio.devices import profiles
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.wizard.desk import Desk
@@ -53,7 +53,7 @@ class ConnectStep(StepPage):
         """Show the kit that the board takes itself for."""
         if self.desk.subject is None or self.verdict is not None:
             return
-        now = self.subject.before
+        now = self.subject.original
         kit = profiles.numbered(now.profile)
         self.kits.setCurrentIndex(profiles.KITS.index(kit) if kit else 0)
         stored = "has stored settings" if now.origin == Origin.STORED else "has the usual kit's settings"
@@ -79,7 +79,7 @@ class ConnectStep(StepPage):
         if kit is profiles.numbered(self.subject.board.profile):
             self.show_verdict(passed(f"{kit.title}: as the board has it."))
         else:
-            self.do("Telling the board…", lambda work: work.choose(kit), lambda _none: self._chosen(kit))
+            self.do("Telling the board…", lambda work: work.use_kit(kit), lambda _none: self._chosen(kit))
 
     def _chosen(self, kit: profiles.Kit) -> None:
         self.show_verdict(passed(f"The board is set to this kit: {kit.title}."))

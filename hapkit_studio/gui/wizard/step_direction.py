@@ -1,6 +1,6 @@
 """Step 3: switch the motor's supply on; two small pulses say whether force and position agree."""
 
-from hapkit_studio.analysis.calibrate.verdict import Verdict
+from hapkit_studio.analysis.calibrate.result import CheckResult
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.kit_drawing import KitDrawing
 from hapkit_studio.gui.wizard.page import Seen, StepPage
@@ -36,13 +36,13 @@ class DirectionStep(StepPage):
 
     def begin(self) -> None:
         """Push both ways."""
-        self.do("Pushing, 0.3 N at most…", lambda work: work.push(), self._judged)
+        self.do("Pushing, 0.3 N at most…", lambda work: work.try_direction(), self._judged)
 
     def look(self) -> None:
         """Raise the force until the handle moves."""
-        self.do("Raising the force, 1.5 N at most…", lambda work: work.look_for_dead_band(), self._judged)
+        self.do("Raising the force, 1.5 N at most…", lambda work: work.find_dead_band(), self._judged)
 
-    def _judged(self, verdict: Verdict) -> None:
+    def _judged(self, verdict: CheckResult) -> None:
         self.search.setVisible(verdict.key == "no motion")
         self.push.setText("Push again")
         self.show_verdict(verdict)

@@ -2,9 +2,9 @@
 
 from PySide6.QtWidgets import QLabel, QVBoxLayout
 
-from hapkit_studio.analysis.calibrate.trials import Swept
-from hapkit_studio.analysis.calibrate.verdict import look, passed
-from hapkit_studio.devices import calibration_moves as moves
+from hapkit_studio.analysis.calibrate import motions
+from hapkit_studio.analysis.calibrate.paddle import SweepResult
+from hapkit_studio.analysis.calibrate.result import passed, warn
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.theme import number
 from hapkit_studio.gui.wizard.desk import Desk
@@ -31,7 +31,7 @@ class PaddleStep(StepPage):
         self.say(
             "Stand the kit upright again. Handle in the middle, hands off, then press Sweep: for "
             "a quarter to half a minute the motor moves the handle by itself, within ±\u00a025\u00a0mm and "
-            f"{moves.SWEEP_LIMITS.force:g}\u00a0N. It stops at any doubt."
+            f"{motions.SWEEP_LIMITS.force:g}\u00a0N. It stops at any doubt."
         )
         self.plot, self.rail = PositionPlot(), self.with_hand(Rail())
         self.column.addWidget(self.plot, 1)
@@ -77,10 +77,10 @@ class PaddleStep(StepPage):
         self.plot.begin_here()
         self.do("Sweeping. Hands off…", lambda work: work.sweep(), self._swept)
 
-    def _swept(self, swept: Swept) -> None:
+    def _swept(self, swept: SweepResult) -> None:
         part = swept.part
         if not part.estimates:
-            self.show_verdict(look("sweep", part.advice, "Handle in the middle, hands off, sweep again."))
+            self.show_verdict(warn("sweep", part.advice, "Handle in the middle, hands off, sweep again."))
             return
         untold = []
         for key, words, scale, unit, decimals in _LINES:
@@ -90,7 +90,7 @@ class PaddleStep(StepPage):
             self.found[key].setText(value if e.told else "not told")
             untold += [] if e.told else [f"{words}: {e.advice}"]
         if untold:
-            self.show_verdict(look("untold", " ".join(untold), "Handle in the middle, sweep again."))
+            self.show_verdict(warn("untold", " ".join(untold), "Handle in the middle, sweep again."))
             return
         band = swept.board.dead_band
         words = f" The motor begins to turn at duty {band} of 255." if band else ""

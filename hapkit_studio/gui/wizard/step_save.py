@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QWidget
 
-from hapkit_studio.analysis.calibrate.verdict import passed
+from hapkit_studio.analysis.calibrate.result import passed
 from hapkit_studio.devices import calibration_file, profiles
-from hapkit_studio.devices.calibration_words import MEASURED, shown, words_of
+from hapkit_studio.devices.calibration_file import MEASURED, setting_label, setting_text
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.wizard.desk import Desk
@@ -19,7 +19,7 @@ from hapkit_studio.protocol.messages import Sensor
 Notes = dict[str, tuple[bool, str]]
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.calibrate.session import Calibration
+    from hapkit_studio.analysis.calibrate.calibration import Calibration
 
 _UNSAVED = "Not saved yet: the board would forget it at its next start."
 
@@ -82,7 +82,7 @@ class SaveStep(StepPage):
     def keep(self) -> None:
         """Keep the settings on the board and write the file."""
         try:
-            label = calibration_file.label_of(self.label.text())
+            label = calibration_file.checked_label(self.label.text())
         except ParameterError as error:
             self.show_refusal(str(error))
             return
@@ -93,7 +93,7 @@ class SaveStep(StepPage):
 
         def job(work: "Calibration") -> str:
             work.store(label)
-            return str(calibration_file.write(profiles.of_settings(work.bench.now), notes))
+            return str(calibration_file.write(profiles.of_settings(work.runner.settings), notes))
 
         self.do("Saving…", job, self._kept)
 
@@ -153,12 +153,12 @@ class SaveStep(StepPage):
         while (item := self._grid.takeAt(0)) is not None:
             if (cell := item.widget()) is not None:
                 cell.deleteLater()
-        before, now = self.subject.before, self.subject.board
+        before, now = self.subject.original, self.subject.board
         for column, words in enumerate(("", "before", "now")):
             self._cell(0, column, words, "axis")
         for line, name in enumerate(MEASURED, 1):
-            old, new = shown(before, name), shown(now, name)
-            self._cell(line, 0, words_of(name), "axis")
+            old, new = setting_text(before, name), setting_text(now, name)
+            self._cell(line, 0, setting_label(name), "axis")
             self._cell(line, 1, old, "axis")
             self._cell(line, 2, new if new != old else "as before", "" if new != old else "axis")
         self._grid.setColumnStretch(3, 1)

@@ -3,8 +3,8 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout
 
+from hapkit_studio.analysis.calibrate.result import CheckResult
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
-from hapkit_studio.analysis.calibrate.verdict import Verdict
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.theme import number
 from hapkit_studio.gui.wizard.desk import Desk
@@ -86,7 +86,7 @@ class ScaleStep(StepPage):
     def mark(self) -> None:
         """Take the mark at which the handle is held."""
         place = self.place.metres
-        self.do("Hold still…", lambda work: work.mark(place), self._marked)
+        self.do("Hold still…", lambda work: work.take_mark(place), self._marked)
 
     def forget(self) -> None:
         """Take all marks again."""
@@ -130,11 +130,11 @@ class ScaleStep(StepPage):
         turned = scale.sense != self.subject.board.sense
         round_ = " The sensor counts the other way: positions are turned round." if turned else ""
         self.taken.setText(f"Each mark's distance from the straight line: {off} mm.{round_}")
-        self.box.show_verdict(scale.verdict)
+        self.box.show_verdict(scale.result)
         self.take.setProperty("first", False)  # an Enter too many must not take a fifth mark
-        self.apply.setProperty("first", scale.verdict.good)
+        self.apply.setProperty("first", scale.result.good)
 
-    def _used(self, verdict: Verdict) -> None:
+    def _used(self, verdict: CheckResult) -> None:
         self._show_radii()
         self.show_verdict(verdict)
 

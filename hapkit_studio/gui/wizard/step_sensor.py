@@ -1,7 +1,7 @@
 """Step 1: move the handle from end to end and see what the sensor says."""
 
-from hapkit_studio.analysis.calibrate.session import Calibration
-from hapkit_studio.devices.calibration import Track
+from hapkit_studio.analysis.calibrate.calibration import Calibration
+from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.page import Seen, StepPage
 from hapkit_studio.gui.wizard.rail import Rail
@@ -43,10 +43,10 @@ class SensorStep(StepPage):
         """Record, then judge."""
         self.do(
             "Move the handle: right end, left end, right end, left end…",
-            lambda work: work.look_at_sensor(self._record(work)),
+            lambda work: work.check_sensor(self._record(work)),
             self.show_verdict,
         )
 
     @staticmethod
     def _record(work: "Calibration") -> Track:
-        return work.bench.watch(SECONDS)
+        return work.runner.record(SECONDS)

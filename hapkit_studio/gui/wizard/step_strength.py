@@ -2,9 +2,9 @@
 
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
-from hapkit_studio.analysis.calibrate.strength import Strength
-from hapkit_studio.analysis.calibrate.verdict import passed
-from hapkit_studio.devices.calibration import Track
+from hapkit_studio.analysis.calibrate.motor import Strength
+from hapkit_studio.analysis.calibrate.result import passed
+from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.theme import number
@@ -114,7 +114,7 @@ class StrengthStep(StepPage):
         )
 
     def _carried(self, found: tuple[float, float]) -> None:
-        held = sorted(self.subject.held, key=lambda h: h[0])
+        held = sorted(self.subject.carried, key=lambda h: h[0])
         mass, force = found
         self.taken.setText("Carried: " + ", ".join(f"{1e3 * m:g} g" for m, _ in held) + ".")
         rest = [m for m in MASSES if m not in [h[0] for h in held]]
@@ -135,7 +135,7 @@ class StrengthStep(StepPage):
         self._enough = False
         words = f"Pushing with {PRESS:g} N. Read the scale, then press Enough."
         press = self.do(
-            words, lambda work: work.press(PRESS, PRESS_SECONDS, lambda: self._enough), self._pressed
+            words, lambda work: work.push_on_scale(PRESS, PRESS_SECONDS, lambda: self._enough), self._pressed
         )
         if press:
             self.enough.setFocus()
@@ -178,7 +178,7 @@ class StrengthStep(StepPage):
     def set_busy(self, busy: bool) -> None:
         super().set_busy(busy)
         if not busy and self.desk.subject is not None:
-            self.use.setEnabled(any(m > 0.0 for m, _ in self.subject.held))
+            self.use.setEnabled(any(m > 0.0 for m, _ in self.subject.carried))
 
 
 def _hang(mass: float) -> str:

@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.calibrate.verdict import FAIL, LOOK, PASS, Verdict
+from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress, mark
 from hapkit_studio.gui.theme import theme
@@ -16,7 +16,7 @@ _SHEET = """
 #steps QPushButton[current="true"] { background: @accentsoft; border-left: 3px solid @accent; }
 #steps QPushButton:focus { border: 2px solid @accent; }
 """
-_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
+_SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger")}
 
 
 class _Row(QPushButton):
@@ -45,7 +45,7 @@ class StepsList(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedWidth(200)
         self.rows = [_Row(number, words) for number, words in enumerate(names)]
-        self._verdicts: list[Verdict | None] = [None] * len(names)
+        self._verdicts: list[CheckResult | None] = [None] * len(names)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 12, 0, 12)
         column.setSpacing(0)
@@ -61,7 +61,7 @@ class StepsList(QWidget):
         for at, row in enumerate(self.rows):
             mark(row, "current", at == index)
 
-    def show_verdict(self, index: int, verdict: Verdict | None) -> None:
+    def show_verdict(self, index: int, verdict: CheckResult | None) -> None:
         """Show what became of a step."""
         self._verdicts[index] = verdict
         self._dress()

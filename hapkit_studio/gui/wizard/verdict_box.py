@@ -6,14 +6,14 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.calibrate.verdict import FAIL, LOOK, PASS, Verdict
+from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
 from hapkit_studio.gui import icons
 from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.theme import theme
 
 LONG = 5.0
 """s from which on a run shows how far it is."""
-_SIGNS = {PASS: ("check", "ok"), LOOK: ("triangle", "warn"), FAIL: ("triangle", "danger")}
+_SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger")}
 _NEUTRAL = ("circle", "ink2")
 _GROUND = {"ok": "oksoft", "warn": "warnsoft", "danger": "dangersoft", "ink2": "side"}
 _SIDE, _MARGIN, _GAP = 14, 9, 4
@@ -87,7 +87,7 @@ class VerdictBox(QWidget):
         high = sum(part.heightForWidth(wide) for part in (self.words, self.remedy) if part.text())
         self.setMinimumHeight(max(high, self._two_lines) + 2 * _MARGIN + _GAP)
 
-    def show_verdict(self, verdict: Verdict) -> None:
+    def show_verdict(self, verdict: CheckResult) -> None:
         """Show a verdict."""
         self.say(verdict.words, verdict.remedy, *_SIGNS.get(verdict.level, _NEUTRAL))
 

@@ -7,8 +7,8 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QScrollArea, QStackedWidget, QWidget
 
-from hapkit_studio.analysis.calibrate.session import Calibration
-from hapkit_studio.analysis.calibrate.verdict import Verdict, skipped
+from hapkit_studio.analysis.calibrate.calibration import Calibration
+from hapkit_studio.analysis.calibrate.result import CheckResult, skipped
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
@@ -27,7 +27,7 @@ from hapkit_studio.gui.wizard.step_strength import StrengthStep
 from hapkit_studio.gui.wizard.steps_list import StepsList
 
 if TYPE_CHECKING:
-    from hapkit_studio.devices.calibration import Bench
+    from hapkit_studio.devices.board_runner import BoardRunner
     from hapkit_studio.gui.studio import Studio
 
 TITLE = "Set up my Hapkit"
@@ -38,7 +38,7 @@ _AFTER_STOP = "Press Release E-stop above, hands off, then begin this step again
 _SMALLEST = (860, 560)
 
 
-def prepared(bench: "Bench") -> Calibration:
+def prepared(bench: "BoardRunner") -> Calibration:
     """Return a calibration on a bench; where a USB chip may hold frames back, what filling them gains."""
     work = Calibration(bench)
     if isinstance(bench.board, HapkitBoard) and not isinstance(bench.board, VirtualBoard):
@@ -58,7 +58,7 @@ class WizardWindow(Shell):
             self.connect_step, SensorStep(self.desk), ScaleStep(self.desk), DirectionStep(self.desk),
             StrengthStep(self.desk), PaddleStep(self.desk), self.save_step,
         ]  # fmt: skip
-        self._left: dict[int, Verdict] = {}
+        self._left: dict[int, CheckResult] = {}
         self.list, self.pages = StepsList(_NAMES), QStackedWidget()
         self._areas = [_scrolled(step) for step in self.steps]
         for area in self._areas:
@@ -257,7 +257,7 @@ class WizardWindow(Shell):
 
 def _differs(work: Calibration | None) -> bool:
     """Return whether a calibration changed anything but the kit's name."""
-    return work is not None and replace(of_settings(work.before), label=work.board.label) != work.board
+    return work is not None and replace(of_settings(work.original), label=work.board.label) != work.board
 
 
 def _scrolled(page: QWidget) -> QScrollArea:

@@ -2,22 +2,22 @@
 
 import math
 
-from hapkit_studio.analysis.calibrate.session import Calibration
-from hapkit_studio.devices.calibration import Bench
+from hapkit_studio.analysis.calibrate.calibration import Calibration
+from hapkit_studio.devices.board_runner import BoardRunner
 from tests.devices.paddle_kit import PaddleKit
 
 MARKS = (0.0, -0.02, 0.02, 0.0)
 
 
 def session(kit: PaddleKit) -> Calibration:
-    """Return a calibration on a kit, its bench open."""
-    bench = Bench(kit)
-    bench.open()
-    return Calibration(bench)
+    """Return a calibration on a kit, its runner open."""
+    runner = BoardRunner(kit)
+    runner.open()
+    return Calibration(runner)
 
 
 def end_to_end(kit, work: Calibration, seconds=5.0, reach=0.048):
-    """Move the handle from the left end to the right end and back, twice; return the verdict."""
+    """Move the handle from the left end to the right end and back, twice; return the result."""
     walk(kit, work, -reach, 0.4)
     begin = kit.time
 
@@ -25,9 +25,9 @@ def end_to_end(kit, work: Calibration, seconds=5.0, reach=0.048):
         k.hand = -reach * math.cos(2.0 * math.pi * 2.0 * (k.time - begin) / seconds)
 
     kit.student = moving
-    track = work.bench.watch(seconds)
+    track = work.runner.record(seconds)
     kit.student = lambda k: None
-    return work.look_at_sensor(track)
+    return work.check_sensor(track)
 
 
 def walk(kit, work, place, seconds=0.2):
@@ -38,7 +38,7 @@ def walk(kit, work, place, seconds=0.2):
         k.hand = start + (place - start) * min((k.time - begin) / seconds, 1.0)
 
     kit.student = moving
-    work.bench.watch(seconds + 0.01)
+    work.runner.record(seconds + 0.01)
     kit.student, kit.hand = (lambda k: None), place
 
 
@@ -49,7 +49,7 @@ def hold_at_marks(kit, work, marks=MARKS, off=0.0, slip_at=None):
         if number == slip_at:
             kit.slipped += 200.0
         walk(kit, work, place + off)
-        work.mark(place)
+        work.take_mark(place)
     let_go(kit, work)
     return work.measure_scale()
 
@@ -84,10 +84,10 @@ def whole(kit, seconds=6.0):
     end_to_end(kit, work)
     hold_at_marks(kit, work)
     work.use_scale()
-    work.push()
+    work.try_direction()
     if not work.direction.agrees:
         let_go(kit, work)
-        work.look_for_dead_band()
+        work.find_dead_band()
     weigh(kit, work)
     work.sweep(seconds)
     work.store("test")

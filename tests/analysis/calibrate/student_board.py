@@ -1,6 +1,6 @@
 """The virtual board as the student's kit: the same hand and weights as the kit in this process has."""
 
-from hapkit_studio.devices.calibration import Limits
+from hapkit_studio.devices.board_runner import Limits
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.protocol.messages import Alive, Save
 
@@ -61,7 +61,7 @@ class StudentBoard(VirtualBoard):
             self.student(self)
             yield sample
 
-    def force_asked(self, bench, force):
+    def force_asked(self, runner, force):
         """Return the real force in N, by the board's truth, while one is asked and a hand holds."""
         real = []
 
@@ -71,5 +71,5 @@ class StudentBoard(VirtualBoard):
             return force
 
         self.hand = self.x
-        bench.run(pushing, 0.03, Limits(3.0))
+        runner.run(pushing, 0.03, Limits(3.0))
         return real[0]

@@ -6,7 +6,7 @@ import pytest
 
 from hapkit_studio.analysis.calibrate import checks
 from hapkit_studio.analysis.calibrate.checks import CHECKS, run_all
-from hapkit_studio.devices.calibration import Bench, StoppedError
+from hapkit_studio.devices.board_runner import BoardRunner, StoppedError
 from hapkit_studio.devices.profiles import default, quantum_of
 from hapkit_studio.protocol.messages import Force, Origin
 from tests.devices.paddle_kit import PaddleKit
@@ -15,10 +15,10 @@ from tests.devices.paddle_kit import PaddleKit
 def checked(**kit):
     made = PaddleKit(**kit)
     made.origin = Origin.STORED
-    bench = Bench(made)
-    bench.open()
+    runner = BoardRunner(made)
+    runner.open()
     before = made.settings_now
-    report = run_all(bench)
+    report = run_all(runner)
     assert made.settings_now is before
     assert made.pwm == 0
     return report, made
@@ -28,7 +28,7 @@ def test_a_kit_that_is_well_passes_everything_in_half_a_minute():
     report, kit = checked()
     assert report.good, report.words
     assert report.words == "Your Hapkit is well."
-    assert list(report.verdicts) == [check.key for check in CHECKS]
+    assert list(report.results) == [check.key for check in CHECKS]
     assert kit.time < 30.0
     assert report.as_json()["pass"] is True
 
@@ -50,9 +50,9 @@ def test_a_kit_that_is_well_passes_everything_in_half_a_minute():
 )
 def test_each_defect_is_found_where_it_belongs(kit, check, key):
     report, _ = checked(**kit)
-    verdict = report.verdicts[check]
-    assert verdict.key == key, verdict
-    assert verdict.remedy
+    result = report.results[check]
+    assert result.key == key, result
+    assert result.remedy
     assert not report.good
     assert CHECKS[[c.key for c in CHECKS].index(check)].title.lower() in report.words
 
@@ -60,17 +60,17 @@ def test_each_defect_is_found_where_it_belongs(kit, check, key):
 @pytest.mark.parametrize("seed", range(8))
 def test_noise_is_no_wrong_direction(seed):
     report, _ = checked(noise=8.0, seed=seed)
-    assert report.verdicts["sensor"].key == "noisy"
-    assert report.verdicts["direction"].key != "opposite"
+    assert report.results["sensor"].key == "noisy"
+    assert report.results["direction"].key != "opposite"
     assert not report.dangerous
 
 
 def test_a_stored_friction_that_holds_the_handle_is_named_before_the_supply():
-    verdict = checked(board=replace(default().board, coulomb=0.3), coulomb=0.3)[0].verdicts["direction"]
-    assert verdict.key == "no motion"
-    assert "Dry friction of 0.30 N is stored" in verdict.words
-    assert verdict.remedy.index("cable that is too tight") < verdict.remedy.index("supply")
-    assert "friction" not in checked(supply=0.0)[0].verdicts["direction"].words
+    result = checked(board=replace(default().board, coulomb=0.3), coulomb=0.3)[0].results["direction"]
+    assert result.key == "no motion"
+    assert "Dry friction of 0.30 N is stored" in result.words
+    assert result.remedy.index("cable that is too tight") < result.remedy.index("supply")
+    assert "friction" not in checked(supply=0.0)[0].results["direction"].words
 
 
 def test_an_encoder_is_too_coarse_for_mass_and_friction_and_no_fault():
@@ -78,29 +78,29 @@ def test_an_encoder_is_too_coarse_for_mass_and_friction_and_no_fault():
         default().board, counts_per_flip=24, quantum=quantum_of(replace(default().board, counts_per_flip=24))
     )
     report, _ = checked(board=board, counts=24, magnet=7.5)
-    assert "too coarse" in report.verdicts["paddle"].words
+    assert "too coarse" in report.results["paddle"].words
     assert report.good
 
 
 def test_a_mass_that_passes_says_what_is_stored_too():
-    words = checked(mass=0.050)[0].verdicts["paddle"].words
+    words = checked(mass=0.050)[0].results["paddle"].words
     assert "Mass 5" in words
     assert "stored, and near enough: 44 g, 0.50 N·s/m, 0.10 N" in words
 
 
 def test_what_moves_by_itself_is_left_out_where_the_direction_is_wrong():
     report, kit = checked(direction=-1)
-    assert report.verdicts["paddle"].level == report.verdicts["spring"].level == "skip"
+    assert report.results["paddle"].level == report.results["spring"].level == "skip"
     assert abs(kit.x) < 0.02
 
 
 def test_a_board_that_does_not_go_off_gets_no_more_force():
     kit = PaddleKit()
     kit.tell = lambda *messages, tell=kit.tell: tell(*[m for m in messages if type(m).__name__ != "Stop"])
-    bench = Bench(kit)
-    bench.open()
-    report = run_all(bench)
-    assert report.verdicts["stopping"].key == "stop"
+    runner = BoardRunner(kit)
+    runner.open()
+    report = run_all(runner)
+    assert report.results["stopping"].key == "stop"
     assert max(kit.forces) <= 0.05
 
 
@@ -124,20 +124,20 @@ class Late(PaddleKit):
 def test_a_computer_that_was_late_once_or_twice_tries_again(times):
     kit = Late(times)
     kit.origin = Origin.STORED
-    bench = Bench(kit)
-    bench.open()
-    report = run_all(bench)
+    runner = BoardRunner(kit)
+    runner.open()
+    report = run_all(runner)
     assert kit.times == 0
-    assert report.good, report.verdicts
+    assert report.good, report.results
 
 
 def test_a_computer_that_is_always_late_is_told_so_and_not_the_kit():
-    bench = Bench(Late(10**6))
-    bench.open()
-    verdict = run_all(bench).verdicts["direction"]
-    assert verdict.key == "late"
-    assert "This computer was late" in verdict.words
-    assert "No fault of the kit" in verdict.remedy
+    runner = BoardRunner(Late(10**6))
+    runner.open()
+    result = run_all(runner).results["direction"]
+    assert result.key == "late"
+    assert "This computer was late" in result.words
+    assert "No fault of the kit" in result.remedy
 
 
 def test_a_board_that_heard_its_last_force_late_is_no_board_that_stays_on():
@@ -150,15 +150,15 @@ def test_a_board_that_heard_its_last_force_late_is_no_board_that_stays_on():
             hear(*waiting.pop(0)[1])
 
     kit.student = late
-    bench = Bench(kit)
-    bench.open()
-    verdict = checks.stopping(bench)
-    assert verdict.good, verdict
+    runner = BoardRunner(kit)
+    runner.open()
+    result = checks.stopping(runner)
+    assert result.good, result
     assert max(kit.forces) == pytest.approx(0.05)
 
 
 def test_e_stop_ends_all_of_it():
-    bench = Bench(PaddleKit())
-    bench.open()
+    runner = BoardRunner(PaddleKit())
+    runner.open()
     with pytest.raises(StoppedError):
-        run_all(bench, lambda check, verdict: bench.stop() if check.key == "direction" else None)
+        run_all(runner, lambda check, result: runner.stop() if check.key == "direction" else None)

@@ -1,4 +1,4 @@
-"""The commands: a board's settings shown and changed; a test of a kit with its verdicts, for programs too."""
+"""The commands: a board's settings shown and changed; a test of a kit with its results, for programs too."""
 
 import json
 
@@ -91,7 +91,7 @@ def test_a_simulated_device_has_no_board(capsys):
         assert "no board" in complaint
 
 
-def test_check_says_a_verdict_for_each(capsys, monkeypatch):
+def test_check_says_a_result_for_each(capsys, monkeypatch):
     kit = PaddleKit(direction=-1)
     kit.origin = Origin.STORED
     monkeypatch.setattr(check_hapkit, "board_named", lambda key: kit)

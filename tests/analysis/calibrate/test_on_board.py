@@ -36,16 +36,16 @@ def test_magnet_and_motor_the_wrong_way_round_are_put_right_and_kept():
         scale = student.hold_at_marks(kit, work, (-0.02, 0.02, 0.0))
         assert scale.sense == -1
         work.use_scale()
-        assert work.push().good
+        assert work.try_direction().good
         assert work.board.direction == -1
         student.walk(kit, work, 0.03)
-        assert work.bench.watch(0.01).position[-1] == pytest.approx(0.03, rel=0.01)
-        assert kit.force_asked(work.bench, 0.5) == pytest.approx(0.5, rel=0.05)
+        assert work.runner.record(0.01).position[-1] == pytest.approx(0.03, rel=0.01)
+        assert kit.force_asked(work.runner, 0.5) == pytest.approx(0.5, rel=0.05)
         student.walk(kit, work, 0.005)
         assert work.store("mine").origin == Origin.STORED
         kit.send("reset")
-        assert work.bench.watch(0.01).position[-1] == pytest.approx(0.005, abs=1e-4)
-        assert work.bench.now.label == "mine"
+        assert work.runner.record(0.01).position[-1] == pytest.approx(0.005, abs=1e-4)
+        assert work.runner.settings.label == "mine"
     finally:
         kit.close()
 

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.calibrate import paddle, trials
-from hapkit_studio.analysis.calibrate.motor_map import force_of
-from hapkit_studio.devices.calibration import Bench
+from hapkit_studio.analysis.calibrate import motions, paddle
+from hapkit_studio.devices.board_runner import BoardRunner, motor_force
 from hapkit_studio.devices.profiles import default
 from hapkit_studio.protocol.messages import MotorMap
 from tests.devices.paddle_kit import PaddleKit
@@ -29,23 +28,23 @@ def test_intervals_hold_the_truth_in_nine_of_ten():
     held = []
     for seed in SEEDS:
         kit = kit_of(seed)
-        bench = Bench(kit)
-        bench.open()
-        part = trials.sweep(bench, 6.0).part
+        runner = BoardRunner(kit)
+        runner.open()
+        part = paddle.sweep(runner, 6.0).part
         truth = {"mass": kit.mass, "viscous": kit.viscous, "coulomb": kit.coulomb}
         held += [e.holds(truth[e.key]) for e in part.estimates]
         assert part["mass"].half < 0.05 * kit.mass
-        bench.close()
+        runner.close()
     assert len(held) == 3 * len(SEEDS)
     assert sum(held) >= 0.9 * len(held)
 
 
 def test_what_the_scales_leave_open_is_not_told():
     """Lengths sure to 49 % just tell mass and damping, to 51 % no longer; dry friction needs no length."""
-    bench = Bench(PaddleKit())
-    bench.open()
-    part = trials.sweep(bench, 6.0).part
-    bench.close()
+    runner = BoardRunner(PaddleKit())
+    runner.open()
+    part = paddle.sweep(runner, 6.0).part
+    runner.close()
     for length, told in ((0.49, True), (0.51, False)):
         wider = paddle.widened(part, 0.0, length)
         assert [wider[key].told for key in paddle.NAMES] == [told, told, True]
@@ -56,15 +55,15 @@ def test_what_the_scales_leave_open_is_not_told():
 
 @pytest.mark.parametrize("dead", [0, 40])
 def test_a_dead_band_shows_in_the_force_that_a_motion_takes(dead):
-    bench = Bench(PaddleKit(dead=dead))
-    bench.open()
-    assert trials.sweep(bench, 6.0).board.dead_band == pytest.approx(dead, abs=3)
+    runner = BoardRunner(PaddleKit(dead=dead))
+    runner.open()
+    assert paddle.sweep(runner, 6.0).board.dead_band == pytest.approx(dead, abs=3)
 
 
 def test_a_dead_band_that_is_not_there_is_given_up():
-    bench = Bench(PaddleKit(replace(default().board, dead_band=40)))
-    bench.open()
-    assert trials.sweep(bench, 6.0).board.dead_band <= 3
+    runner = BoardRunner(PaddleKit(replace(default().board, dead_band=40)))
+    runner.open()
+    assert paddle.sweep(runner, 6.0).board.dead_band <= 3
 
 
 @pytest.mark.parametrize("motor_map", list(MotorMap))
@@ -74,15 +73,15 @@ def test_the_motors_map_is_the_firmwares(motor_map):
     full = 0.0183 * 0.074 / (0.090 * 0.005)
     half = {MotorMap.SQUARE: 0.25, MotorMap.LINEAR: 0.5, MotorMap.TABLE: 100.0 / 255.0}[motor_map]
     np.testing.assert_allclose(
-        force_of(board, np.array([0, 55, 155, 255, -255])), [0.0, 0.0, half * full, full, -full]
+        motor_force(board, np.array([0, 55, 155, 255, -255])), [0.0, 0.0, half * full, full, -full]
     )
 
 
 def test_the_force_between_two_samples_is_shared_at_the_moment_it_changed():
-    bench = Bench(PaddleKit())
-    bench.open()
-    track = bench.run(lambda t, x, v: 0.5 if 0.0105 < t < 0.0205 else 0.0, 0.03, trials.moves.SWEEP_LIMITS)
-    mean = paddle.forces(track, track.settings)
+    runner = BoardRunner(PaddleKit())
+    runner.open()
+    track = runner.run(lambda t, x, v: 0.5 if 0.0105 < t < 0.0205 else 0.0, 0.03, motions.SWEEP_LIMITS)
+    mean = paddle.mean_forces(track, track.settings)
     before = int(np.flatnonzero(track.pwm)[0]) - 1
     whole = mean[before + 2]
     assert whole == pytest.approx(0.5, rel=0.01)

@@ -26,7 +26,7 @@ def test_a_straight_line_is_found_exactly(sense):
     assert found.quantum == pytest.approx(Q, rel=1e-12)
     assert found.zero == pytest.approx(300.0)
     assert found.sense == sense
-    assert found.verdict.good
+    assert found.result.good
 
 
 def test_intervals_hold_the_truth(rng):
@@ -45,7 +45,7 @@ def test_marks_too_few_or_too_close_are_refused():
     apart = scale.APART
     with pytest.raises(ParameterError, match="20 mm apart"):
         scale.fit(marks_of((0.0, 0.99 * apart)), BOARD)
-    assert scale.fit(marks_of((0.0, 1.01 * apart)), BOARD).verdict.good
+    assert scale.fit(marks_of((0.0, 1.01 * apart)), BOARD).result.good
 
 
 def test_marks_without_counts_are_refused():
@@ -66,7 +66,7 @@ def test_marks_without_counts_are_refused():
 def test_radii_that_do_not_fit_are_named_and_follow_the_marks(changed, key):
     board = replace(BOARD, **changed)
     found = scale.fit(marks_of((0.0, -0.02, 0.02, 0.0)), board)
-    assert found.verdict.key == key
+    assert found.result.key == key
     made = replace(board, **scale.changes(found, board))
     assert made.quantum == pytest.approx(Q)
     assert quantum_of(made) == pytest.approx(Q)
@@ -77,16 +77,16 @@ def test_radii_that_do_not_fit_are_named_and_follow_the_marks(changed, key):
         assert said.good
         assert f"{1e3 * right:.2f}\N{NO-BREAK SPACE}mm now, not {1e3 * changed[name]:.2f} mm" in said.words
         halved = 0.5 * changed[name] if name == "pulley_radius" and changed[name] > 0.008 else right
-        assert f"{1e3 * halved:.1f} mm" in found.verdict.remedy
+        assert f"{1e3 * halved:.1f} mm" in found.result.remedy
 
 
 def test_a_cable_that_slips_is_found_at_the_second_middle():
     kit = PaddleKit()
     work = session(kit)
     found = hold_at_marks(kit, work, slip_at=3)
-    assert found.verdict.key == "slipped"
-    assert scale.in_force(found, work.board) == found.verdict
-    assert hold_at_marks(kit, work).verdict.good
+    assert found.result.key == "slipped"
+    assert scale.in_force(found, work.board) == found.result
+    assert hold_at_marks(kit, work).result.good
 
 
 def test_a_handle_that_moves_is_not_taken():
@@ -94,5 +94,5 @@ def test_a_handle_that_moves_is_not_taken():
     work = session(kit)
     kit.student = lambda k: setattr(k, "hand", 0.002 * np.sin(10.0 * k.time))
     with pytest.raises(ParameterError, match="Hold it still"):
-        work.mark(0.0)
+        work.take_mark(0.0)
     assert work.marks == []

@@ -13,7 +13,7 @@ def test_the_counts_between_repeats_are_measured_to_one(counts):
     kit = PaddleKit(counts=counts, lowest=20)
     work = session(kit)
     assert end_to_end(kit, work).good
-    assert work.sensed.period == pytest.approx(counts, abs=1.0)
+    assert work.sensor.period == pytest.approx(counts, abs=1.0)
     assert work.board.counts_per_flip == pytest.approx(counts, abs=1)
     assert work.board.quantum == pytest.approx(kit.count_length, rel=0.002)
 
@@ -29,12 +29,12 @@ def test_the_counts_between_repeats_are_measured_to_one(counts):
         ({"noise": 1.0}, 0.048, ""),
     ],
 )
-def test_each_defect_has_its_verdict(kit, reach, key):
+def test_each_defect_has_its_result(kit, reach, key):
     made = PaddleKit(**kit)
     work = session(made)
-    verdict = end_to_end(made, work, reach=reach)
-    assert verdict.key == key
-    assert bool(verdict.remedy) is not verdict.good
+    result = end_to_end(made, work, reach=reach)
+    assert result.key == key
+    assert bool(result.remedy) is not result.good
 
 
 def test_a_defect_changes_nothing_on_the_board():

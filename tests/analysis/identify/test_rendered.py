@@ -7,6 +7,7 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_run, identify
 from hapkit_studio.environments import discover
+from hapkit_studio.environments.base import no_terms
 from tests.analysis.identify.motions import impedance, shaken, sine_run
 
 
@@ -149,11 +150,11 @@ def test_slow_pieces_do_not_tell_the_damping():
     assert math.isfinite(part["stiffness"].half)
 
 
-@pytest.mark.parametrize(("key", "asked"), [("mine", 300.0), ("texture", None)])
-def test_of_a_persons_own_scene_what_it_says_of_itself_was_set(key, asked):
+@pytest.mark.parametrize(("terms", "asked"), [(None, 300.0), (no_terms, None)])
+def test_without_terms_of_its_own_a_laws_impedance_was_set(terms, asked):
     run = hs.simulate("spring", {"stiffness": 300.0, "damping": 0.0}, hand="shake", seconds=2.0)
     recording = from_run(run)
-    own = replace(discover()["spring"], key=key, impedance=lambda p: (p["stiffness"], p["damping"]))
+    own = replace(discover()["spring"], key="mine", terms=terms)
     setup = replace(recording.setup, environment=own)
     found = identify(replace(recording, setup=setup)).rendered["stiffness"]
     assert found.asked == asked

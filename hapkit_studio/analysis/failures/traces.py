@@ -1,35 +1,9 @@
-"""Numbers as a person reads them, and motions made short enough to be drawn."""
+"""Traces of motions: where they are lost, how fast they grow, and made short enough to be drawn."""
 
 import numpy as np
 
 # Points of a trace: a pixel has two of them, its lowest and its highest.
 POINTS = 2400
-
-
-def text(value: float, unit: str = "", digits: int = 3) -> str:
-    """Write a value with its unit, its minus a true one."""
-    return f"{_true(f'{_rounded(value, digits):g}')} {unit}".rstrip()
-
-
-def signed(value: float, unit: str = "", digits: int = 3) -> str:
-    """Write a value with its unit and its sign."""
-    return f"{_true(f'{_rounded(value, digits):+g}')} {unit}".rstrip()
-
-
-def readable(value: float, unit: str, digits: int = 4) -> str:
-    """Write a length in mm and a short time in ms, everything else in its own unit."""
-    if unit == "m" or (unit == "s" and abs(value) < 1.0):
-        return text(1e3 * value, f"m{unit}", digits)
-    return text(value, unit, digits)
-
-
-def _rounded(value: float, digits: int) -> float:
-    """Return a value with so many digits; thousands are written out all the same."""
-    return float(f"{value:.{digits}g}")
-
-
-def _true(number: str) -> str:
-    return number.replace("-", "−")
 
 
 def before_lost(x: np.ndarray, most: float) -> int:

@@ -1,8 +1,8 @@
-"""The verdict on pulses."""
+"""The result on pulses."""
 
 import pytest
 
-from hapkit_studio.analysis.calibrate.direction import MOVED, judge
+from hapkit_studio.analysis.calibrate.motor import MOVED, judge_pulses
 
 
 @pytest.mark.parametrize(
@@ -19,11 +19,11 @@ from hapkit_studio.analysis.calibrate.direction import MOVED, judge
     ],
 )
 def test_pulses_are_judged(pulses, agrees, key):
-    found = judge(pulses)
-    assert (found.agrees, found.verdict.key) == (agrees, key)
+    found = judge_pulses(pulses)
+    assert (found.agrees, found.result.key) == (agrees, key)
 
 
 def test_no_motion_asks_for_supply_and_cable():
-    remedy = judge([(0.3, 0.0), (-0.3, 0.0)]).verdict.remedy
+    remedy = judge_pulses([(0.3, 0.0), (-0.3, 0.0)]).result.remedy
     assert "supply" in remedy
     assert "cable" in remedy

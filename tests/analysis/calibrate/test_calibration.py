@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.devices.calibration import DoubtError
+from hapkit_studio.devices.board_runner import AbortedError
 from hapkit_studio.devices.profiles import default, named
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Force, Origin
@@ -46,33 +46,33 @@ def test_what_is_wrong_is_put_right(name):
     assert abs(place_error(kit, work)) < 0.01
     assert np.abs(force_errors(kit)).max() < 0.05
     assert work.direction.agrees
-    part = work.swept.part
+    part = work.sweep_result.part
     assert part["mass"].holds(kit.mass)
     # what the scales of force and length may be off is in the intervals
     assert part["mass"].half >= 0.01 * part["mass"].value
     student.walk(kit, work, 0.004)
     kit.restart()
     assert kit.stored.label == "test"
-    assert work.bench.now.origin == Origin.STORED
+    assert work.runner.settings.origin == Origin.STORED
     assert abs(place_error(kit, work)) < 0.01
 
 
 def test_no_supply_is_found_and_nothing_else_is_moved():
     kit = PaddleKit(supply=0.0)
     work = student.session(kit)
-    assert work.push().key == "no motion"
-    with pytest.raises(DoubtError, match="step 3"):
+    assert work.try_direction().key == "no motion"
+    with pytest.raises(AbortedError, match="step Direction"):
         work.sweep()
-    with pytest.raises(DoubtError, match="step 3"):
+    with pytest.raises(AbortedError, match="step Direction"):
         work.carry(0.05)
-    with pytest.raises(DoubtError, match="supply"):
-        work.look_for_dead_band()
+    with pytest.raises(AbortedError, match="supply"):
+        work.find_dead_band()
 
 
 def test_a_wrong_direction_is_never_given_a_loop():
     kit = PaddleKit(direction=-1)
     work = student.session(kit)
-    with pytest.raises(DoubtError, match="step 3"):
+    with pytest.raises(AbortedError, match="step Direction"):
         work.sweep()
     assert max(np.abs(kit.forces)) <= 0.3
 
@@ -83,7 +83,7 @@ def test_undo_puts_back_what_the_board_had_and_keeps_that():
     work = student.session(kit)
     student.hold_at_marks(kit, work)
     work.use_scale()
-    work.push()
+    work.try_direction()
     work.store("test")
     assert kit.settings_now != before
     work.undo()
@@ -94,7 +94,7 @@ def test_undo_puts_back_what_the_board_had_and_keeps_that():
 def test_undo_before_saving_leaves_what_is_stored_alone():
     kit = PaddleKit(direction=-1)
     work = student.session(kit)
-    work.push()
+    work.try_direction()
     work.undo()
     assert kit.stored is None
     assert kit.settings_now == default().board
@@ -103,7 +103,7 @@ def test_undo_before_saving_leaves_what_is_stored_alone():
 def test_a_kit_keeps_zero_sense_and_direction():
     kit = PaddleKit(replace(default().board, zero=77, sense=-1, direction=-1, label="mine"))
     work = student.session(kit)
-    work.choose(named("hapkit3-short"))
+    work.use_kit(named("hapkit3-short"))
     board = work.board
     assert (board.zero, board.sense, board.direction, board.label) == (77, -1, -1, "mine")
     assert board.handle_radius == 0.070
@@ -113,10 +113,10 @@ def test_a_kitchen_scale_tells_the_strength_too():
     kit = PaddleKit(torque=0.7 * 0.0183)
     work = student.session(kit)
     student.let_go(kit, work)
-    work.push()
+    work.try_direction()
     student.let_go(kit, work)
     kit.hand = 0.0
-    track = work.press(1.0, 2.0, lambda: False)
+    track = work.push_on_scale(1.0, 2.0, lambda: False)
     pushed = kit.motor_force(int(track.pwm[-1]))
     found = work.use_reading(pushed / 9.81, track)
     assert found.ratio == pytest.approx(0.7, rel=0.02)

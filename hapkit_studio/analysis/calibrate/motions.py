@@ -1,0 +1,115 @@
+"""The motions of a calibration: pulses, a rising force, carrying, a gentle sweep. Small and bounded."""
+
+import math
+from collections.abc import Callable
+
+from hapkit_studio.devices.board_runner import BoardRunner, Limits, Track
+
+PULSES = (0.1, 0.2, 0.3)
+"""N; the last is the most that is tried before the direction is known."""
+PULSE_SECONDS = 0.08
+COAST_SECONDS = 0.25
+PULSE_END = 0.002
+"""m of motion at which a pulse ends."""
+
+PULSE_LIMITS = Limits(0.3, 0.020, 1.0)
+RAISE_LIMITS = Limits(1.5, 0.020, 1.0)
+CARRY_LIMITS = Limits(2.5, 0.020, 0.5)
+PUSH_LIMITS = Limits(1.5, 0.010, 0.5)
+SWEEP_LIMITS = Limits(1.2, 0.025, 0.8)
+SPRING_LIMITS = Limits(1.2, 0.025, 0.8)
+SWEEP_SECONDS = 12.0
+
+_FADE_SECONDS = 0.5
+# m, Hz: no small common period, so that the sensor's steps fall otherwise each time
+_SINES = ((0.0085, 0.83), (0.0050, 2.37), (0.0015, 4.91))
+
+
+def pulse(runner: BoardRunner, force: float) -> Track:
+    """Push once with a force in N, at most 0.3 N, and see what the handle does; raise DeviceError."""
+    done = False
+
+    def pushing(t: float, x: float, v: float) -> float:
+        nonlocal done
+        done = done or t > PULSE_SECONDS or abs(x) > PULSE_END
+        return 0.0 if done else force
+
+    return runner.run(pushing, PULSE_SECONDS + COAST_SECONDS, PULSE_LIMITS)
+
+
+def raise_force(runner: BoardRunner, sign: float = 1.0, rate: float = 0.5) -> Track:
+    """Raise a force by rate in N/s up to 1.5 N until the handle moves 0.5 mm; raise DeviceError."""
+    moved = False
+
+    def rising(t: float, x: float, v: float) -> float:
+        nonlocal moved
+        moved = moved or abs(x) > 0.25 * PULSE_END
+        return 0.0 if moved else sign * rate * t
+
+    return runner.run(rising, RAISE_LIMITS.force / rate, RAISE_LIMITS, lambda: moved)
+
+
+class Carry:
+    """Holds the handle where it was, then moves it slowly up and down, so that friction acts with both signs.
+
+    weight: N that are expected to pull to the left; they fade in while a person still holds.
+    """
+
+    stiffness, damping, integral = 40.0, 0.8, 120.0
+    hand_over, settle, stroke, speed = 1.0, 3.0, 0.006, 0.012
+
+    def __init__(self, weight: float = 0.0):
+        self._before, self._sum, self._weight = 0.0, 0.0, weight
+
+    def target(self, t: float) -> float:
+        """Return how far from its start the handle shall be after t s, in m."""
+        phase = max(t - self.settle, 0.0) * self.speed / self.stroke
+        return self.stroke * (1.0 - abs((phase + 1.0) % 4.0 - 2.0))
+
+    def __call__(self, t: float, x: float, v: float) -> float:
+        error = self.target(t) - x
+        self._sum += self.integral * error * (t - self._before)
+        self._before = t
+        expected = self._weight * min(t / self.hand_over, 1.0)
+        return expected + self.stiffness * error + self._sum - self.damping * v
+
+
+CARRY_PERIOD = 4.0 * Carry.stroke / Carry.speed
+CARRY_SECONDS = Carry.settle + 3.0 * CARRY_PERIOD
+
+
+def carry(runner: BoardRunner, weight: float = 0.0, seconds: float = CARRY_SECONDS) -> Track:
+    """Carry a weight in N that pulls to the left, creeping ± 6 mm after 3 s; raise DeviceError."""
+    return runner.run(Carry(weight), seconds, CARRY_LIMITS)
+
+
+def push(runner: BoardRunner, force: float, seconds: float, until: Callable[[], bool]) -> Track:
+    """Push against something with a constant force in N, faded in over 0.5 s; raise DeviceError."""
+    return runner.run(lambda t, x, v: force * min(t / _FADE_SECONDS, 1.0), seconds, PUSH_LIMITS, until)
+
+
+def sweep(runner: BoardRunner, seconds: float = SWEEP_SECONDS, friction: float = 0.1) -> Track:
+    """Move the handle within ± 25 mm and 1.2 N, so that mass and friction show; raise DeviceError.
+
+    It follows three sines on a soft spring that stiffens far out; friction: N of it that are compensated.
+    """
+    stiffness, damping, soft_travel, edge_stiffness = 30.0, 0.7, 0.017, 120.0
+
+    def following(t: float, x: float, v: float) -> float:
+        place = speed = 0.0
+        for size, hertz in _SINES:
+            omega = 2.0 * math.pi * hertz
+            place += size * math.sin(omega * t)
+            speed += size * omega * math.cos(omega * t)
+        beyond = math.copysign(max(abs(x) - soft_travel, 0.0), x)
+        pull = stiffness * (place - x) + damping * (speed - v) - edge_stiffness * beyond
+        return min(t / _FADE_SECONDS, 1.0) * (pull + friction * math.tanh(speed / 0.02))
+
+    return runner.run(following, seconds, SWEEP_LIMITS)
+
+
+def spring(runner: BoardRunner, stiffness: float, seconds: float = 1.5) -> Track:
+    """Render a spring about where the handle is, after a knock of 0.4 N for 60 ms; raise DeviceError."""
+    return runner.run(
+        lambda t, x, v: (0.4 if 0.1 < t < 0.16 else 0.0) - stiffness * x, seconds, SPRING_LIMITS
+    )

@@ -1,0 +1,198 @@
+"""The motor: which way it pushes, the force at which the handle breaks away, and how strong it really is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio.analysis.calibrate import motions
+from hapkit_studio.analysis.calibrate.motions import CARRY_PERIOD, Carry
+from hapkit_studio.analysis.calibrate.result import CheckResult, passed, warn
+from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Track, motor_force
+from hapkit_studio.devices.profiles import of_settings
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.protocol.messages import Board
+
+MOVED = 0.3e-3
+"""m from which a handle counts as moved."""
+AVERAGED = 9
+"""Samples of a pulse that are averaged: a noisy reading is no motion, nor its direction."""
+GRAVITY = 9.81
+PLAUSIBLE = (0.25, 4.0)
+"""How far a motor may be from its profile."""
+_SUSPICIOUS = 0.35
+"""N of friction above which a dead band is likelier."""
+_BELOW = 0.85
+# share of a weight that coins, the hand that let go and friction that sticks leave open
+_WEIGHTS_SURE = 0.02
+_AT_LIMIT = 0.5
+"""Share of the time at the largest duty from which a motor gives all that it has."""
+
+
+def displacement(track: Track, averaged: int = 1) -> float:
+    """Return the largest displacement from the first place in m, signed.
+
+    averaged: samples whose mean is a place.
+    """
+    place = np.convolve(track.position, np.full(averaged, 1.0 / averaged), "valid")
+    away = place - place[0]
+    return float(away[np.argmax(np.abs(away))])
+
+
+@dataclass(frozen=True)
+class Direction:
+    """How far each pulse (force in N) moved the handle in m; agrees: None where that cannot be told."""
+
+    pulses: tuple[tuple[float, float], ...]
+    agrees: bool | None
+    result: CheckResult
+
+
+def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
+    """Judge pulses (force N, displacement m) of both signs."""
+    moved = [(force, gone) for force, gone in pulses if abs(gone) >= MOVED]
+    rights, lefts = ([m for m in moved if m[0] * sign > 0.0] for sign in (1.0, -1.0))
+    pushed = max((abs(force) for force, _ in pulses), default=0.0)
+    if not moved:
+        words = f"Pulses up to {pushed:.1f} N did not move the handle."
+        remedy = (
+            "Is the motor's supply on (12 V plug, not only USB)? Is the cable on the pulley, and not jammed? "
+            "Is the handle free? If all that is so, look for a dead band."
+        )
+        return Direction(tuple(pulses), None, warn("no motion", words, remedy))
+    signs = {np.sign(force * gone) for force, gone in moved}
+    if len(signs) > 1 or not rights or not lefts:
+        words = "The handle did not follow the pulses both ways."
+        remedy = "Level the kit, let the handle go in the middle, keep the hands off. Then push again."
+        return Direction(tuple(pulses), None, warn("one way", words, remedy))
+    farthest = 1e3 * max(abs(gone) for _, gone in moved)
+    if signs == {-1.0}:
+        words = f"A push to the right moved the handle to the left, {farthest:.1f} mm."
+        remedy = "Nothing to do: the motor's direction is reversed now, and pushed again."
+        return Direction(tuple(pulses), False, warn("opposite", words, remedy))
+    return Direction(tuple(pulses), True, passed(f"Force and position agree: {farthest:.1f} mm both ways."))
+
+
+def push_both_ways(runner: BoardRunner) -> Direction:
+    """Push with pulses up to 0.3 N, to the right, then as strongly to the left; raise DeviceError."""
+    pulses: list[tuple[float, float]] = []
+    for size in motions.PULSES:
+        for force in (size, -size):
+            pulses.append((force, displacement(motions.pulse(runner, force), AVERAGED)))
+        if any(abs(gone) >= MOVED for _, gone in pulses[-2:]):
+            break
+    return judge_pulses(pulses)
+
+
+@dataclass(frozen=True)
+class Breakaway:
+    """Where the handle begins to move: force in N, by the settings, and duty of 255.
+
+    pulses: each way's force in N and how far in m the handle went.
+    """
+
+    force: float
+    duty: int
+    pulses: tuple[tuple[float, float], ...]
+
+
+def breakaway(runner: BoardRunner) -> Breakaway:
+    """Raise the force slowly, both ways, until the handle begins to move; raise DeviceError.
+
+    Raise AbortedError where nothing up to 1.5 N moves it.
+    """
+    duties, shifts = [], []
+    for sign in (1.0, -1.0):
+        track = motions.raise_force(runner, sign)
+        if abs(displacement(track)) < MOVED / 2.0:
+            raise AbortedError(
+                f"Not even {motions.RAISE_LIMITS.force:g} N moved the handle. Force is zero. Switch the "
+                "motor's supply on (12 V), look for a cable that is jammed or has slipped, then try again."
+            )
+        duties.append(int(np.abs(track.pwm).max()))
+        shifts.append(displacement(track))
+    forces = motor_force(of_settings(runner.settings), np.array(duties))
+    pulses = ((float(forces[0]), shifts[0]), (-float(forces[1]), shifts[1]))
+    return Breakaway(float(np.mean(forces)), round(float(np.mean(duties))), pulses)
+
+
+def first_dead_band(found: Breakaway) -> int:
+    """Return a dead band to begin with, from the duty at which the handle broke away, or 0."""
+    return round(_BELOW * found.duty) if found.force > _SUSPICIOUS else 0
+
+
+@dataclass(frozen=True)
+class Strength:
+    """The real force per force asked with its 95 % half width, and the motor constant in N·m."""
+
+    ratio: float
+    half: float
+    motor_constant: float
+
+
+def carrying_force(track: Track, board: Board) -> tuple[float, float]:
+    """Return the mean force in N by a board's settings over full periods of carrying, and its half width.
+
+    Up and down take as long, so that friction, which hinders both, is not in the mean. Where it sticks, the
+    mean may be anywhere in what did not move the handle.
+    """
+    periods = int((track.time[-1] - Carry.settle) / CARRY_PERIOD + 1e-3)
+    if periods < 2:
+        raise ParameterError("The weight was not carried long enough. Measure it again.")
+    end = Carry.settle + periods * CARRY_PERIOD
+    force = motor_force(board, track.pwm)
+    means = [
+        float(force[(track.time >= t) & (track.time < t + CARRY_PERIOD)].mean())
+        for t in end - CARRY_PERIOD * np.arange(1, periods)
+    ]
+    size = np.abs(track.pwm)
+    step = float(np.max(motor_force(board, size + 1) - motor_force(board, size)))
+    carrying = (track.time >= Carry.settle) & (track.time < end)
+    stuck = float(np.ptp(track.position[carrying])) < Carry.stroke
+    duty = size[carrying]
+    if stuck and float(np.mean(duty == duty.max())) > _AT_LIMIT:
+        most = abs(float(force[carrying].mean()))
+        raise ParameterError(f"The motor carries no more than {most:.1f} N by its settings. Hang less on.")
+    held = 0.5 * float(np.ptp(force[carrying])) if stuck else 0.0
+    return float(np.mean(means)), 2.0 * float(np.ptp(means)) / len(means) + 0.25 * step + held
+
+
+def strength_from_weights(carried: list[tuple[float, Track]], board: Board) -> Strength:
+    """Return the strength from tracks that carry masses in kg; raise ParameterError.
+
+    One mass alone counts as if nothing else pulled; from two on, what pulls without any is not in it.
+    """
+    masses = np.array([mass for mass, _ in carried])
+    found = [carrying_force(track, board) for _, track in carried]
+    force, half = np.array([f for f, _ in found]), np.array([h for _, h in found])
+    if not carried or masses.max() <= 0.0:
+        raise ParameterError("One mass above 0 g is needed. Hang one on, then measure.")
+    weights = GRAVITY * masses
+    if len(set(masses)) > 1:
+        around = weights - weights.mean()
+        slope = float(around @ force) / float(around @ around)
+        error = float(np.sqrt((around**2) @ (half**2))) / float(around @ around)
+    else:
+        slope, error = float(force.mean() / weights[0]), float(half.max() / weights[0])
+    return _strength(abs(slope), error, board)
+
+
+def strength_from_scale(reading: float, track: Track, board: Board) -> Strength:
+    """Return the strength where a kitchen scale reads so many kg during a push; friction hinders it."""
+    force = motor_force(board, track.pwm)
+    steady = abs(float(force[len(force) // 2 :].mean()))
+    if not reading > 0.0:
+        raise ParameterError(f"A reading above 0 g is needed, not {1e3 * reading:g} g.")
+    return _strength(steady / (GRAVITY * reading), board.coulomb / (GRAVITY * reading), board)
+
+
+def _strength(asked_per_real: float, error: float, board: Board) -> Strength:
+    """Return the strength from force asked per real force; raise ParameterError where that cannot be."""
+    ratio = 1.0 / asked_per_real if asked_per_real > 0.0 else np.inf
+    low, high = PLAUSIBLE
+    if not low <= ratio <= high:
+        raise ParameterError(
+            f"The motor would be {ratio:.2g} × as strong as its profile says (limits {low:g} to {high:g}). "
+            "Check the masses, the motor's supply and the kit chosen."
+        )
+    half = ratio * float(np.hypot(error / asked_per_real, _WEIGHTS_SURE))
+    return Strength(ratio, half, board.motor_constant * ratio)

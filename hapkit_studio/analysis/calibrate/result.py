@@ -1,0 +1,40 @@
+"""The result of a check: passed, or what to look at and what to do."""
+
+from dataclasses import dataclass
+
+PASS, WARN, FAIL, SKIP = "pass", "look", "fail", "skip"
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """What was found, in words; remedy: what to do at WARN, and at FAIL (a danger); key: names the fault."""
+
+    level: str
+    words: str
+    remedy: str = ""
+    key: str = ""
+
+    @property
+    def good(self) -> bool:
+        """Say whether there is nothing to do."""
+        return self.level == PASS
+
+
+def passed(words: str) -> CheckResult:
+    """Return the result of a check that found nothing wrong."""
+    return CheckResult(PASS, words)
+
+
+def warn(key: str, words: str, remedy: str) -> CheckResult:
+    """Return the result of a check that found something to look at; nothing is dangerous."""
+    return CheckResult(WARN, words, remedy, key)
+
+
+def failed(key: str, words: str, remedy: str) -> CheckResult:
+    """Return the result of a check that found a danger: nothing may be rendered before it is mended."""
+    return CheckResult(FAIL, words, remedy, key)
+
+
+def skipped(words: str) -> CheckResult:
+    """Return the result of a check that was left out; the words say what is assumed."""
+    return CheckResult(SKIP, words)

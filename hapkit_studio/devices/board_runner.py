@@ -1,0 +1,318 @@
+"""Runs a board from plain Python: every sample is answered with a bounded force, zero if in doubt."""
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio.devices.profiles import full_force, of_settings, readings
+from hapkit_studio.errors import DeviceError
+from hapkit_studio.protocol.messages import (
+    Board,
+    BoardFlag,
+    Force,
+    MotorMap,
+    Release,
+    Sample,
+    Settings,
+    Stop,
+)
+
+Motion = Callable[[float, float, float], float]
+"""Force in N from time in s, distance from where the run began in m, velocity in m/s."""
+
+RECENT_SAMPLES = 10_000
+"""Samples kept for drawing: ten seconds."""
+FULL_DUTY = 255.0
+_VELOCITY_CUTOFF = 30.0
+_NO_DELAY_KNOWN = 65_535
+_SLOWEST, _SPARE_SECONDS = 10.0, 30.0
+"""A run of s of the board's clock may take so many times as long by the computer's, and so many s more."""
+
+
+class StoppedError(DeviceError):
+    """The E-stop was pressed."""
+
+
+class CancelledError(DeviceError):
+    """The person cancelled what was running."""
+
+    def __init__(self) -> None:
+        super().__init__("Cancelled. The motor is off.")
+
+
+class AbortedError(DeviceError):
+    """Something is not as it must be, so the force went to zero."""
+
+
+class LateError(AbortedError):
+    """The computer was late, so the board cut its motor off in mid-motion: that says nothing of the kit."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "This computer was late, so the board switched its motor off for a moment. That is no fault of "
+            "the kit. Close other programs, then try again."
+        )
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a run may do at most: force N, distance from where it began m, speed m/s."""
+
+    force: float = 0.0
+    travel: float = math.inf
+    speed: float = math.inf
+
+
+@dataclass(frozen=True)
+class Track:
+    """What a run recorded, arrays (n,): board time s from the first sample, counts, readings, signed duty of
+    255, flags, number of the sample, of the one answered, and s from that one to its force in effect."""
+
+    time: np.ndarray
+    count: np.ndarray
+    raw: np.ndarray
+    pwm: np.ndarray
+    flags: np.ndarray
+    seq: np.ndarray
+    answered: np.ndarray
+    delay: np.ndarray
+    settings: Board
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def position(self) -> np.ndarray:
+        """Return the handle's position (n,) in m by the settings in force."""
+        return self.count * self.settings.quantum
+
+
+def track_of(samples: list[Sample], settings: Board) -> Track:
+    """Return samples as arrays; the clock may have wrapped."""
+    columns = {
+        name: np.array([getattr(s, name) for s in samples], dtype=np.int64)
+        for name in ("time_us", "count", "raw", "pwm", "flags", "seq", "answered", "delay_us")
+    }
+    steps = np.diff(columns["time_us"], prepend=columns["time_us"][:1]) % 2**32
+    columns["raw"] = readings(columns["raw"], settings.sensor)
+    late = columns["delay_us"]
+    kept = {name: columns[name] for name in ("count", "raw", "pwm", "flags", "seq", "answered")}
+    delay = np.where(late < _NO_DELAY_KNOWN, late * 1e-6, np.inf)
+    return Track(time=np.cumsum(steps) * 1e-6, delay=delay, settings=settings, **kept)
+
+
+def torque_share(board: Board, pwm: np.ndarray) -> np.ndarray:
+    """Return the share (n,) of the full torque, signed, at signed duties pwm (n,) of 255."""
+    size = np.abs(np.asarray(pwm, dtype=float))
+    duty = np.clip((size - board.dead_band) / (FULL_DUTY - board.dead_band), 0.0, 1.0)
+    if board.motor_map == MotorMap.SQUARE:
+        share = duty * duty
+    elif board.motor_map == MotorMap.LINEAR:
+        share = duty
+    else:
+        share = np.interp(duty, np.arange(9) / 8.0, np.array((0.0, *board.table)) / FULL_DUTY)
+    return np.sign(pwm) * share
+
+
+def motor_force(board: Board, pwm: np.ndarray) -> np.ndarray:
+    """Return the force on the handle (n,) in N at signed duties pwm (n,) of 255, positive to the right."""
+    return full_force(board) * torque_share(board, pwm)
+
+
+class _Handle:
+    """Board time, position and filtered velocity, kept from one sample to the next."""
+
+    def __init__(self, quantum: float):
+        self._quantum = quantum
+        self._last: Sample | None = None
+        self.driven = self._obeyed = False
+        self.t = self.x = self.v = self.start = 0.0
+
+    def take(self, sample: Sample) -> None:
+        x = sample.count * self._quantum
+        if self._last is None:
+            self.start = x
+        else:
+            dt = ((sample.time_us - self._last.time_us) & 0xFFFFFFFF) * 1e-6
+            self.t += dt
+            if dt > 0.0:
+                weight = 1.0 - math.exp(-2.0 * math.pi * _VELOCITY_CUTOFF * dt)
+                self.v += weight * ((x - self.x) / dt - self.v)
+        self.x, self._last = x, sample
+
+    def was_cut(self, sample: Sample) -> bool:
+        """Return whether the board, that obeyed before, has cut a force because nothing came for too long."""
+        off = bool(sample.flags & BoardFlag.WATCHDOG)
+        cut = off and self._obeyed and self.driven
+        self._obeyed = self._obeyed or not off
+        return cut
+
+
+class BoardRunner:
+    """Owns a board from open to close. One thread runs it; ``stop`` and ``cancel`` may come from any."""
+
+    def __init__(self, board: Any):
+        self.board = board
+        self.recent: deque[Sample] = deque(maxlen=RECENT_SAMPLES)
+        self.progress = (0.0, 0.0)
+        """s of the present run that have passed, and s that it takes; no run: both 0."""
+        self._settings: Settings | None = None
+        self._stop, self._cancel = threading.Event(), threading.Event()
+
+    def open(self) -> Settings:
+        """Open the board and read its settings; raise DeviceError."""
+        self.board.open()
+        try:
+            return self.read_settings()
+        except BaseException:
+            self.board.close()
+            raise
+
+    def close(self) -> None:
+        """Motor off, let go of the board; never fails."""
+        self.board.close()
+
+    @property
+    def settings(self) -> Settings:
+        """Return the settings in force; DeviceError before open."""
+        if self._settings is None:
+            raise DeviceError("The board is not open.")
+        return self._settings
+
+    def read_settings(self) -> Settings:
+        """Ask the board for the settings in force; raise DeviceError."""
+        self._settings = self.board.settings()
+        return self.settings
+
+    def configure(self, **changes: Any) -> Settings:
+        """Change some of the settings in force, not yet saved; raise ParameterError or DeviceError."""
+        self._settings = self.board.configure(replace(of_settings(self.settings), **changes))
+        return self.settings
+
+    def save(self) -> Settings:
+        """Keep the settings in force on the board; raise DeviceError."""
+        self._settings = self.board.save()
+        return self.settings
+
+    def stop(self) -> None:
+        """E-stop: whatever runs ends with the force at zero; nothing runs until ``release``."""
+        self._stop.set()
+
+    def release(self) -> None:
+        """End the E-stop; the board hears of it when the next run begins."""
+        self._stop.clear()
+
+    @property
+    def stopped(self) -> bool:
+        """Say whether the E-stop is pressed."""
+        return self._stop.is_set()
+
+    def cancel(self) -> None:
+        """End what runs with the motor off, and refuse further runs until ``begin_job``."""
+        self._cancel.set()
+
+    def begin_job(self) -> None:
+        """Forget a cancel that ended an earlier job."""
+        self._cancel.clear()
+
+    def check_stopped(self) -> None:
+        """Raise StoppedError or CancelledError where the motor must be off; the board hears of the first."""
+        if self.stopped:
+            self.board.tell(Stop())
+            raise StoppedError("Stopped. Force is zero.")
+        self._check_cancelled()
+
+    def _check_cancelled(self) -> None:
+        if self._cancel.is_set():
+            raise CancelledError
+
+    def record(self, seconds: float) -> Track:
+        """Record with the motor at zero; E-stop does not end it. Raise CancelledError or DeviceError."""
+        return self._run(None, seconds, Limits(), lambda: False)
+
+    def run(
+        self, motion: Motion, seconds: float, limits: Limits, until: Callable[[], bool] = lambda: False
+    ) -> Track:
+        """Record while a motion drives the handle.
+
+        Raise StoppedError, CancelledError, AbortedError or another DeviceError.
+        """
+        if self.stopped:
+            raise StoppedError("Stopped. Force is zero. Release the E-stop, then try again.")
+        self.board.tell(Release())
+        return self._run(motion, seconds, limits, until)
+
+    def idle(self, until: Callable[[], bool]) -> None:
+        """Keep the motor at zero and show the samples as ``recent``, keep no others; raise DeviceError."""
+        self.read_settings()
+        self.board.start_stream()
+        try:
+            for sample in self.board.samples():
+                self.recent.append(sample)
+                self._send(sample, 0.0)
+                if until():
+                    break
+        finally:
+            self.board.stop_stream()
+
+    def _run(self, motion: Motion | None, seconds: float, limits: Limits, until: Callable[[], bool]) -> Track:
+        self.read_settings()  # what was still on its way is read away with it
+        handle, kept = _Handle(self.settings.quantum), []
+        deadline = time.monotonic() + _SLOWEST * seconds + _SPARE_SECONDS
+        self.board.start_stream()
+        try:
+            for sample in self.board.samples():
+                handle.take(sample)
+                kept.append(sample)
+                self.recent.append(sample)
+                self.progress = handle.t, seconds
+                self._answer(sample, motion, handle, limits)
+                if handle.t >= seconds or until():
+                    break
+                if time.monotonic() > deadline:
+                    raise AbortedError("The board answers too slowly. Force is zero. Connect it again.")
+        finally:
+            self.progress = 0.0, 0.0
+            self.board.stop_stream()
+        return track_of(kept, of_settings(self.settings))
+
+    def _answer(self, sample: Sample, motion: Motion | None, handle: _Handle, limits: Limits) -> None:
+        """Send the force that answers a sample; stop at once at any doubt."""
+        if motion is None:
+            self._check_cancelled()
+            self._send(sample, 0.0)
+            return
+        self.check_stopped()
+        if handle.was_cut(sample):
+            raise LateError
+        _check(sample, handle, limits)
+        force = motion(handle.t, handle.x - handle.start, handle.v)
+        handle.driven = force != 0.0
+        if not math.isfinite(force):
+            raise AbortedError("The force is no number. Force is zero.")
+        self._send(sample, min(max(force, -limits.force), limits.force))
+
+    def _send(self, sample: Sample, force: float) -> None:
+        self.board.tell(Force(sample.seq, 0, force))
+
+
+def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:
+    """Raise AbortedError where the handle is too far or too fast, or the board refuses."""
+    if sample.flags & (BoardFlag.STOPPED | BoardFlag.OVER_SPEED):
+        raise AbortedError("The board has switched its motor off. Force is zero. Hold the handle, try again.")
+    gone = abs(handle.x - handle.start)
+    if gone > limits.travel:
+        raise AbortedError(
+            f"The handle is {1e3 * gone:.0f} mm from where it began (limit {1e3 * limits.travel:.0f} mm). "
+            "Force is zero."
+        )
+    if abs(handle.v) > limits.speed:
+        raise AbortedError(
+            f"The handle moves at {abs(handle.v):.2f} m/s (limit {limits.speed:.2f} m/s). Force is zero."
+        )

@@ -1,0 +1,43 @@
+"""Discovery: what the modules of a package declare, so that adding one thing is adding one file."""
+
+import warnings
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from pkgutil import iter_modules
+from typing import TypeVar
+
+from hapkit_studio.errors import ParameterError
+
+T = TypeVar("T")
+
+
+def declared(package: str, name: str, kind: type[T], *, group: str = "") -> list[T]:
+    """Import every module of a package; return what each declares under a name, in the modules' order.
+
+    Modules without the name, or with something there that is not of the kind, are left out. group: the
+    entry-point group through which other installed packages add theirs, which follow.
+    """
+    found = [
+        getattr(import_module(info.name), name, None)
+        for info in iter_modules(import_module(package).__path__, package + ".")
+    ]
+    if group:
+        found += [_loaded(point) for point in entry_points(group=group)]
+    return [one for one in found if isinstance(one, kind)]
+
+
+def _loaded(point: EntryPoint) -> object:
+    """Load another package's object; a broken one is left out with a warning, the studio goes on."""
+    try:
+        return point.load()
+    except Exception as error:  # whatever another package's module raises
+        warnings.warn(f"{point.name!r} ({point.value}) cannot be loaded: {error}", stacklevel=4)
+        return None
+
+
+def named(library: Mapping[str, T], key: object, what: str) -> T:
+    """Return the entry of a key; raise ParameterError naming what it is and the keys there are."""
+    if not isinstance(key, str) or key not in library:
+        raise ParameterError(f"There is no {what} {key!r}; there are: {', '.join(library)}.")
+    return library[key]

@@ -1,0 +1,46 @@
+"""Numbers and units as a person reads them: a true minus, commas between thousands, no exponent."""
+
+import math
+
+MINUS = "\N{MINUS SIGN}"
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number(value: float, decimals: int, sign: bool = False) -> str:
+    """Write a value with so many decimals: -1234.5 as −1,234.5; no sign on what rounds to zero.
+
+    sign: a value above zero gets a plus.
+    """
+    rounded = round(float(value), decimals)
+    text = f"{abs(rounded):,.{decimals}f}"
+    if rounded < 0:
+        return MINUS + text
+    return "+" + text if sign and rounded > 0 else text
+
+
+def significant(value: float, digits: int = 2) -> str:
+    """Write a value with so many significant digits, zeros at the end included; a dash if not finite."""
+    if value == 0.0 or not math.isfinite(value):
+        return "0" if value == 0.0 else "–"
+    places = max(digits - 1 - math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}")))), 0)
+    return f"{value:,.{places}f}".replace("-", MINUS)
+
+
+def power_of_ten(value: float) -> str:
+    """Write a value with one digit and its power of ten, as 2·10⁻⁶."""
+    mantissa, exponent = f"{value:.0e}".split("e")
+    return f"{mantissa.replace('-', MINUS)}·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+
+
+def with_unit(value: float, unit: str = "", digits: int = 3, sign: bool = False) -> str:
+    """Write a value with up to so many significant digits and its unit; sign: with a plus above zero."""
+    rounded = float(f"{value:.{digits}g}")  # first rounded, then written: thousands are written out
+    text = f"{rounded:+g}" if sign else f"{rounded:g}"
+    return f"{text.replace('-', MINUS)} {unit}".rstrip()
+
+
+def on_screen(value: float, unit: str, digits: int = 4) -> str:
+    """Write a value in SI with the unit of the screen: a length in mm, a time below 1 s in ms."""
+    if unit == "m" or (unit == "s" and abs(value) < 1.0):
+        return with_unit(1e3 * value, f"m{unit}", digits)
+    return with_unit(value, unit, digits)

@@ -1,0 +1,118 @@
+"""The runner: every force bounded, zero at any doubt and at the end, E-stop from another thread."""
+
+import math
+import threading
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.calibrate.motions import PULSES, SWEEP_LIMITS, pulse, sweep
+from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Limits, StoppedError, track_of
+from hapkit_studio.devices.profiles import default
+from hapkit_studio.protocol.messages import Sample
+from tests.devices.paddle_kit import PaddleKit
+
+
+@pytest.fixture
+def runner():
+    made = BoardRunner(PaddleKit())
+    made.open()
+    return made
+
+
+def test_a_force_beyond_the_limit_is_cut(runner):
+    runner.run(lambda t, x, v: 5.0, 0.02, Limits(0.3))
+    assert set(runner.board.forces) == {0.3}
+
+
+@pytest.mark.parametrize(
+    ("move", "limits", "words"),
+    [
+        (lambda t, x, v: math.nan, Limits(0.3), "no number"),
+        (lambda t, x, v: 1.0, Limits(1.0, 0.01), "10 mm"),
+        (lambda t, x, v: 1.0, Limits(1.0, 1.0, 0.2), "0.20 m/s"),
+    ],
+)
+def test_a_doubt_ends_the_run_with_the_motor_off(runner, move, limits, words):
+    with pytest.raises(AbortedError, match=words):
+        runner.run(move, 5.0, limits)
+    assert runner.board.pwm == 0
+    assert not runner.board.streaming
+    assert abs(runner.board.x) < 0.02
+
+
+def test_e_stop_ends_a_run_at_the_next_sample_and_holds_until_released(runner):
+    def stopping(t, x, v):
+        if t > 0.05:
+            threading.Thread(target=runner.stop).start()
+        return 0.2
+
+    with pytest.raises(StoppedError):
+        runner.run(stopping, 5.0, Limits(0.3))
+    assert runner.board.stopped
+    assert runner.board.pwm == 0
+    with pytest.raises(StoppedError):
+        runner.run(lambda t, x, v: 0.1, 0.1, Limits(0.3))
+    assert len(runner.record(0.05)) > 40
+    runner.release()
+    runner.run(lambda t, x, v: 0.1, 0.05, Limits(0.3))
+    assert not runner.board.stopped
+
+
+def test_watching_asks_for_no_force(runner):
+    runner.record(0.1)
+    assert set(runner.board.forces) == {0.0}
+
+
+def test_a_pulse_keeps_within_its_limits_whatever_is_asked(runner):
+    pulse(runner, 9.0)
+    assert max(np.abs(runner.board.forces)) == pytest.approx(max(PULSES))
+
+
+@pytest.mark.parametrize(
+    "kit", [{"coulomb": 0.0, "viscous": 0.02}, {"mass": 0.02}, {"mass": 0.2, "coulomb": 0.4}]
+)
+def test_a_sweep_keeps_within_its_limits_on_any_kit(kit):
+    runner = BoardRunner(PaddleKit(**kit))
+    runner.open()
+    track = sweep(runner, 4.0, 0.8 * kit.get("coulomb", 0.1))
+    assert np.abs(track.position - track.position[0]).max() < SWEEP_LIMITS.travel
+    assert max(np.abs(runner.board.forces)) <= SWEEP_LIMITS.force
+
+
+def test_a_wrong_direction_never_lets_a_sweep_run_away():
+    kit = PaddleKit(direction=-1)
+    runner = BoardRunner(kit)
+    runner.open()
+    with pytest.raises(AbortedError):
+        sweep(runner)
+    assert abs(kit.x) < 0.040
+    assert kit.pwm == 0
+
+
+def test_a_track_counts_time_on_over_the_clocks_wrap():
+    around = [
+        Sample(seq=i, time_us=(2**32 - 1500 + 1000 * i) % 2**32, count=i, raw=i, answered=0, delay_us=65535,
+               flags=0, pwm=0, rx_errors=0, stale=0, generation=0, received=0, refusal=0)
+        for i in range(4)
+    ]  # fmt: skip
+    track = track_of(around, default().board)
+    np.testing.assert_allclose(track.time, [0.0, 1e-3, 2e-3, 3e-3], atol=1e-12)
+    assert np.isinf(track.delay).all()
+
+
+def test_a_run_says_how_far_it_is_and_forgets_it_at_its_end(runner):
+    seen = []
+
+    def watching(t, x, v):
+        seen.append(runner.progress)
+        return 0.0
+
+    runner.run(watching, 0.2, Limits(0.3))
+    assert all(of == 0.2 for _, of in seen)
+    assert [passed for passed, _ in seen] == sorted(passed for passed, _ in seen)
+    assert seen[-1][0] > 0.19
+    assert runner.progress == (0.0, 0.0)
+    with pytest.raises(AbortedError):
+        runner.run(lambda t, x, v: math.nan, 0.2, Limits(0.3))
+    assert runner.progress == (0.0, 0.0)

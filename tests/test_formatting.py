@@ -1,0 +1,34 @@
+"""Numbers and units as people read them."""
+
+import math
+
+from hapkit_studio.formatting import number, on_screen, power_of_ten, significant, with_unit
+
+
+def test_numbers_have_a_true_minus_commas_between_thousands_and_no_sign_on_zero():
+    assert number(-1.234, 2) == "−1.23"
+    assert number(-0.001, 2, sign=True) == "0.00"
+    assert number(7.25, 2, sign=True) == "+7.25"
+    assert number(1000.0, 0) == "1,000"
+    assert number(-37, 0) == "−37"
+    assert number(math.inf, 2) == "inf"
+
+
+def test_significant_digits_are_kept_and_never_written_with_an_exponent():
+    numbers = (0.0, 3.24, 32.4, 324.0, 9.96, -0.00123, 123_456.0, math.nan)
+    assert [significant(x) for x in numbers] == ["0", "3.2", "32", "324", "10", "−0.0012", "123,456", "–"]
+    assert significant(0.5, 3) == "0.500"
+
+
+def test_what_is_tiny_or_huge_is_a_power_of_ten():
+    assert [power_of_ten(x) for x in (2e-6, 2180.0, -3e-12)] == ["2·10⁻⁶", "2·10³", "−3·10⁻¹²"]
+
+
+def test_units_stand_behind_the_number_and_length_and_time_change_to_those_of_the_screen():
+    assert with_unit(0.5, "N") == "0.5 N"
+    assert with_unit(-1234.56, "N/m") == "−1230 N/m"
+    assert with_unit(2.0, "N", sign=True) == "+2 N"
+    assert with_unit(2.0) == "2"
+    assert on_screen(0.0123456, "m") == "12.35 mm"
+    assert on_screen(0.004, "s") == "4 ms"
+    assert on_screen(12.0, "s") == "12 s"
