@@ -179,7 +179,8 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
     error = off(lateness, case, gain)
     out = bounce_rows(case["mass"], k, rate, delay, 0.5)
     time, x = thinned(np.arange(len(out)) / rate, 1e3 * (out[:, rows.TRUE_POSITION] - WALL))
-    words = f"energy × {with_unit(gain, '', 4)} in a bounce; the formula is off by {with_unit(100.0 * error, '%', 2, sign=True)}"
+    wrong = with_unit(100.0 * error, "%", 2, sign=True)
+    words = f"energy × {with_unit(gain, '', 4)} in a bounce; the formula is off by {wrong}"
     return base.Evidence(time, x, "depth in the wall", "mm", abs(error) <= WITHIN, 100.0 * error, "%", words)
 
 
