@@ -2,20 +2,34 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtWidgets import QMenu, QMenuBar
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui import tabs
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
+from hapkit_studio.gui.header import fill_frames_menu, fill_menu
+from hapkit_studio.gui.own_environments import OwnEnvironments
+from hapkit_studio.gui.studio import Studio
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
 
 SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
+_RULE_BEFORE = {
+    "session.quit",
+    "view.fit",
+    "view.panel",
+    "device.zero",
+    "environment.reset",
+    "environment.new",
+    "help.about",
+}
 
 
 def _always(_window: "MainWindow") -> bool:
@@ -248,3 +262,49 @@ class ActionSet(QObject):
                 action.setShortcuts([QKeySequence(k) for k in entry.keys])
             else:
                 action.setShortcuts([QKeySequence(k) for k in entry.keys if len(k) > 1 and k != "Space"])
+
+
+def build_menus(bar: QMenuBar, actions: ActionSet, studio: Studio, own: OwnEnvironments) -> None:
+    """Fill the bar; order of menus and entries is the table's."""
+    menus: dict[str, QMenu] = {}
+    for entry in actions.entries:
+        menu = _menu(bar, menus, entry.menu)
+        if entry.key in _RULE_BEFORE:
+            menu.addSeparator()
+        menu.addAction(actions.qt[entry.key])
+    for menu in menus.values():
+        menu.aboutToShow.connect(actions.refresh)
+    _add_devices(menus["Device"], studio)
+    _add_own(menus["Environment"], actions.qt["environment.new"], own)
+
+
+def _menu(bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
+    if path not in menus:
+        parent, _, name = path.rpartition("/")
+        menus[path] = _menu(bar, menus, parent).addMenu(name) if parent else bar.addMenu(path)
+    return menus[path]
+
+
+def _add_devices(menu: QMenu, studio: Studio) -> None:
+    choose = QMenu("Choose", menu)
+    choose.aboutToShow.connect(lambda: fill_menu(choose, studio))
+    frames = QMenu("USB frames", menu)
+    frames.aboutToShow.connect(lambda: fill_frames_menu(frames, studio))
+    first = menu.actions()[0]
+    menu.insertMenu(first, choose)
+    menu.insertMenu(first, frames)
+    menu.insertSeparator(first)
+
+
+def _add_own(menu: QMenu, before: QAction, own: OwnEnvironments) -> None:
+    yours = QMenu("Yours", menu)
+    entry = menu.insertMenu(before, yours)
+
+    def fill() -> None:
+        yours.clear()
+        for file in own.files:
+            yours.addAction(file.title, partial(own.choose, file.path))
+        entry.setVisible(bool(own.files))
+
+    menu.aboutToShow.connect(fill)
+    fill()

@@ -14,7 +14,7 @@ from hapkit_studio.arguments import window_parser
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import prepare
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 
 FIRST_SIZE = QSize(1440, 900)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.rich import plain
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import theme
 
 HEIGHT = 54
 MOST = 2

@@ -1,25 +1,266 @@
-"""The gallery: the library, below it a person's own environments, last the way to a new one."""
+"""Rows of the gallery: an icon, a title, one line and a key; in a narrow rail icon and key alone."""
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QButtonGroup, QLabel, QScrollArea, QVBoxLayout, QWidget
+from collections.abc import Callable
+from functools import lru_cache, partial
 
-from hapkit_studio.gui import readiness
-from hapkit_studio.gui.gallery_row import (
-    LEAST_RAIL_ROW,
-    LEAST_ROW,
-    RAIL,
-    RAIL_ROW,
-    ROW,
-    WIDE,
-    GalleryRow,
-    icon_name,
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QContextMenuEvent,
+    QFont,
+    QFontMetrics,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
 )
-from hapkit_studio.gui.own import OwnEnvironments
-from hapkit_studio.gui.own_row import NewRow, OwnRow
-from hapkit_studio.gui.studio import Studio
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QButtonGroup,
+    QLabel,
+    QMenu,
+    QScrollArea,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
+from hapkit_studio.gui import environment_library
+from hapkit_studio.gui.own_environments import OwnEnvironments, OwnFile
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.text import plain_tip
+from hapkit_studio.gui.widgets.theme import theme
+
+WIDE, RAIL = 228, 64
+ROW, RAIL_ROW = 51, 42
+LEAST_ROW, LEAST_RAIL_ROW = 42, 34
+_ICON, _LEFT, _RIGHT = 10, 41, 30
+_EDGES = 2
+_PALE = 0.45
+_TIGHT = -0.5
+# state: the icon that says it, the line that says it
+_SIGNS = {"foreign": "lock", "broken": "triangle"}
+_LINES = {"foreign": "From someone else", "broken": "Does not run yet", "checking": "Checking line by line…"}
+_PENCIL, _RING, _LEAST = 30, 28, 120
 __all__ = ["RAIL", "WIDE", "Gallery", "GalleryRow", "icon_name"]
+
+
+def icon_name(scene: str) -> str:
+    """Return the icon of a scene; environments from elsewhere may have none."""
+    return scene if scene in icons.names() else "circle"
+
+
+@lru_cache(maxsize=64)
+def _picture(icon: str, _shade: str, color: str, ratio: float) -> QPixmap:
+    return icons.pixmap(icon, 24, color, ratio)
+
+
+class GalleryRow(QAbstractButton):
+    """One line of the gallery; checked while it is in force. ``color`` is the token of icon and title."""
+
+    color = "ink"
+
+    def __init__(self, icon: str, title: str, summary: str, key: str = "", parent: QWidget | None = None):
+        super().__init__(parent)
+        self.picture, self.title, self.summary, self.key = icon, title, summary, key
+        self.waiting = ""
+        self.setCheckable(True)
+        # a click leaves the arrow keys with the scene, where they move the hand
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)  # a title may be cut
+        self._name()
+        self.set_rail(False, ROW)
+        theme.changed.connect(self.update)
+
+    def set_words(self, icon: str, title: str, summary: str) -> None:
+        """Show other words."""
+        self.picture, self.title, self.summary = icon, title, summary
+        self._name()
+        self.set_rail(self.rail, self.height())
+
+    def set_waiting(self, words: str) -> None:
+        """Say why it cannot be had yet, in paler colours; "" if it can."""
+        if words != self.waiting:
+            self.waiting = words
+            self._name()
+            self.set_rail(self.rail, self.height())
+
+    def set_rail(self, rail: bool, height: int) -> None:
+        """Draw icon and key alone, title and summary as a tooltip; or all of it."""
+        self.rail = rail
+        self.setFixedHeight(height)
+        self.setToolTip(plain_tip(self.accessibleName()) if rail else "")
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        if self.rail:
+            return QSize(RAIL - _EDGES, LEAST_RAIL_ROW)
+        words = max(self._width("strong", self.title), self._width("hint", self.summary))
+        return QSize(_LEFT + words + (_RIGHT if self.key else 8), LEAST_ROW)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Let Enter choose: Space is the pause key."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.click()
+        else:
+            super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if self.isChecked() or self.underMouse():
+            painter.fillRect(self.rect(), theme.color("accentsoft" if self.isChecked() else "grid"))
+        if self.isChecked():
+            painter.fillRect(0, 0, 3, self.height(), theme.color("accent"))
+        color = "accent" if self.isChecked() else self.color
+        painter.setOpacity(_PALE if self.waiting else 1.0)
+        self._paint_icon(painter, color)
+        if self.key:
+            self._paint_key(painter)
+        painter.setOpacity(1.0)
+        if not self.rail:
+            self._paint_words(painter, color)
+        if self.hasFocus():
+            painter.setPen(QPen(theme.color("accent"), 2))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRoundedRect(QRectF(self.rect()).adjusted(4, 3, -4, -3), 6, 6)
+
+    def _name(self) -> None:
+        words = self.waiting or self.summary
+        self.setAccessibleName(f"{self.title}: {words}" if words else self.title)
+
+    def _paint_icon(self, painter: QPainter, color: str) -> None:
+        picture = _picture(self.picture, theme.color(color).name(), color, self.devicePixelRatioF())
+        painter.drawPixmap(12 if self.rail else _ICON, (self.height() - 24) // 2, picture)
+
+    def _paint_words(self, painter: QPainter, color: str) -> None:
+        middle = Qt.AlignmentFlag.AlignVCenter
+        room = self.width() - _LEFT - (_RIGHT if self.key else 8)
+        top = (self.height() - 37) // 2
+        words = self.waiting or self.summary
+        lines = [("strong", color, self.title, top, 20), ("hint", "ink3", words, top + 19, 18)]
+        if not words:
+            lines = [("body", color, self.title, 0, self.height())]
+        for role, token, words, top, height in lines:
+            painter.setPen(theme.color(token))
+            painter.setFont(self._fitting(theme.font(role), words, room))
+            words = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, room)
+            painter.drawText(QRectF(_LEFT, top, room, height), middle, words)
+
+    @staticmethod
+    def _fitting(font: QFont, words: str, room: int) -> QFont:
+        """Return a font with its letters closer together where the words would be cut otherwise."""
+        if QFontMetrics(font).horizontalAdvance(words) > room:
+            font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, _TIGHT)
+        return font
+
+    def _paint_key(self, painter: QPainter) -> None:
+        painter.setFont(theme.font("hint"))
+        if self.rail:
+            painter.setPen(theme.color("ink2"))
+            painter.drawText(QRectF(39, 0, 20, self.height()), Qt.AlignmentFlag.AlignCenter, self.key)
+            return
+        box = QRectF(self.width() - 26.5, self.height() / 2 - 10, 19, 20)
+        painter.setPen(QPen(theme.color("line"), 1))
+        painter.setBrush(theme.color("surface"))
+        painter.drawRoundedRect(box, 4, 4)
+        painter.setPen(theme.color("ink3"))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.key)
+
+    @staticmethod
+    def _width(role: str, text: str) -> int:
+        return QFontMetrics(theme.font(role)).horizontalAdvance(text) + 2
+
+
+def initials(title: str) -> str:
+    """Return up to two letters that tell one title from another: "My two walls" is MW."""
+    words = [word for word in title.split() if word[0].isalnum()]
+    return "".join(word[0] for word in (words[:1] + words[1:][-1:])).upper()
+
+
+class OwnRow(GalleryRow):
+    """One own environment; the pencil, or the menu, leads to its law."""
+
+    edit_pressed = Signal(object)
+    reveal_pressed = Signal(object)
+    delete_pressed = Signal(object)
+
+    def __init__(self, file: OwnFile, parent: QWidget | None = None):
+        self.file = file
+        super().__init__("circle", file.title, "", parent=parent)
+        self.pencil = QToolButton(self)
+        self.pencil.setFixedSize(_PENCIL, _PENCIL)
+        self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys have the menu
+        self.setAccessibleDescription("The menu key edits, shows or deletes its file.")
+        self.pencil.clicked.connect(lambda: self.edit_pressed.emit(self.file.path))
+        icons.bind(self.pencil, "pencil", "ink2", 18)
+        self.show_file(file)
+
+    def show_file(self, file: OwnFile) -> None:
+        """Show how the file stands."""
+        self.file = file
+        self.set_words(
+            _SIGNS.get(file.state, icon_name(file.scene)), file.title, _LINES.get(file.state, file.summary)
+        )
+        self.pencil.setToolTip(plain_tip(f"Edit {file.path.name}"))
+        self.pencil.setAccessibleName(f"Edit {file.title}")
+
+    def set_rail(self, rail: bool, height: int) -> None:
+        super().set_rail(rail, height)
+        if not rail:
+            self.setToolTip(plain_tip(f"{self.title}\n{self.summary}\n{self.file.path.name}"))
+        if hasattr(self, "pencil"):
+            self.pencil.setVisible(not rail and self.file.state != "foreign")
+
+    def sizeHint(self) -> QSize:
+        """Take what the gallery gives: words of a stranger's length are cut, the tooltip has them whole."""
+        return super().sizeHint().boundedTo(QSize(_LEAST, LEAST_ROW))
+
+    def _paint_icon(self, painter: QPainter, color: str) -> None:
+        """Draw a ring with initials where the file names no scene: a rail has no room for more."""
+        if self.picture != "circle":
+            super()._paint_icon(painter, color)
+            return
+        ring = QRectF(10 if self.rail else 8, (self.height() - _RING) / 2, _RING, _RING)
+        painter.setPen(QPen(theme.color(color), 1.75))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawEllipse(ring)
+        painter.setFont(theme.font("label"))
+        painter.drawText(ring, Qt.AlignmentFlag.AlignCenter, initials(self.title))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.pencil.move(self.width() - _PENCIL - 8, (self.height() - _PENCIL) // 2)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        self.menu().popup(event.globalPos())
+
+    def menu(self) -> QMenu:
+        """Return what can be done with the file."""
+        menu = QMenu(self)
+        entries: list[tuple[str, Callable[[object], None]]] = [
+            ("Show in folder", self.reveal_pressed.emit),
+            ("Delete…", self.delete_pressed.emit),
+        ]
+        if self.file.state != "foreign":
+            entries.insert(0, ("Edit", self.edit_pressed.emit))
+        for words, tell in entries:
+            menu.addAction(words, partial(tell, self.file.path))
+        return menu
+
+
+class NewRow(GalleryRow):
+    """The last line: it makes a new environment."""
+
+    color = "accent"
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__("plus", "New environment…", "", parent=parent)
+        self.setCheckable(False)
 
 
 def _heading(words: str) -> QLabel:
@@ -83,7 +324,7 @@ class Gallery(QScrollArea):
     def show_readiness(self) -> None:
         """Say which environments are still being prepared; a click on one does not put it in force."""
         for key, row in self.rows.items():
-            row.set_waiting(readiness.WORDS.get(self._studio.readiness.state(key), ""))
+            row.set_waiting(environment_library.WORDS.get(self._studio.readiness.state(key), ""))
         in_force = self._row_in_force()
         if in_force is not None:
             in_force.setChecked(True)

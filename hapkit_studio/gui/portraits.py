@@ -15,7 +15,7 @@ from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.app import prepare_all
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 
 FRAME_MS = 16

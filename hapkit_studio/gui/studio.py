@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.gui.connector import Build, build_engine
-from hapkit_studio.gui.linked import Linked
-from hapkit_studio.gui.wishes import LoopWish
+from hapkit_studio.gui.device_link import Build, Linked, LoopWish, build_engine
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry

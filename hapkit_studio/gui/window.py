@@ -2,36 +2,32 @@
 
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QMainWindow
+from PySide6.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
 
 from hapkit_studio.devices.hapkit import PACKET
-from hapkit_studio.gui import menus
+from hapkit_studio.gui import actions, gallery
 from hapkit_studio.gui.actions import ActionSet, table
 from hapkit_studio.gui.banners import BannerStack
-from hapkit_studio.gui.both_ways import BothWays
-from hapkit_studio.gui.centre import Centre
 from hapkit_studio.gui.collector import Collector
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.editor.desk import Desk
-from hapkit_studio.gui.editor.files import Files
-from hapkit_studio.gui.editor.watch import Watch
-from hapkit_studio.gui.flash_sheet import FlashSheet
+from hapkit_studio.gui.dialogs import about_sheet, keys_sheet, priority_sheet
+from hapkit_studio.gui.editor.controller import Desk, Files, Watch
+from hapkit_studio.gui.flash_dialog import FlashSheet
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
-from hapkit_studio.gui.help_dialog import keys_sheet
-from hapkit_studio.gui.live import Live
-from hapkit_studio.gui.notices import Notices
-from hapkit_studio.gui.own import OwnEnvironments
-from hapkit_studio.gui.parameter_panel import ParameterPanel
-from hapkit_studio.gui.passivity import Passivity
-from hapkit_studio.gui.pictures import Pictures
-from hapkit_studio.gui.room import Room
-from hapkit_studio.gui.sheets import about_sheet, priority_sheet
+from hapkit_studio.gui.live.centre import Centre
+from hapkit_studio.gui.live.comparison import BothWays
+from hapkit_studio.gui.live.display import Pictures
+from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.notices import Notices, Passivity
+from hapkit_studio.gui.own_environments import OwnEnvironments
+from hapkit_studio.gui.panel import parameter_panel
+from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.stop_filter import StopFilter
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.theme import theme
 from hapkit_studio.gui.views import Views
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = (800, 560)
 _SHEET = """
@@ -47,6 +43,9 @@ QLabel[role="section"] { color: @ink2; font-size: 12px; font-weight: 600; }
 QLabel[role="error"] { color: @danger; font-size: 12px; }
 QPushButton[resume="true"] { background: @accentsoft; border-color: @accent; }
 """
+_ROOM_FOR_GALLERY = 880
+_ROOM_BESIDE_PANEL = 1100
+_DRAWER_BELOW = (1280, 640)
 
 
 class MainWindow(QMainWindow):
@@ -89,7 +88,7 @@ class MainWindow(QMainWindow):
         self._arrange()
         self.views = Views(self)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
-        menus.build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
+        actions.build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self._connect()
         self._guard_keys()
 
@@ -158,7 +157,7 @@ class MainWindow(QMainWindow):
 
     def show_export(self) -> None:
         """Open the sheet that writes the environment as an Arduino sketch."""
-        from hapkit_studio.gui.export_sketch import ExportSheet  # off the first picture's way
+        from hapkit_studio.gui.export_dialog import ExportSheet  # off the first picture's way
 
         ExportSheet(self.studio, self).show()
 
@@ -239,3 +238,80 @@ class MainWindow(QMainWindow):
         for signal in (self.studio.environment_changed, self.studio.stop_changed, self.studio.link_changed):
             signal.connect(self.actions_by_key.refresh)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
+
+
+class Room(QWidget):
+    """Holds the parts; the panel is a drawer where the window is small, opened and closed by hand."""
+
+    def __init__(self, window: "MainWindow"):
+        super().__init__(window)
+        self._window = window
+        self._drawer_open: bool | None = None
+        self._middle = QGridLayout()
+
+    def arrange(self) -> None:
+        """Give the window's parts their places; each was made inside the room."""
+        window = self._window
+        self._side: QWidget = window.panel
+        left = QHBoxLayout()
+        left.setSpacing(0)
+        left.addWidget(window.gallery)
+        left.addWidget(window.centre, 1)
+        self._middle.setSpacing(0)
+        self._middle.addLayout(left, 1, 0)
+        self._middle.setRowStretch(1, 1)
+        self._middle.setColumnStretch(0, 1)
+        self._place_banners(False)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(window.header)
+        column.addLayout(self._middle, 1)
+        column.addWidget(window.status)
+
+    def open_drawer(self, on: bool) -> None:
+        """Show or hide the panel, whatever the size."""
+        self._drawer_open = on
+        self.share()
+
+    @property
+    def panel_open(self) -> bool:
+        """Say whether the panel, or what a page put in its place, is seen."""
+        return not self._side.isHidden()
+
+    def show_side(self, side: QWidget | None) -> None:
+        """Put a page's own side in the panel's place, None for the panel."""
+        self._side.hide()
+        self._middle.removeWidget(self._side)
+        self._side = side or self._window.panel
+        self.share()
+
+    def share(self) -> None:
+        """Decide what gives way at this size."""
+        parts = self._window
+        width, height = parts.width(), parts.height()
+        small = width < _DRAWER_BELOW[0] or height < _DRAWER_BELOW[1]
+        parts.header.panel.setVisible(small)
+        rail = width - gallery.WIDE - parameter_panel.WIDE < _ROOM_FOR_GALLERY
+        parts.gallery.set_rail(rail)
+        parts.panel.set_room(rail, height)
+        if self._side is not parts.panel:
+            self._side.setFixedWidth(parts.panel.maximumWidth())
+        wide = not small if self._drawer_open is None else self._drawer_open
+        self._place_banners(width < _ROOM_BESIDE_PANEL and wide)
+        self._side.setVisible(wide)
+        used = parts.gallery.width() + (self._side.width() if wide else 0)
+        bars = parts.menuBar().height() + parts.header.height() + parts.status.height() + parts.banners.room
+        parts.centre.set_room(width - used, height - bars)
+        parts.views.set_room(width - used, height - bars)
+        column = self.layout()
+        if column is not None:
+            column.activate()  # at once: else a frame is painted with parts of two sizes
+
+    def _place_banners(self, over_panel: bool) -> None:
+        """Put the banners beside the panel, so that a slider being dragged stays put; above it if narrow."""
+        banners, panel = self._window.banners, self._side
+        for widget in (banners, panel):
+            self._middle.removeWidget(widget)
+        self._middle.addWidget(banners, 0, 0, 1, 2 if over_panel else 1)
+        self._middle.addWidget(panel, int(over_panel), 1, 1 if over_panel else 2, 1)

@@ -14,8 +14,9 @@ from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QGridLayout, QWidget
 
 from hapkit_studio import environments
-from hapkit_studio.gui.history import History
-from hapkit_studio.gui.plots import ForcePosition, TimePlots
+from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.phase_plot import ForcePosition
+from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.haptics import rows
 

@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import QRect
 
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.scenes import SceneView, cat_shape
+from hapkit_studio.gui.scenes import SceneView, cat_body
 from hapkit_studio.gui.scenes.stage import Stage
 
 CAT = discover()["cat"]
@@ -49,7 +49,7 @@ def show(view, position=0.0, force=0.0, hand=None, bend=0.0, **given):
 def box(view, left, right, low, high):
     """Return the pixels from left to right mm and low to high share of the cat's height."""
     stage = Stage(view.width(), view.height())
-    top, bottom = cat_shape.y(stage, high), cat_shape.y(stage, low)
+    top, bottom = cat_body.y(stage, high), cat_body.y(stage, low)
     return QRect(int(stage.x(left)), int(top), int(stage.x(right) - stage.x(left)), int(bottom - top))
 
 

@@ -2,8 +2,9 @@
 
 import pytest
 
-from hapkit_studio.gui.history import History
-from hapkit_studio.gui.plots import ForcePosition, TimePlots
+from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.phase_plot import ForcePosition
+from hapkit_studio.gui.live.time_plots import TimePlots
 from tests.gui.plot_support import LIBRARY, RATE, telemetry
 
 

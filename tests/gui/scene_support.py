@@ -6,7 +6,7 @@ from PySide6.QtGui import QColor, QImage
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import Choice
 
 LIBRARY = discover()

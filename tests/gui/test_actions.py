@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit
 
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.actions import SPANS, table
-from hapkit_studio.gui.help_dialog import Sheet, keys_sheet, native
+from hapkit_studio.gui.dialogs import Sheet, keys_sheet, native
 
 TABLE = table(discover().values())
 
@@ -155,7 +155,7 @@ def test_the_time_window_is_set_from_menu_and_list_alike(idle_window):
 
 
 def test_themes_recolour_at_once(idle_window):
-    from hapkit_studio.gui.theme import theme
+    from hapkit_studio.gui.widgets.theme import theme
 
     for mode in ("dark", "contrast", "light"):
         idle_window.actions_by_key.run(f"view.theme.{mode}")

@@ -113,7 +113,7 @@ def test_closing_the_window_ends_the_program_that_compiles(idle_window):
 
 @pytest.mark.parametrize("mode", ["light", "dark", "contrast"])
 def test_every_theme_paints_the_whole_window(make_window, mode):
-    from hapkit_studio.gui.theme import theme
+    from hapkit_studio.gui.widgets.theme import theme
 
     window = make_window(size=(1280, 720))
     theme.set_mode(mode)

@@ -10,9 +10,9 @@ from hapkit_studio.analysis import cheaper
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
-from hapkit_studio.gui import where_facts
-from hapkit_studio.gui.comparison import movement
-from hapkit_studio.gui.margin import Question, answer
+from hapkit_studio.gui.live.comparison import movement
+from hapkit_studio.gui.panel import rendering
+from hapkit_studio.gui.panel.limits import Question, answer
 from hapkit_studio.haptics import way
 from tests.gui.board_fixtures import answered
 from tests.gui.window_support import PATIENCE_MS
@@ -33,7 +33,7 @@ def test_a_board_has_one_and_the_engine_follows_it(board_window):
     assert engine.where == "computer"
     switch.switch.button(1).click()
     assert engine.where == board_window.studio.loop.where == "board"
-    assert engine.board_way.rate == where_facts.ways(board_window.studio)[1].rate
+    assert engine.board_way.rate == rendering.ways(board_window.studio)[1].rate
     switch.switch.button(0).click()
     assert engine.where == "computer"
 
@@ -64,7 +64,7 @@ def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, q
         share = round(100.0 * studio.engine.board_way.share)
         assert 40 <= share <= 80
         assert column(board_window, 1)[4] == f"{share}"
-        assert column(board_window, 0)[4] == where_facts.UNKNOWN
+        assert column(board_window, 0)[4] == rendering.UNKNOWN
     assert rates[0] > rates[1] > rates[2]
 
 
@@ -127,9 +127,9 @@ def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
     board_window.live.look()
     assert column(board_window, 0)[0] == "1.00 ± 0.00"
     assert column(board_window, 1)[0] == "0.20 ± 0.00"
-    qtbot.waitUntil(lambda: column(board_window, 1)[2] != where_facts.UNKNOWN, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: column(board_window, 1)[2] != rendering.UNKNOWN, timeout=PATIENCE_MS)
     here, there = (int(column(board_window, i)[2].replace(",", "")) for i in (0, 1))
-    ways = where_facts.ways(studio)
+    ways = rendering.ways(studio)
     assert ways[0].setting.delay == pytest.approx(1e-3)
     assert there > here > 0
 
@@ -152,7 +152,7 @@ def test_the_limit_in_force_is_the_one_of_who_renders(board_window, qtbot):
 @pytest.mark.parametrize("where", ["computer", "board"])
 def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
     studio, switch, card = board_window.studio, board_window.loop.where, board_window.stability
-    conn, index = studio.engine.driver.conn, where_facts.WAYS.index(where)
+    conn, index = studio.engine.driver.conn, rendering.WAYS.index(where)
     studio.set_loop(where=where)
     conn.words[way.WAY] = way.THERE if where == "board" else way.HERE
     for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
@@ -166,7 +166,7 @@ def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
         )
 
 
-@pytest.mark.parametrize("where", where_facts.WAYS)
+@pytest.mark.parametrize("where", rendering.WAYS)
 def test_a_small_window_has_room_for_every_loop(board_window, qtbot, where):
     window, studio = board_window, board_window.studio
     window.resize(1280, 720)

@@ -8,11 +8,11 @@ import pytest
 from PySide6.QtGui import QColor, QPixmap
 
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.scenes import cat_fur, cat_head, cat_mood, cat_shape
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.cat_coat import COAT, color
+from hapkit_studio.gui.scenes import cat, cat_body, cat_head
+from hapkit_studio.gui.scenes.base import Motion
+from hapkit_studio.gui.scenes.cat_body import COAT, color
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import MODES
 from tests.gui.cat_support import SIZES, box, cat_view, count, show, state
 
@@ -27,7 +27,7 @@ def view(qtbot):
 def test_hair_lies_with_the_nap_and_gives_way_under_the_pad():
     place = np.linspace(-30.0, 34.0, 129)
     motion = Motion(position=-11.0)
-    still, along, against = (cat_fur.angles(place, cat_mood.Mood(bend=b), motion) for b in (0.0, 0.6, -1.0))
+    still, along, against = (cat.angles(place, cat_body.Mood(bend=b), motion) for b in (0.0, 0.6, -1.0))
     pad, far = np.argmin(np.abs(place + 11.0)), np.abs(place + 11.0) > 15.0
     for each in (still, along, against):
         assert each[far] == pytest.approx(math.radians(38.0), abs=1e-3)
@@ -40,7 +40,7 @@ def test_hair_stands_where_it_was_just_rubbed_the_wrong_way():
     for way, behind in ((-1.0, 2), (1.0, 1)):
         motion = Motion(position=10.0 + 12.0 * way)
         motion.trail.extend([10.0 - 12.0 * way, 10.0, 10.0 + 12.0 * way])
-        turned = np.degrees(cat_fur.angles(place, cat_mood.Mood(), motion)) - 38.0
+        turned = np.degrees(cat.angles(place, cat_body.Mood(), motion)) - 38.0
         assert turned[0] == pytest.approx(0.0, abs=2.0)
         assert turned[behind] > 15.0 if way < 0.0 else turned[behind] < -4.0
 
@@ -69,9 +69,9 @@ def test_the_flank_breathes_by_1_2_percent_either_way(view):
 
 def test_the_pad_rests_on_the_cat_without_a_jump():
     stage = Stage(880, 236)
-    heights = [cat_shape.pad_height(mm, cat_mood.Mood()) * stage.band for mm in np.arange(-60.0, 60.0, 0.1)]
+    heights = [cat_body.pad_height(mm, cat_body.Mood()) * stage.band for mm in np.arange(-60.0, 60.0, 0.1)]
     assert np.abs(np.diff(heights)).max() < 0.5 * 0.1 * stage.per_mm * 6.0
-    assert cat_shape.pad_height(0.0, cat_mood.Mood()) == pytest.approx(0.755 * 1.012 - 0.055, abs=1e-6)
+    assert cat_body.pad_height(0.0, cat_body.Mood()) == pytest.approx(0.755 * 1.012 - 0.055, abs=1e-6)
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -5,11 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.scenes import cat_mood
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.cat_coat import color
+from hapkit_studio.gui.scenes import cat_body
+from hapkit_studio.gui.scenes.base import Motion
+from hapkit_studio.gui.scenes.cat_body import color
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.cat_support import MOODS, SIZES, box, cat_view, count, show, state
 
 
@@ -31,9 +31,9 @@ def test_eyes_close_in_contentment(view, mood, open_):
 
 
 def test_eyes_fall_shut_by_and_by():
-    opened = [cat_mood.Mood(c).eyes for c in (-0.5, -0.2, 0.0, 0.1, 0.2, 0.3)]
+    opened = [cat_body.Mood(c).eyes for c in (-0.5, -0.2, 0.0, 0.1, 0.2, 0.3)]
     assert all(b < a for a, b in itertools.pairwise(opened))
-    assert cat_mood.Mood(0.301).eyes == 0.0
+    assert cat_body.Mood(0.301).eyes == 0.0
 
 
 def test_pupils_follow_the_hand_but_not_in_a_sulk(view):
@@ -77,14 +77,14 @@ def test_the_paw_goes_out_to_the_hand_in_a_swat(view, position):
 @pytest.mark.parametrize("mood", MOODS)
 def test_a_word_says_the_mood(mood):
     motion = Motion(state=state(**MOODS[mood]))
-    assert cat_mood.read(motion).word == mood
+    assert cat_body.read(motion).word == mood
 
 
 @pytest.mark.parametrize("rows", [np.zeros(0), np.zeros(3), np.full(16, np.nan)])
 def test_without_a_state_it_is_at_rest(view, rows):
     view.update_state(0.0, 0.0, 0.0, None, False, False, rows)
     view.grab()
-    assert cat_mood.read(Motion(state=rows)).word == "at rest"
+    assert cat_body.read(Motion(state=rows)).word == "at rest"
 
 
 @pytest.mark.parametrize(

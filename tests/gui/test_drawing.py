@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 from hapkit_studio.gui.tabs.drawing import Drawing
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import table
 from tests.gui.drawing_support import click, drawn, point, spot
 

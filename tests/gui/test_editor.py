@@ -30,7 +30,7 @@ def opened(home, make_window, qtbot):
 @pytest.fixture
 def no_trials(monkeypatch):
     """Let no program be started; a test says itself what a trial has found."""
-    monkeypatch.setattr("hapkit_studio.gui.editor.trial_runner.TrialRunner._work", lambda *_: None)
+    monkeypatch.setattr("hapkit_studio.gui.own_environments.TrialRunner._work", lambda *_: None)
 
 
 def force_at(window, qtbot, place: float) -> float:

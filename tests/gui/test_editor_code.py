@@ -5,9 +5,8 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QRegion, QTextCursor
 from PySide6.QtTest import QTest
 
-from hapkit_studio.gui.editor.code_edit import CodeEdit
-from hapkit_studio.gui.editor.highlighter import KINDS
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.editor.code_edit import KINDS, CodeEdit
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import MODES, TOKENS, luminance
 
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QFontMetricsF
 
-from hapkit_studio.gui import passivity
+from hapkit_studio.gui import notices
 from hapkit_studio.gui.banners import BannerStack
-from hapkit_studio.gui.history import History
-from hapkit_studio.gui.live import Live
-from hapkit_studio.gui.passivity import Passivity, amount
-from hapkit_studio.gui.plots import strokes
-from hapkit_studio.gui.plots.declared import beside_plots, phase_plots
+from hapkit_studio.gui.live import strokes
+from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.live.plots.declared import beside_plots, phase_plots
+from hapkit_studio.gui.notices import Passivity, amount
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import LIBRARY, RATE, colored, telemetry
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
@@ -122,7 +122,7 @@ def active(on=True):
 def clock(monkeypatch):
     """Return what the alarm takes for the time, to be set."""
     now = [100.0]
-    monkeypatch.setattr(passivity.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(notices.time, "monotonic", lambda: now[0])
     return now
 
 
@@ -163,10 +163,10 @@ def test_the_alarm_stands_still_and_long_enough_to_be_read(alarm, clock):
     strike(alarm, 8e-3)
     assert banners.get("energy").title == "Gives energy: 8.0 mJ more than it took."
     watch.look_at_row(active(False), False)
-    clock[0] += 0.99 * passivity.HOLD_S
+    clock[0] += 0.99 * notices.HOLD_S
     watch.look()
     assert banners.get("energy") is not None
-    clock[0] += 0.02 * passivity.HOLD_S
+    clock[0] += 0.02 * notices.HOLD_S
     watch.look()
     assert banners.get("energy") is None
 

@@ -6,7 +6,7 @@ import pytest
 
 from hapkit_studio.devices import profiles
 from hapkit_studio.gui import banners
-from hapkit_studio.gui.export_sketch import ExportSheet
+from hapkit_studio.gui.export_dialog import ExportSheet
 from hapkit_studio.workshop.sketch import Kit
 
 
@@ -89,7 +89,7 @@ def test_a_name_that_does_not_do_is_said_in_a_line(sheet, tmp_path, name):
 
 def test_the_connected_board_comes_first_as_calibrated(window, monkeypatch):
     kit = Kit(profiles.named("hapkit3-short").board, calibrated=True)
-    monkeypatch.setattr("hapkit_studio.gui.export_sketch.connected_kit", lambda studio: kit)
+    monkeypatch.setattr("hapkit_studio.gui.export_dialog.connected_kit", lambda studio: kit)
     window.show_export()
     sheet = window.findChildren(ExportSheet)[-1]
     assert sheet.kits.currentText() == "The one connected: Hapkit short, as calibrated"

@@ -9,7 +9,7 @@ from hapkit_studio.devices.discovery import Port, Role
 from hapkit_studio.devices.flash import shipped
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import AvrdudeMissingError
-from hapkit_studio.gui.flash_sheet import FlashSheet
+from hapkit_studio.gui.flash_dialog import FlashSheet
 from hapkit_studio.protocol.messages import PROTOCOL_VERSION
 from tests.firmware import boot
 from tests.gui.window_support import PATIENCE_MS, SIMULATED

@@ -6,9 +6,9 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.gui.editor.files import DeleteSheet
-from hapkit_studio.gui.gallery_row import GalleryRow
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.editor.controller import DeleteSheet
+from hapkit_studio.gui.gallery import GalleryRow
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import luminance
 from tests.gui.own_support import put, spring
 
@@ -156,7 +156,7 @@ def test_deleting_asks_first_and_uses_the_bin(home, make_window, monkeypatch):
     window = make_window()
     binned = []
     monkeypatch.setattr(
-        "hapkit_studio.gui.editor.files.QFile.moveToTrash", lambda name: binned.append(name) or True
+        "hapkit_studio.gui.editor.controller.QFile.moveToTrash", lambda name: binned.append(name) or True
     )
     window.files.delete(path)
     sheet = window.findChild(DeleteSheet)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.history import CHANNELS, History
+from hapkit_studio.gui.live.history import CHANNELS, History
 from hapkit_studio.haptics import rows
 
 RATE = 4000.0

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QTabBar, QTo
 
 from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.gallery import GalleryRow
-from hapkit_studio.gui.parameter_row import ParameterRow
+from hapkit_studio.gui.panel.rows import ParameterRow
 from tests.wide import wide
 
 SIZES = [(1280, 720), (1366, 768), (1440, 900), (1920, 1080), (2560, 1440), (960, 600), (800, 560)]
@@ -170,7 +170,7 @@ def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
 
 @pytest.mark.parametrize("size", [(1280, 720), (960, 600)])
 def test_refused_values_and_refused_priority_fit_as_well(window, qapp, size):
-    from hapkit_studio.gui.parameter_row import ParameterRow
+    from hapkit_studio.gui.panel.rows import ParameterRow
 
     settle(qapp, window, size)
     window.toggle_panel() if not window.panel_open else None
@@ -223,7 +223,7 @@ SCALED = """
 import sys
 from PySide6.QtWidgets import QApplication
 app = QApplication([])
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.window import MainWindow
 from tests.gui.test_layout import cut_off, overlapping, resize, settle

@@ -3,7 +3,7 @@
 import pytest
 
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.gui.margin import Question, answer
+from hapkit_studio.gui.panel.limits import Question, answer
 from tests.gui.test_layout import settle
 
 

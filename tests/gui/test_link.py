@@ -12,9 +12,9 @@ from hapkit_studio import errors
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.gui import linked, notices
+from hapkit_studio.gui import device_link, notices
 from hapkit_studio.gui.banners import Notice
-from hapkit_studio.gui.plots.gaps import gaps
+from hapkit_studio.gui.live.time_plots import gaps
 from hapkit_studio.haptics.rows import HOST_TIME
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import HelloRequest
@@ -91,7 +91,7 @@ def test_a_busy_port_is_only_tried_again(make_window, qtbot):
 
 def test_a_starting_board_is_said_and_never_started_anew(make_window, qtbot, monkeypatch, peers):
     """A look again in the middle of the handshake would open the port and reset the board once more."""
-    monkeypatch.setattr(linked, "LOOK_AGAIN_MS", 5)
+    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 5)
     plugged, kit, opened, asked = threading.Event(), FakeKit(), [], []
 
     def slow(message):
@@ -166,7 +166,7 @@ def test_a_board_without_samples_is_noticed_until_they_come(make_window, qtbot, 
 def test_a_port_that_comes_back_without_rights_is_said_in_the_end_and_tried_on(
     make_window, qtbot, monkeypatch
 ):
-    monkeypatch.setattr(linked, "LOOK_AGAIN_MS", 5)
+    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 5)
     error = [errors.PortGoneError(f"{PORT} is gone. Force is zero. Looking again every second.")]
 
     def make():
@@ -179,7 +179,7 @@ def test_a_port_that_comes_back_without_rights_is_said_in_the_end_and_tried_on(
     qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
     error[0] = errors.PortPermissionError("You may not open ttyUSB0. Run it.", command="x")
     qtbot.waitUntil(lambda: window.studio.link.command == "x", timeout=PATIENCE_MS)
-    assert window.studio._refusals >= linked.TRIES
+    assert window.studio._refusals >= device_link.TRIES
     error[0] = errors.PortGoneError(f"{PORT} is gone. Force is zero. Looking again every second.")
     qtbot.waitUntil(lambda: "is gone" in window.studio.link.text, timeout=PATIENCE_MS)
     error.clear()
@@ -199,7 +199,7 @@ def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
 
 def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):
     """Also the part of it that is seen while its beginning has left the picture on the left."""
-    from hapkit_studio.gui.theme import theme
+    from hapkit_studio.gui.widgets.theme import theme
 
     history, plots = window.live.history, window.centre.time
 

@@ -7,7 +7,7 @@ import pytest
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
 from hapkit_studio.devices.low_latency import Latency
-from hapkit_studio.gui.latency_hint import LONG, reason
+from hapkit_studio.gui.panel.stability_card import LONG, reason
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Stream
 from tests.devices.fake_board import FakeBoard

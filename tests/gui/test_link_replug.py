@@ -7,8 +7,8 @@ import pytest
 
 from hapkit_studio.devices import ports
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
-from hapkit_studio.gui import linked
-from hapkit_studio.gui.plots.gaps import LEAST
+from hapkit_studio.gui import device_link
+from hapkit_studio.gui.live.time_plots import LEAST
 from hapkit_studio.haptics import rows
 from tests.devices.fake_ports import FT232, info, list_ports
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
@@ -49,7 +49,7 @@ def where():
 @pytest.fixture
 def kit(monkeypatch, where):
     """Return a kit that waits for every answer; a board that renders by itself follows the clock."""
-    monkeypatch.setattr(linked, "LOOK_AGAIN_MS", 50)
+    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 50)
     kit = Kit(monkeypatch, "lockstep" if where == "computer" else "paced")
     yield kit
     kit.program.end()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.gui import status_bar
-from hapkit_studio.gui.history import CHANNELS
+from hapkit_studio.gui.live.history import CHANNELS
 from hapkit_studio.gui.status_bar import StatusBar, late
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.priority import Priority

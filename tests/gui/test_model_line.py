@@ -7,7 +7,7 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.devices.terms import OPTIONAL
-from hapkit_studio.gui.model_line import ModelLine
+from hapkit_studio.gui.panel.parameter_panel import ModelLine
 
 FREE = environments.named("free")
 WHOLE = "Modelled: everything"

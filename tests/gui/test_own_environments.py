@@ -7,10 +7,9 @@ import pytest
 from PySide6.QtCore import QElapsedTimer, Qt, QTimer
 from PySide6.QtTest import QTest
 
-from hapkit_studio.gui import own
-from hapkit_studio.gui.own_file import described
-from hapkit_studio.gui.own_scene import BARE, fitting
-from hapkit_studio.gui.shelf import Shelf
+from hapkit_studio.gui import own_environments as own
+from hapkit_studio.gui.environment_library import Shelf
+from hapkit_studio.gui.own_environments import BARE, described, fitting
 from hapkit_studio.workshop import reading, templates
 from hapkit_studio.workshop.functions import Functions
 from hapkit_studio.workshop.source import read, typed

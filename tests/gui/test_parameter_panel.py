@@ -8,8 +8,7 @@ from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtTest import QTest
 
 from hapkit_studio.dynamics.estimators import ESTIMATORS
-from hapkit_studio.gui.choice_row import ChoiceRow
-from hapkit_studio.gui.parameter_row import ParameterRow
+from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.parameters import Choice
 
 

@@ -6,7 +6,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.plots.ticks import labels, ticks, widened
+from hapkit_studio.gui.live.canvas import labels, ticks, widened
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import canvas_of, telemetry
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication, QLabel
 
-from hapkit_studio.gui.history import CHANNELS, History
-from hapkit_studio.gui.plots.canvas import Canvas
-from hapkit_studio.gui.reel import Reel
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.live.canvas import Canvas
+from hapkit_studio.gui.live.history import CHANNELS, History, Reel
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import LIBRARY, canvas_of, colored, settle, telemetry
 

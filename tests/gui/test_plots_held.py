@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QRectF, QSizeF
 
-from hapkit_studio.gui.history import CHANNELS, History
-from hapkit_studio.gui.plots.corner import freest
-from hapkit_studio.gui.plots.held import Held, held
+from hapkit_studio.gui.live.held import Held, held
+from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.live.phase_canvas import freest
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import colored, settle
 

@@ -5,7 +5,7 @@ import pytest
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QImage, QPainter
 
-from hapkit_studio.gui.plots.layers import Layers, Place
+from hapkit_studio.gui.live.phase_layers import Layers, Place
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import settle, telemetry
 

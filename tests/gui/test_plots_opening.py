@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.plots.band import Band
-from hapkit_studio.gui.plots.ticks import widened
+from hapkit_studio.gui.live.canvas import widened
+from hapkit_studio.gui.live.phase_layers import Band
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import LIBRARY, canvas_of, telemetry
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QColor, QImage, QPainter
 
-from hapkit_studio.gui.history import CHANNELS
-from hapkit_studio.gui.plots import strokes
-from hapkit_studio.gui.plots.declared import phase_plots, time_plots
+from hapkit_studio.gui.live import strokes
+from hapkit_studio.gui.live.history import CHANNELS
+from hapkit_studio.gui.live.plots.declared import phase_plots, time_plots
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import LIBRARY, colored, settle, telemetry
 

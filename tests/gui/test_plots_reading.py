@@ -5,7 +5,7 @@ import pytest
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QLabel
 
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import canvas_of, colored, telemetry
 

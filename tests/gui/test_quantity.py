@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hapkit_studio.gui.quantity import Quantity
+from hapkit_studio.gui.widgets.numbers import Quantity
 from hapkit_studio.parameters import Parameter
 
 STIFFNESS = Quantity.of(Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0))

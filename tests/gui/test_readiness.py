@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 
 from hapkit_studio.errors import LawError
-from hapkit_studio.gui import app, prepare, readiness
+from hapkit_studio.gui import app, environment_library, prepare
 from hapkit_studio.laws.law import Law
 from tests.gui.own_support import put, spring, wait_for_verdict
 
@@ -95,7 +95,7 @@ def test_a_click_is_remembered_and_nothing_is_compiled_here(window, compiler, fo
     assert window.studio.environment.key == "wall"
     assert window.gallery.rows["wall"].isChecked()
     assert not window.gallery.rows["puck"].isChecked()
-    assert words(window, "puck") == readiness.WORDS["next"]
+    assert words(window, "puck") == environment_library.WORDS["next"]
     compiler.finish("cat")
     look(window)
     assert forced == []
@@ -148,7 +148,7 @@ def test_nothing_is_looked_at_once_everything_is_ready(window, compiler, qtbot):
     compiler.finish(*window.gallery.rows)
     qtbot.waitUntil(lambda: window.studio.readiness.waiting == ())
     compiler.looks.clear()
-    qtbot.wait(4 * readiness.LOOK_MS)
+    qtbot.wait(4 * environment_library.LOOK_MS)
     window.studio.choose("cat")
     assert window.studio.environment.key == "cat"
     assert compiler.looks == []
@@ -178,7 +178,7 @@ def test_closing_the_window_compiles_no_wish(window, compiler, forced, qtbot):
     window.studio.choose("detents")
     window.close()
     compiler.program.kill()
-    qtbot.wait(3 * readiness.LOOK_MS)
+    qtbot.wait(3 * environment_library.LOOK_MS)
     assert forced == []
     assert compiler.here == []
 

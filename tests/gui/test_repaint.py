@@ -3,7 +3,7 @@
 import math
 import sys
 
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.window_support import PATIENCE_MS
 
 FRAMES = 100

@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui.export_sketch import ExportSheet
-from hapkit_studio.gui.help_dialog import words_sheet
-from hapkit_studio.gui.rich import plain_tip, rich, tip
+from hapkit_studio.gui.dialogs import words_sheet
+from hapkit_studio.gui.export_dialog import ExportSheet
+from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
 from hapkit_studio.parameters import Choice, Parameter
 from hapkit_studio.workshop import reading
 from hapkit_studio.workshop.source import typed

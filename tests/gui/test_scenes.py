@@ -9,10 +9,10 @@ from PySide6.QtGui import QColor, QPainter, QPixmap, QWheelEvent
 
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.scenes import SceneView
-from hapkit_studio.gui.scenes import declared as scenes
-from hapkit_studio.gui.scenes.arrow import arrow_length
+from hapkit_studio.gui.scenes import base as scenes
+from hapkit_studio.gui.scenes.force_arrow import arrow_length
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 
 LIBRARY = discover()
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QPainter, QPixmap
 
-from hapkit_studio.gui.scenes import declared as scenes
-from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes import base as scenes
+from hapkit_studio.gui.scenes.base import Motion
 from hapkit_studio.gui.scenes.stage import Stage
 from tests.gui.scene_support import LIBRARY, paint, scene_of
 

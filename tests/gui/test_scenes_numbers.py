@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.scenes import readout, stage
-from hapkit_studio.gui.scenes.arrow import HEAD
+from hapkit_studio.gui.scenes import force_arrow, stage
+from hapkit_studio.gui.scenes.force_arrow import HEAD
 from tests.gui.scene_support import LIBRARY, SIZES, has, paint, scene_of, shot, state_of
 
 
@@ -47,7 +47,7 @@ def said(view, force, position=0.0):
 
 
 def test_a_number_never_contradicts_its_arrow_and_does_not_dance(qtbot, monkeypatch):
-    monkeypatch.setattr(readout, "EACH_MS", 10**9)
+    monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
     view, _ = scene_of(qtbot, "free")
     assert [said(view, force) for force in (0.49, 0.52, -0.30, 0.0, -0.31, 0.61, -0.004)] == [
         "+0.49 N", "+0.49 N", "−0.30 N", "0.00 N", "−0.30 N", "+0.49 N", "0.00 N",
@@ -64,9 +64,9 @@ def test_a_number_is_taken_anew_ten_times_a_second(qtbot):
 
 
 def test_the_walls_depth_is_never_negative(qtbot, monkeypatch):
-    monkeypatch.setattr(readout, "EACH_MS", 10**9)
-    written, words = [], stage.words
-    monkeypatch.setattr(stage, "words", lambda *given: (written.append(given[3]), words(*given)))
+    monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
+    written, words = [], stage.paint_words
+    monkeypatch.setattr(stage, "paint_words", lambda *given: (written.append(given[3]), words(*given)))
     view, _ = scene_of(qtbot, "wall")
     for position in (0.004, 0.0075, 0.0081):
         said(view, -1.0, position)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.scenes import declared as scenes
-from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes import base as scenes
+from hapkit_studio.gui.scenes.base import Motion
 from hapkit_studio.gui.scenes.parts import BALL
 from tests.gui.scene_support import LIBRARY, SIZES, has, scene_of, shot
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import limit
 from hapkit_studio.analysis.stability.margin import Margin
-from hapkit_studio.gui.margin import Answer, Question, answer
-from hapkit_studio.gui.stability_card import conditions, margin_notice, sign_of, wanders
+from hapkit_studio.gui.panel.limits import Answer, Question, answer
+from hapkit_studio.gui.panel.stability_card import conditions, margin_notice, sign_of, wanders
 from tests.gui.window_support import PATIENCE_MS
 
 SETTING = Setting()

@@ -10,8 +10,8 @@ from PySide6.QtTest import QTest
 from hapkit_studio import errors
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.gui import linked
-from hapkit_studio.gui.connector import Connector
+from hapkit_studio.gui import device_link
+from hapkit_studio.gui.device_link import Connector
 from hapkit_studio.haptics.engine import Engine
 from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 
@@ -100,7 +100,7 @@ def test_of_two_wishes_the_newest_wins(make_window, qtbot):
 
 
 def test_a_device_that_went_away_is_looked_for_until_it_is_back(make_window, qtbot, monkeypatch):
-    monkeypatch.setattr(linked, "LOOK_AGAIN_MS", 10)
+    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 10)
     plugged, tries = threading.Event(), []
     plugged.set()
 
@@ -133,7 +133,7 @@ def test_a_device_that_went_away_is_looked_for_until_it_is_back(make_window, qtb
 
 
 def test_a_port_that_never_was_there_is_looked_for_as_its_banner_says(make_window, qtbot, monkeypatch):
-    monkeypatch.setattr(linked, "LOOK_AGAIN_MS", 10)
+    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 10)
     plugged, tries = threading.Event(), []
 
     def make():

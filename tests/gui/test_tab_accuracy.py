@@ -15,7 +15,7 @@ from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 from hapkit_studio.gui.tabs.accuracy import answer_words, columns
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import TOKENS
 from tests.gui.drawing_support import drawn, leave, outside
 from tests.gui.drawing_support import point as point_at

@@ -13,7 +13,7 @@ from hapkit_studio.analysis.identify import Part, from_run, identify
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.tabs.export import write
 from hapkit_studio.gui.tabs.identify.piece import newest
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.drawing_support import drawn, outside
 from tests.gui.window_support import PATIENCE_MS
 

@@ -9,7 +9,7 @@ from hapkit_studio.analysis.stability.kb_plane import hands
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.tabs.stability.page import reading
 from hapkit_studio.gui.tabs.stability.pair import contact, pair_of
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.drawing_support import click, drawn, outside, point, spot, words
 from tests.gui.stability_support import follow
 from tests.gui.test_layout import cut_off

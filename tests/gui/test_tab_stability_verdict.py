@@ -10,7 +10,7 @@ from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import plane
 from hapkit_studio.analysis.stability.margin import Margin
 from hapkit_studio.gui.tabs.stability.verdict import kind_at, verdict
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.drawing_support import drawn, spot
 from tests.gui.stability_support import follow, made_up
 from tests.gui.window_support import PATIENCE_MS

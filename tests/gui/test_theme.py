@@ -6,8 +6,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QStyleHints
 from PySide6.QtWidgets import QPushButton
 
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import MODES, TOKENS, luminance, table
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.history import History
+from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.panel.warnings import LATELY_SECONDS, WarningLines
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.warning_lines import LATELY_SECONDS, WarningLines
 from hapkit_studio.haptics import rows
 from tests.gui.plot_support import LIBRARY
 

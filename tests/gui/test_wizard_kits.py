@@ -146,7 +146,7 @@ def test_the_hand_lets_go_where_it_is(qtbot):
 
 def ink(widget, box, token="applied"):
     """Return whether pixels of a colour are in a part of a widget."""
-    from hapkit_studio.gui.theme import theme
+    from hapkit_studio.gui.widgets.theme import theme
 
     image = widget.grab(box).toImage()
     wanted = theme.color(token).rgb()

@@ -1,5 +1,7 @@
-"""The text of a law: line numbers, the current line, and what is wrong said at its very line."""
+"""What Tab, Enter and Backspace do to a line of Python: four spaces, and the depth of the line before."""
 
+import keyword
+import re
 from collections.abc import Iterable, Mapping
 
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt, Signal
@@ -11,21 +13,249 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QResizeEvent,
+    QSyntaxHighlighter,
+    QTextBlock,
+    QTextCharFormat,
     QTextCursor,
+    QTextDocument,
     QTextFormat,
     QWheelEvent,
 )
 from PySide6.QtWidgets import QPlainTextEdit, QTextEdit, QWidget
 
-from hapkit_studio.gui.editor import indentation
-from hapkit_studio.gui.editor.gutter import Gutter
-from hapkit_studio.gui.editor.highlighter import Highlighter
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 
+STEP = 4
+_LEAVES = re.compile(r"\s*(return|break|continue|pass|raise)\b")
+_OPENS = re.compile(r".*:\s*(#.*)?$")
+# kind: token, weight, italic
+KINDS = {
+    "keyword": ("asked", 600, False),
+    "comment": ("ink3", 400, True),
+    "string": ("energy", 400, False),
+    "decorator": ("asked", 400, False),
+    "defined": ("ink", 600, False),
+    "position": ("position", 600, False),
+    "velocity": ("velocity", 600, False),
+    "owned": ("accent", 400, False),
+}
+_QUANTITIES = {"x": "position", "v": "velocity"}
+_WORDS = re.compile(
+    r"""
+    (?P<comment>\#.*)
+    | (?P<triple>[rRbBuUfF]{0,2}(?:\"{3}|'{3}))
+    | (?P<string>[rRbBuUfF]{0,2}(?:"(?:\\.|[^"\\])*"?|'(?:\\.|[^'\\])*'?))
+    | (?P<decorator>@[\w.]+)
+    | (?P<defined>(?<=\bdef\s)\w+)
+    | (?P<owned>(?<![\w.])[ps]\.\w+)
+    | (?P<name>(?<![\w.])[A-Za-z_]\w*)
+    """,
+    re.VERBOSE,
+)
+_PLAIN, _QUOTES = -1, ('"""', "'''")
+_SIGN, _SIDE = 16, 8
+_LEAST_DIGITS = 3
+_FIGURE = "99,999"
 PIXELS = 13
 _GAP = 28
 _LEAST_WORDS = 90
 _ABOVE = 0.25
+
+
+def _depth(text: str) -> int:
+    return len(text) - len(text.lstrip(" "))
+
+
+def newline(cursor: QTextCursor) -> None:
+    """Break the line; the next one starts as deep, deeper after a colon, less deep after a return."""
+    before = cursor.block().text()[: cursor.positionInBlock()]
+    depth = _depth(before)
+    if _OPENS.match(before):
+        depth += STEP
+    elif _LEAVES.match(before):
+        depth = max(0, depth - STEP)
+    cursor.insertText("\n" + " " * depth)
+
+
+def indent(cursor: QTextCursor) -> None:
+    """Move the selected lines one step to the right, or fill up to the next step."""
+    if cursor.hasSelection():
+        _each_line(cursor, lambda line: _insert(line, STEP))
+    else:
+        cursor.insertText(" " * (STEP - cursor.positionInBlock() % STEP))
+
+
+def dedent(cursor: QTextCursor) -> None:
+    """Move the selected lines, or the cursor's own, one step to the left."""
+    _each_line(cursor, lambda line: _remove(line, min(STEP, _depth(line.block().text()))))
+
+
+def unstep(cursor: QTextCursor) -> bool:
+    """Delete one step left of the cursor if only spaces stand before it; say whether it did."""
+    place = cursor.positionInBlock()
+    if cursor.hasSelection() or place == 0 or cursor.block().text()[:place].strip(" "):
+        return False
+    back = (place - 1) % STEP + 1
+    cursor.movePosition(QTextCursor.MoveOperation.Left, QTextCursor.MoveMode.KeepAnchor, back)
+    cursor.removeSelectedText()
+    return True
+
+
+def home(cursor: QTextCursor, keep: bool) -> None:
+    """Go to the line's first word, or from there to its beginning; keep what is selected on the way."""
+    depth = _depth(cursor.block().text())
+    place = 0 if cursor.positionInBlock() == depth else depth
+    mode = QTextCursor.MoveMode.KeepAnchor if keep else QTextCursor.MoveMode.MoveAnchor
+    cursor.setPosition(cursor.block().position() + place, mode)
+
+
+def _each_line(cursor: QTextCursor, change) -> None:
+    """Call change with a cursor at the start of every line touched, as one step of undo."""
+    document = cursor.document()
+    first, last = document.findBlock(cursor.selectionStart()), document.findBlock(cursor.selectionEnd())
+    if last != first and cursor.selectionEnd() == last.position():
+        last = last.previous()
+    numbers = range(first.blockNumber(), last.blockNumber() + 1)
+    cursor.beginEditBlock()
+    for number in numbers:
+        change(_at_start(document.findBlockByNumber(number)))
+    cursor.endEditBlock()
+
+
+def _at_start(block: QTextBlock) -> QTextCursor:
+    return QTextCursor(block)
+
+
+def _insert(line: QTextCursor, count: int) -> None:
+    if line.block().text().strip():
+        line.insertText(" " * count)
+
+
+def _remove(line: QTextCursor, count: int) -> None:
+    line.movePosition(QTextCursor.MoveOperation.Right, QTextCursor.MoveMode.KeepAnchor, count)
+    line.removeSelectedText()
+
+
+class Highlighter(QSyntaxHighlighter):
+    """Colours one document, in the theme's tokens, following it."""
+
+    def __init__(self, document: QTextDocument):
+        super().__init__(document)
+        self._formats: dict[str, QTextCharFormat] = {}
+        theme.changed.connect(self._recolour)
+        self._recolour()
+
+    def highlightBlock(self, text: str) -> None:
+        """Colour one line; the block's state says which triple quote is still open after it."""
+        self.setCurrentBlockState(_PLAIN)
+        at = 0
+        if self.previousBlockState() in (0, 1):
+            at = self._inside(text, 0, 0, self.previousBlockState())
+        while match := _WORDS.search(text, at):
+            at = match.end()
+            if match.lastgroup == "triple":
+                at = self._inside(text, match.start(), at, _QUOTES.index(match[0][-3:]))
+            else:
+                self._colour(match, text)
+
+    def _inside(self, text: str, start: int, at: int, quote: int) -> int:
+        """Colour a long string up to its closing quotes, or to the line's end; return where it stops."""
+        end = text.find(_QUOTES[quote], at)
+        if end < 0:
+            self.setCurrentBlockState(quote)
+        stop = len(text) if end < 0 else end + 3
+        self.setFormat(start, stop - start, self._formats["string"])
+        return stop
+
+    def _colour(self, match: re.Match[str], text: str) -> None:
+        kind = match.lastgroup or ""
+        if kind == "name":
+            word = match[0]
+            named = re.match(r"\s*=(?!=)", text[match.end() :])  # an argument called x is not the position
+            kind = "keyword" if keyword.iskeyword(word) else "" if named else _QUANTITIES.get(word, "")
+        if kind:
+            self.setFormat(match.start(), match.end() - match.start(), self._formats[kind])
+
+    def _recolour(self) -> None:
+        for kind, (token, weight, italic) in KINDS.items():
+            form = self._formats[kind] = QTextCharFormat()
+            form.setForeground(theme.color(token))
+            form.setFontWeight(QFont.Weight(weight))
+            form.setFontItalic(italic)
+        self.rehighlight()
+
+
+class Gutter(QWidget):
+    """Drawn by line, scrolled with the text."""
+
+    def __init__(self, code: "CodeEdit"):
+        super().__init__(code)
+        self._code = code
+        theme.changed.connect(self.update)
+
+    @property
+    def wanted(self) -> int:
+        """Return the width that the last line's number needs, and the figures' column if there is one."""
+        return self._numbers + (0 if self._code.counts is None else self._column)
+
+    @property
+    def _numbers(self) -> int:
+        digits = max(_LEAST_DIGITS, len(str(self._code.blockCount())))
+        return _SIGN + _SIDE + digits * QFontMetrics(self._code.font()).horizontalAdvance("0")
+
+    @property
+    def _column(self) -> int:
+        return 2 * _SIDE + QFontMetrics(self._code.font()).horizontalAdvance(_FIGURE)
+
+    def follow(self, rect: QRect, dy: int) -> None:
+        """Scroll, or paint anew beside what of the text is painted anew."""
+        if dy:
+            self.scroll(0, dy)
+        else:
+            self.update(0, rect.y(), self.width(), rect.height())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.fillRect(event.rect(), theme.color("side"))
+        painter.setFont(self._code.font())
+        current, marks = self._code.textCursor().blockNumber(), self._code.marks
+        counts = self._code.counts or {}
+        most = max(counts.values(), default=0.0)
+        block = self._code.firstVisibleBlock()
+        while block.isValid():
+            box = self._box(block)
+            if box.top() > event.rect().bottom() or box.bottom() > self._code.whole + 1:
+                return  # what is cut off has no number
+            number = block.blockNumber()
+            self._paint_line(painter, box, number + 1, number == current, number + 1 in marks)
+            if most > 0.0 and number + 1 in counts:
+                self._paint_figure(painter, box, counts[number + 1], most)
+            block = block.next()
+
+    def _box(self, block: QTextBlock) -> QRectF:
+        place = self._code.blockBoundingGeometry(block).translated(self._code.contentOffset())
+        return QRectF(0, place.top(), self.width(), place.height())
+
+    def _paint_figure(self, painter: QPainter, box: QRectF, value: float, most: float) -> None:
+        """Paint a figure with a bar behind it, as long as its share of the largest one."""
+        column = box.adjusted(self._numbers, 0, 0, 0)
+        bar = column.adjusted(_SIDE / 2, 1, -_SIDE / 2, -1)
+        bar.setLeft(bar.right() - bar.width() * value / most)
+        painter.fillRect(bar, theme.color("accentsoft"))
+        painter.setPen(theme.color("ink"))
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(column.adjusted(0, 0, -_SIDE, 0), right, f"{value:,.0f}")
+
+    def _paint_line(self, painter: QPainter, box: QRectF, number: int, current: bool, marked: bool) -> None:
+        box = QRectF(box.left(), box.top(), self._numbers, box.height())
+        if marked:
+            painter.fillRect(box, theme.color("dangersoft"))
+        painter.setPen(theme.color("danger" if marked else "ink" if current else "ink3"))
+        if marked:
+            sign = QRectF(box.left(), box.top(), _SIGN, box.height())
+            painter.drawText(sign, Qt.AlignmentFlag.AlignCenter, "✕")
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(box.adjusted(0, 0, -_SIDE, 0), right, str(number))
 
 
 def code_font() -> QFont:
@@ -49,7 +279,7 @@ class CodeEdit(QPlainTextEdit):
         self.setFrameShape(QPlainTextEdit.Shape.NoFrame)
         self.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.setFont(code_font())
-        self.setTabStopDistance(indentation.STEP * QFontMetrics(code_font()).horizontalAdvance(" "))
+        self.setTabStopDistance(STEP * QFontMetrics(code_font()).horizontalAdvance(" "))
         self.highlighter = Highlighter(self.document())
         self.gutter = Gutter(self)
         self.blockCountChanged.connect(self._make_room)
@@ -180,14 +410,14 @@ class CodeEdit(QPlainTextEdit):
         if event.modifiers() & ~(Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.KeypadModifier):
             return False
         if key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            indentation.newline(cursor)
+            newline(cursor)
         elif key == Qt.Key.Key_Tab:
-            indentation.indent(cursor)
+            indent(cursor)
         elif key == Qt.Key.Key_Backtab:
-            indentation.dedent(cursor)
+            dedent(cursor)
         elif key == Qt.Key.Key_Home:
-            indentation.home(cursor, bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier))
-        elif key != Qt.Key.Key_Backspace or not indentation.unstep(cursor):
+            home(cursor, bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier))
+        elif key != Qt.Key.Key_Backspace or not unstep(cursor):
             return False
         self.setTextCursor(cursor)
         return True

@@ -1,25 +1,122 @@
-"""The page that one law is written on: its name, its text, and one line on how it stands."""
+"""What was typed and not saved yet, kept beside its file: neither a crash nor closing the window loses it."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.editor import drafts
 from hapkit_studio.gui.editor.code_edit import CodeEdit
-from hapkit_studio.gui.editor.strip import Strip
-from hapkit_studio.gui.parameter_panel import rule
-from hapkit_studio.gui.rich import plain
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.panel.parameter_panel import rule
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import theme
 
+Button = tuple[str, Callable[[], object]]
+
+_HEIGHT = 40
+# tone: sign, colour of sign and words, ground
+_TONES = {
+    "": ("", "ink2", "side"),
+    "ok": ("check", "ok", "oksoft"),
+    "warn": ("info", "warn", "warnsoft"),
+    "danger": ("cross", "danger", "dangersoft"),
+}
 DRAFT_MS = 800
 CYCLES, CYCLES_KEY = "Cycles by line", "Ctrl+Shift+C"
 _CYCLES_TIP = (
     "What the law would take of the board's 16 million cycles a second. Beside the lines: on average over a "
     "motion to and fro. For a call: where that motion makes it work most, and on the longest way through it."
 )
+
+
+def _place(path: Path) -> Path:
+    return path.with_name(path.name + ".draft")
+
+
+def keep(path: Path, text: str) -> None:
+    """Write a file's draft; on a full or read-only disk there is none."""
+    try:
+        _place(path).write_text(text, encoding="utf-8")
+    except OSError:
+        drop(path)
+
+
+def kept(path: Path) -> str | None:
+    """Return a file's draft, None where there is none."""
+    try:
+        return _place(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def drop(path: Path) -> None:
+    """Forget a file's draft."""
+    try:
+        _place(path).unlink(missing_ok=True)
+    except OSError:
+        return
+
+
+class Strip(QWidget):
+    """Shows one message at a time; ``say`` replaces it."""
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.setObjectName("strip")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setMinimumHeight(_HEIGHT)
+        self.tone = ""
+        self.sign, self.words, self.busy = QLabel(), plain(QLabel()), QProgressBar()
+        self.words.setWordWrap(True)
+        self.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.busy.setRange(0, 0)
+        self.busy.setFixedWidth(72)
+        self.busy.setAccessibleName("Working")
+        self.buttons: list[QPushButton] = []
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(12, 4, 8, 4)
+        self._row.setSpacing(8)
+        for widget in (self.sign, self.busy):
+            self._row.addWidget(widget)
+        self._row.addWidget(self.words, 1)
+        theme.changed.connect(self._show_tone)
+        self.say("")
+
+    def say(self, words: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False) -> None:
+        """Show words in a tone ("", ok, warn, danger), with buttons, or a bar while something works."""
+        self.tone = tone
+        self.words.setText(words)
+        self.busy.setVisible(busy)
+        for old in self.buttons:
+            self._row.removeWidget(old)
+            old.hide()
+            old.deleteLater()
+        self.buttons = [self._button(*button) for button in buttons]
+        self._show_tone()
+
+    def _button(self, words: str, run: Callable[[], object]) -> QPushButton:
+        button = QPushButton(words, autoDefault=True)  # Enter presses it: Space is the pause key
+        button.clicked.connect(lambda: run())
+        self._row.addWidget(button)
+        button.show()
+        return button
+
+    def _show_tone(self) -> None:
+        sign, color, ground = _TONES[self.tone]
+        self.sign.setVisible(bool(sign))
+        if sign:
+            self.sign.setPixmap(icons.pixmap(sign, 20, color, self.devicePixelRatioF()))
+        dress(self, f"#strip {{ background: @{ground}; }} #strip > QLabel {{ color: @{color}; }}")
 
 
 def law_line(text: str) -> int:
@@ -99,7 +196,7 @@ class CodePage(QWidget):
     def open(self, path: Path, text: str) -> None:
         """Show a file's text; a draft of it comes back, marked as not saved."""
         self.keep_draft()
-        draft = drafts.kept(path)
+        draft = kept(path)
         self.path = path
         self.code.setPlainText(text)
         self.code.mark(())
@@ -112,7 +209,7 @@ class CodePage(QWidget):
                 "Unsaved changes from last time are back. Ctrl+Z shows the file as it was.", "warn"
             )
         else:
-            drafts.drop(path)
+            drop(path)
             self.strip.say("")
         self.code.go_to(law_line(self.text))
         self.opened.emit()
@@ -133,7 +230,7 @@ class CodePage(QWidget):
         """Write down at once what is not saved."""
         self._draft.stop()
         if self.path is not None and self.unsaved:
-            drafts.keep(self.path, self.text)
+            keep(self.path, self.text)
 
     def _note_typing(self) -> None:
         if self.unsaved:
@@ -142,7 +239,7 @@ class CodePage(QWidget):
     def _show_marker(self, modified: bool) -> None:
         if not modified and self.path is not None:
             self._draft.stop()
-            drafts.drop(self.path)
+            drop(self.path)
         if modified and self.strip.tone in ("", "ok"):
             self.strip.say("Not in force yet. Ctrl+S saves it and runs it.")
         self.marker.setVisible(modified)

@@ -8,8 +8,8 @@ from PySide6.QtCore import QObject, QTimer
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.editor.code_page import CodePage
-from hapkit_studio.gui.margin import MarginWorker
-from hapkit_studio.gui.own import OwnEnvironments
+from hapkit_studio.gui.own_environments import OwnEnvironments
+from hapkit_studio.gui.panel.limits import MarginWorker
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.laws.machine import ARENA
 

@@ -4,11 +4,10 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.button import ENVIRONMENT
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import block, label, mark, read, surface_line, take_stem, text_width
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 
 STATES = ENVIRONMENT.state_names
 _value = reader(ENVIRONMENT)

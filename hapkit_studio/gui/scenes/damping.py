@@ -5,10 +5,9 @@ import math
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainterPath, QPolygonF
 
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 
 _WALL = 47.0  # mm
 _FAST = 150.0  # mm/s: the wave is full from here on

@@ -3,8 +3,7 @@
 import numpy as np
 
 from hapkit_studio.environments.detents import ENVIRONMENT
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, saturating
 from hapkit_studio.gui.scenes.stage import Stage
 

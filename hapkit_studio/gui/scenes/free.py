@@ -1,7 +1,6 @@
 """Free: the handle, and pale echoes of where it was a moment ago."""
 
-from hapkit_studio.gui.scenes.actors import Motion, handle, knob
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, handle, knob
 from hapkit_studio.gui.scenes.stage import Stage
 
 ECHOES = ((8, 0.14), (5, 0.26), (2, 0.38))  # frames ago, opacity

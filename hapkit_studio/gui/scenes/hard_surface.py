@@ -8,11 +8,10 @@ from PySide6.QtGui import QPainter, QPainterPath, QPixmap
 
 from hapkit_studio.environments.hard_surface import ENVIRONMENT, ringing
 from hapkit_studio.environments.hard_surface import sound as sound_of
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import block, label, mark, read, ribbon, surface_line, text_width
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 
 STATES = ENVIRONMENT.state_names
 _value = reader(ENVIRONMENT)

@@ -4,11 +4,10 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.mass_spring_damper import ENVIRONMENT
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import beyond, label, mark, on_object, read, surface_line, text_width
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.widgets.theme import number, theme
 
 STATES = ENVIRONMENT.state_names
 _value = reader(ENVIRONMENT)

@@ -7,10 +7,10 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainterPath, QPen, QPolygonF
 
-from hapkit_studio.gui.painting import words
-from hapkit_studio.gui.scenes.actors import Motion
+from hapkit_studio.gui.scenes.base import Motion
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.text import paint_words
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import luminance
 
 BALL = 6.5  # px at u = 1, the outline's half width included
@@ -79,7 +79,7 @@ def label(
     box = QRectF(x - wide / 2, y - high + 3, wide, high)
     stage.taken.append(box)
     stage.texts.append(box)
-    words(stage.p, box.left(), y, text, font, tokens, 2.0 * stage.u, stage.ratio)
+    paint_words(stage.p, box.left(), y, text, font, tokens, 2.0 * stage.u, stage.ratio)
 
 
 def on_object() -> str:

@@ -5,11 +5,10 @@ from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments import puck as law
 from hapkit_studio.environments.puck import ENVIRONMENT
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.parts import beyond, block, read
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
-from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.widgets.theme import number, theme
 
 STATES = ENVIRONMENT.state_names
 RADIUS, WALL = 1e3 * law.RADIUS, 1e3 * (law.REACH + law.RADIUS)  # mm

@@ -3,10 +3,9 @@
 from PySide6.QtCore import QPointF, Qt
 
 from hapkit_studio.environments.spring import ENVIRONMENT
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 
 _value = reader(ENVIRONMENT)
 _POST = -46.0  # mm

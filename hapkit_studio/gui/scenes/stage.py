@@ -20,8 +20,8 @@ from PySide6.QtGui import (
     QTransform,
 )
 
-from hapkit_studio.gui.painting import words
-from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.widgets.text import paint_words
+from hapkit_studio.gui.widgets.theme import number, theme
 
 T = TypeVar("T")
 
@@ -174,7 +174,7 @@ class Stage:
         self.texts.append(box)
         if wipe:
             self.p.fillRect(box.adjusted(-_BESIDE, 0, _BESIDE, 0), theme.color("scene"))
-        words(self.p, box.left(), y, text, font, (token, "scene"), 4.0 * self.u, self.ratio)
+        paint_words(self.p, box.left(), y, text, font, (token, "scene"), 4.0 * self.u, self.ratio)
         return True
 
     def _is_taken(self, box: QRectF) -> bool:

@@ -8,11 +8,10 @@ from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.dynamics.grains import grain
 from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled, take_stem
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.theme import theme
 
 _value = reader(ENVIRONMENT)
 _LEVEL, _ROOM = 0.40, 0.22  # of the band

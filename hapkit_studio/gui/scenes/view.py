@@ -7,19 +7,19 @@ from PySide6.QtCore import QElapsedTimer, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from hapkit_studio.gui.scenes.actors import (
+from hapkit_studio.gui.scenes.base import (
     Motion,
+    Scene,
     beyond,
     hand_label,
     hand_ring,
     handle,
+    named,
     preparing,
 )
-from hapkit_studio.gui.scenes.arrow import force
-from hapkit_studio.gui.scenes.declared import Scene, named
-from hapkit_studio.gui.scenes.readout import ReadOut
+from hapkit_studio.gui.scenes.force_arrow import ReadOut, force
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.widgets.theme import number, theme
 
 REACH = 0.06  # m: as far as a hand may pull
 COARSE, FINE = 1e-3, 1e-4  # m per arrow key

@@ -4,11 +4,10 @@ from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.wall import ENVIRONMENT
-from hapkit_studio.gui.scenes.actors import Motion
-from hapkit_studio.gui.scenes.declared import Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
 from hapkit_studio.gui.scenes.parts import block, mark, surface_line
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.theme import number
+from hapkit_studio.gui.widgets.theme import number
 
 _value = reader(ENVIRONMENT)
 

@@ -7,19 +7,19 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox
 
-from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.tabs.base import Tab
 from hapkit_studio.gui.tabs.drawing import sign
 from hapkit_studio.gui.tabs.job import Progress
 from hapkit_studio.gui.tabs.measuring import MeasuringPage
 from hapkit_studio.gui.tabs.side import hint
 from hapkit_studio.gui.tabs.table import Column
+from hapkit_studio.gui.widgets.segmented import Segmented
 
 if TYPE_CHECKING:
     from matplotlib.backend_bases import MouseEvent
 
     from hapkit_studio.analysis.accuracy import Chart, Point, Scene, Sheet
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
 CHARTS = (

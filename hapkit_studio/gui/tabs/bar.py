@@ -12,9 +12,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.job import Job
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
 
 PRIMARY = """
 QPushButton { background: @accent; color: @onaccent; border-color: @accent; font-weight: 600; }

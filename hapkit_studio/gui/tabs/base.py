@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
 
 if TYPE_CHECKING:
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
 

@@ -7,16 +7,16 @@ from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.devices.terms import TERMS
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.base import Tab
 from hapkit_studio.gui.tabs.job import Progress
 from hapkit_studio.gui.tabs.measuring import MeasuringPage
 from hapkit_studio.gui.tabs.side import Pairs, SidePanel, hint
 from hapkit_studio.gui.tabs.table import Column, Table
+from hapkit_studio.gui.widgets.style import dress
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.fidelity import Effect, Fidelity
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
 _READ = (

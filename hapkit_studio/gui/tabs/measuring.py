@@ -15,7 +15,7 @@ from hapkit_studio.gui.tabs.table import Table
 from hapkit_studio.gui.tabs.verdict_line import VerdictLine
 
 if TYPE_CHECKING:
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
 

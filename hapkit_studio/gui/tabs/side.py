@@ -3,9 +3,9 @@
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.parameter_panel import rule
-from hapkit_studio.gui.rich import plain
+from hapkit_studio.gui.panel.parameter_panel import rule
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain
 
 _EDGE, _TOP = 16, 12
 

@@ -2,10 +2,10 @@
 
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.rich import plain
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import theme
 
 
 class VerdictLine(QWidget):

@@ -8,16 +8,15 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from hapkit_studio.analysis.zwidth import CARE_FORCE, DEVICE_DAMPING, SIMULATED_DAMPING
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.loop_facts import LoopFacts
-from hapkit_studio.gui.number_box import NumberBox
-from hapkit_studio.gui.quantity import Quantity
-from hapkit_studio.gui.segmented import Segmented
+from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.tabs.base import Tab
 from hapkit_studio.gui.tabs.fresh import Fresh, loop_facts
 from hapkit_studio.gui.tabs.job import Progress, Work
 from hapkit_studio.gui.tabs.measuring import MeasuringPage
 from hapkit_studio.gui.tabs.side import hint
 from hapkit_studio.gui.tabs.table import Column
+from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity
+from hapkit_studio.gui.widgets.segmented import Segmented
 
 if TYPE_CHECKING:
     from matplotlib.backend_bases import MouseEvent
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.analysis.zwidth.result import Point, ZWidth
     from hapkit_studio.charts.zwidth import Walls
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
     from hapkit_studio.haptics.engine import Engine
 

@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
-from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.widgets.style import dress
 
 
 class Foot(QWidget):

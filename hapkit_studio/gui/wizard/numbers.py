@@ -3,8 +3,8 @@
 from PySide6.QtGui import QValidator
 from PySide6.QtWidgets import QDoubleSpinBox, QWidget
 
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.theme import MINUS
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import MINUS
 
 
 class _Scaled(QDoubleSpinBox):

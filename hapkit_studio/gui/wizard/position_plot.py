@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPen, QPolygonF
 
-from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.widgets.theme import number, theme
 from hapkit_studio.gui.wizard.recent_plot import BOTTOM, LEFT, RIGHT, RecentPlot
 
 SPAN = 30.0

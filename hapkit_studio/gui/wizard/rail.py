@@ -4,7 +4,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QResizeEvent
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
-from hapkit_studio.gui.theme import number, theme
+from hapkit_studio.gui.widgets.theme import number, theme
 
 SPAN = 0.065
 """m from the middle to either end of the picture."""

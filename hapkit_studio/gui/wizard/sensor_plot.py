@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPen, QPolygonF
 
-from hapkit_studio.gui.theme import MINUS, theme
+from hapkit_studio.gui.widgets.theme import MINUS, theme
 from hapkit_studio.gui.wizard.recent_plot import LEFT, RIGHT, RecentPlot
 
 _WORDS = 19

@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QPushButton, QVBoxLa
 
 from hapkit_studio.devices.board_runner import motor_force
 from hapkit_studio.devices.profiles import readings
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.header import StopButton
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.page import Seen
 

@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel
 
 from hapkit_studio.analysis.calibrate.result import passed
 from hapkit_studio.devices import profiles
-from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.kit_drawing import KitDrawing
 from hapkit_studio.gui.wizard.page import BIG, StepPage

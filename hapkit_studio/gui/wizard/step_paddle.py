@@ -5,8 +5,8 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout
 from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.paddle import SweepResult
 from hapkit_studio.analysis.calibrate.result import passed, warn
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.theme import number
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.page import Seen, StepPage
 from hapkit_studio.gui.wizard.position_plot import PositionPlot

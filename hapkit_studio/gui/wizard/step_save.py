@@ -11,7 +11,7 @@ from hapkit_studio.analysis.calibrate.result import passed
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.calibration_file import MEASURED, setting_label, setting_text
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.dress import dress
+from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.page import StepPage
 from hapkit_studio.protocol.messages import Sensor

@@ -5,8 +5,8 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout
 
 from hapkit_studio.analysis.calibrate.result import CheckResult
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.theme import number
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.numbers import Millimetres
 from hapkit_studio.gui.wizard.page import Seen, StepPage

@@ -5,9 +5,9 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 from hapkit_studio.analysis.calibrate.motor import Strength
 from hapkit_studio.analysis.calibrate.result import passed
 from hapkit_studio.devices.board_runner import Track
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.segmented import Segmented
-from hapkit_studio.gui.theme import number
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.gui.wizard.desk import Desk
 from hapkit_studio.gui.wizard.kit_drawing import KitDrawing
 from hapkit_studio.gui.wizard.numbers import Grams

@@ -4,9 +4,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress, mark
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress, mark
+from hapkit_studio.gui.widgets.theme import theme
 
 _SHEET = """
 #steps { background: @side; border-right: 1px solid @line; }

@@ -7,9 +7,9 @@ from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 
 LONG = 5.0
 """s from which on a run shows how far it is."""

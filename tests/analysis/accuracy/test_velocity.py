@@ -6,7 +6,7 @@ import pytest
 
 from hapkit_studio.analysis.accuracy import velocity
 from hapkit_studio.analysis.accuracy.velocity import PLAN
-from hapkit_studio.gui.wishes import LoopWish
+from hapkit_studio.gui.device_link import LoopWish
 
 SCENES = ("tremor", "slow", "steady", "swing", "shake", "reversal")
 # RMS and largest error in mm/s in each scene, lag in ms at 8 Hz

@@ -11,7 +11,7 @@ from hapkit_studio.analysis.failures.base import MEASURED, OTHER, THEORY, show
 from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.wishes import LoopWish
+from hapkit_studio.gui.device_link import LoopWish
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
 KEYS = list(failures())

@@ -7,11 +7,11 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QScrollArea, QVBoxLayout, QWidget
 
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.break_it.knob import KnobBar
 from hapkit_studio.gui.tabs.break_it.record import ABOVE, BELOW, CHART, HERE, Record, Try
 from hapkit_studio.gui.tabs.break_it.verdict import Verdict
 from hapkit_studio.gui.tabs.drawing import Drawing
+from hapkit_studio.gui.widgets.style import dress
 
 if TYPE_CHECKING:
     from hapkit_studio.charts.failures import Knob, Picture

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.device_link import LoopWish
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.wishes import LoopWish
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures import Live

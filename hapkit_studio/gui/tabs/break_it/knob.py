@@ -5,10 +5,10 @@ import re
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
-from hapkit_studio.gui.dress import mark
-from hapkit_studio.gui.quantity import Quantity
 from hapkit_studio.gui.tabs.break_it.record import Record
 from hapkit_studio.gui.tabs.break_it.slider import BoundarySlider, KnobBox, KnobQuantity
+from hapkit_studio.gui.widgets.numbers import Quantity
+from hapkit_studio.gui.widgets.style import mark
 
 _BOX = 88
 

@@ -6,10 +6,10 @@ from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSize, Qt
 from PySide6.QtGui import QFontMetrics, QPainter, QPen
 from PySide6.QtWidgets import QAbstractItemView, QListWidget, QListWidgetItem, QStyle, QStyledItemDelegate
 
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.break_it.record import LIMIT, Record, reading
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 
 WIDE, NARROW = 244, 204
 _LEFT, _RIGHT, _EDGE = 14, 10, 9

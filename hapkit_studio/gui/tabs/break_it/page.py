@@ -6,7 +6,6 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.bar import RunBar
 from hapkit_studio.gui.tabs.base import Page, filled
 from hapkit_studio.gui.tabs.break_it.bench import Bench
@@ -16,9 +15,10 @@ from hapkit_studio.gui.tabs.break_it.list import NARROW, WIDE, FailureList
 from hapkit_studio.gui.tabs.break_it.record import HERE, Part, Record
 from hapkit_studio.gui.tabs.break_it.side import FailureSide
 from hapkit_studio.gui.tabs.export import Export
+from hapkit_studio.gui.widgets.style import dress
 
 if TYPE_CHECKING:
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
 _SETTLE_MS = 200

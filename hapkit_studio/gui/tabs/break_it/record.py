@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hapkit_studio.gui.quantity import Quantity
+from hapkit_studio.gui.widgets.numbers import Quantity
 from hapkit_studio.parameters import Parameter
 
 if TYPE_CHECKING:

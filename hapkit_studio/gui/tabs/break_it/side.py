@@ -6,12 +6,11 @@ import re
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
-from hapkit_studio.gui.choice_row import ChoiceRow
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.parameter_row import ParameterRow
+from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.gui.tabs.break_it.record import Record
 from hapkit_studio.gui.tabs.side import SidePanel, hint
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import Choice
 
 _ROOM_FOR_SLIDERS = 760

@@ -6,12 +6,10 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.number_box import NumberBox
-from hapkit_studio.gui.quantity import Quantity
 from hapkit_studio.gui.tabs.break_it.record import Record, figures
-from hapkit_studio.gui.theme import theme
-from hapkit_studio.gui.value_slider import ValueSlider
+from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity, ValueSlider
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 
 _HEIGHT, _MIDDLE, _GROOVE, _THUMB = 38, 12.0, 6.0, 8.0
 _STEPS_TO_LIMIT = 100

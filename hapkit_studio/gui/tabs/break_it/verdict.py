@@ -3,10 +3,10 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
 from hapkit_studio.gui.tabs.break_it.record import HERE, Record, reading
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
 
 _SIGN = 26
 _BOARD = "Only the simulated Hapkit is made to fail on purpose"

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QStackedWidget
 
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.segmented import Segmented
 from hapkit_studio.gui.tabs.fresh import Fresh, loop_facts
 from hapkit_studio.gui.tabs.identify.piece import newest
 from hapkit_studio.gui.tabs.identify.shake import Shake
 from hapkit_studio.gui.tabs.job import Progress
 from hapkit_studio.gui.tabs.measuring import MeasuringPage
 from hapkit_studio.gui.tabs.table import Column
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.style import dress
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Estimate, Identified, Part
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
 PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))

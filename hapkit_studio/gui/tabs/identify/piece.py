@@ -12,7 +12,7 @@ from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Recording, Setup
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
     from hapkit_studio.haptics.engine import Engine
 

@@ -4,13 +4,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
-from hapkit_studio.gui import icons
-from hapkit_studio.gui.dress import dress
-from hapkit_studio.gui.parameter_panel import rule
-from hapkit_studio.gui.rich import plain
+from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.tabs.side import Pairs, hint
 from hapkit_studio.gui.tabs.stability.verdict import Verdict
-from hapkit_studio.gui.theme import theme
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import theme
 
 WIDTH = 276
 _MARGIN = 10

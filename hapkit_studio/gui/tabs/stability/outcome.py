@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hapkit_studio.gui.tabs.stability.start import MOST, Held, grows_from
-from hapkit_studio.gui.theme import number
+from hapkit_studio.gui.widgets.theme import number
 
 # The stretches that are compared, in s: after the release, and at the end.
 _BEGIN, _END = 0.2, 0.4

@@ -8,9 +8,7 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
 from hapkit_studio.analysis.stability.margin import Margin, short
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.loop_facts import LoopFacts
-from hapkit_studio.gui.margin import MarginWorker
-from hapkit_studio.gui.segmented import Segmented
+from hapkit_studio.gui.panel.limits import LoopFacts, MarginWorker
 from hapkit_studio.gui.tabs.measuring import MeasuringPage
 from hapkit_studio.gui.tabs.stability.back import Back
 from hapkit_studio.gui.tabs.stability.beside import Beside
@@ -21,13 +19,14 @@ from hapkit_studio.gui.tabs.stability.side import StabilitySide
 from hapkit_studio.gui.tabs.stability.start import Held
 from hapkit_studio.gui.tabs.stability.trial import Trial
 from hapkit_studio.gui.tabs.stability.verdict import Verdict, nothing_yet, verdict
-from hapkit_studio.gui.theme import number
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.theme import number
 
 if TYPE_CHECKING:
     from matplotlib.backend_bases import MouseEvent
 
     from hapkit_studio.charts.stability import Dot, Map
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
 HANDS = ("released", "medium", "all")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapkit_studio.environments.base import Environment, Values
-from hapkit_studio.gui.quantity import Quantity
+from hapkit_studio.gui.widgets.numbers import Quantity
 from hapkit_studio.parameters import Parameter
 
 _UNITS = ("N/m", "N·s/m")

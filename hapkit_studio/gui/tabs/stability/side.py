@@ -3,12 +3,11 @@
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QWidget
 
-from hapkit_studio.gui.panel_title import PanelTitle
-from hapkit_studio.gui.parameter_panel import ParameterRows, rule
-from hapkit_studio.gui.rich import plain
+from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows, rule
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.tabs.side import Pairs, SidePanel, hint
-from hapkit_studio.gui.theme import number
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import number
 
 _HANDS = {"released": "Released", "light": "Light grip", "medium": "Medium grip", "firm": "Firm grip"}
 _CONTROLLER = "Adds damping only while the scene gives more energy than it may."

@@ -11,7 +11,7 @@ from hapkit_studio.gui.tabs.stability.pair import contact, one_sided
 from hapkit_studio.gui.tabs.stability.start import USUAL, Held, start
 
 if TYPE_CHECKING:
-    from hapkit_studio.gui.live import Live
+    from hapkit_studio.gui.live.live import Live
 
 # For how long the hand holds, and for how long the handle is watched after that.
 _HOLD_MS, _WATCH_MS = 700, 1500

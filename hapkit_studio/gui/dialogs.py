@@ -1,0 +1,184 @@
+"""Dialogs beside the work: keys, real-time priority, about, and forms. None of them blocks the window."""
+
+from collections.abc import Iterable, Sequence
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QKeySequence, QShowEvent
+from PySide6.QtWidgets import (
+    QDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from hapkit_studio.gui import banners, header
+from hapkit_studio.gui.actions import Action
+from hapkit_studio.gui.tabs.bar import PRIMARY
+from hapkit_studio.gui.tabs.verdict_line import VerdictLine
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import theme
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.priority import Priority
+
+HAND_KEYS = (
+    ("Hand 1 mm left, right", "← →"),
+    ("Hand 0.1 mm left, right", "Shift+← →"),
+    ("Hand lets go", "↓"),
+    ("Slider, number: one step", "← → ↑ ↓"),
+    ("Slider, number: ten steps", "Page Up, Page Down"),
+    ("Slider, number: limits", "Home, End"),
+)
+_WIDTH = 520
+_LINE = 20
+
+
+class Sheet(QDialog):
+    """A window of words that stays beside the work; its motor goes on, so it never blocks.
+
+    A second one of the same title takes the place of the first.
+    """
+
+    def __init__(self, title: str, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.setWindowTitle(title)
+        self.setModal(False)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._replace_older()
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(20, 16, 20, 16)
+        self.column.setSpacing(12)
+        heading = plain(QLabel(title))
+        heading.setFont(theme.font("title"))
+        self.column.addWidget(heading)
+
+    def _replace_older(self) -> None:
+        parent = self.parent()
+        for old in parent.findChildren(Sheet) if parent else ():
+            if old is not self and old.isVisible() and old.windowTitle() == self.windowTitle():
+                self.move(old.pos())
+                old.close()
+
+    def finish(self) -> None:
+        """Add the closing button."""
+        close = QPushButton("Close")
+        close.clicked.connect(self.close)
+        self.column.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
+
+
+def native(key: str) -> str:
+    """Return a key as this system writes it."""
+    return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
+
+
+def keys_sheet(actions: tuple[Action, ...], parent: QWidget | None = None) -> Sheet:
+    """Return the sheet of all keys, made from the action table."""
+    sheet = Sheet("Keys", parent)
+    lines = [(a.text, ", ".join(native(k) for k in a.keys)) for a in actions if a.keys]
+    body = QWidget()
+    grid = QGridLayout(body)
+    grid.setContentsMargins(0, 0, 12, 0)
+    grid.setHorizontalSpacing(28)
+    grid.setVerticalSpacing(4)
+    for row, (words, keys) in enumerate([*lines, *HAND_KEYS]):
+        grid.addWidget(QLabel(words), row, 0)
+        cap = QLabel(keys)
+        cap.setProperty("role", "axis")
+        grid.addWidget(cap, row, 1)
+    scroll = QScrollArea()
+    scroll.setWidgetResizable(True)
+    scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    scroll.setWidget(body)
+    scroll.setMinimumWidth(body.sizeHint().width() + 16)
+    scroll.setMinimumHeight(min(body.sizeHint().height() + 4, 420))
+    sheet.column.addWidget(scroll)
+    sheet.finish()
+    return sheet
+
+
+def words_sheet(title: str, paragraphs: list[str], parent: QWidget | None = None) -> Sheet:
+    """Return a sheet of paragraphs that can be selected and copied."""
+    sheet = Sheet(title, parent)
+    for paragraph in paragraphs:
+        label = plain(QLabel(paragraph))
+        label.setWordWrap(True)
+        label.setMinimumWidth(460)
+        label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        sheet.column.addWidget(label)
+    sheet.finish()
+    return sheet
+
+
+def priority_sheet(found: "Priority", parent: QWidget) -> Sheet:
+    """Return the sheet on what the loop has obtained from the system, and how to get more."""
+    more = found.how or "This is the most this system gives."
+    return words_sheet("Real-time priority", [f"The loop has obtained: {found.text}.", more], parent)
+
+
+def about_sheet(parent: QWidget) -> Sheet:
+    """Return the sheet on the studio itself."""
+    text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
+    return words_sheet("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
+
+
+class FormSheet(Sheet):
+    """Parts are added from top to bottom; ``verdict`` is the answer line."""
+
+    def __init__(self, title: str, about: str, parent: QWidget | None = None):
+        super().__init__(title, parent)
+        self.verdict = VerdictLine("")
+        words = plain(QLabel(about))
+        words.setWordWrap(True)
+        words.setMinimumWidth(_WIDTH)
+        self.column.addWidget(words)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Open below the window's banners: a fault, and what clears it, stay in sight."""
+        super().showEvent(event)
+        parent = self.parentWidget()
+        if parent is not None and not event.spontaneous():
+            top = parent.window().mapToGlobal(QPoint(0, header.HEIGHT + banners.MOST * banners.HEIGHT)).y()
+            if self.y() < top:
+                self.move(self.x(), top)
+
+    def add_fields(self, fields: Iterable[tuple[str, QWidget, QWidget | None]]) -> None:
+        """Add rows of a label, a widget, and what stands behind it."""
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(12)
+        grid.setColumnStretch(1, 1)
+        for row, (words, widget, behind) in enumerate(fields):
+            label = plain(QLabel(words))
+            label.setProperty("role", "axis")
+            label.setBuddy(widget)
+            widget.setAccessibleName(words)
+            grid.addWidget(label, row, 0)
+            grid.addWidget(widget, row, 1)
+            if behind is not None:
+                grid.addWidget(behind, row, 2)
+        self.column.addLayout(grid)
+
+    def add_verdict(self, lines: int) -> None:
+        """Add the answer line with room for so many lines, so that nothing moves when it comes."""
+        self.verdict.setContentsMargins(-16, 0, -16, 0)
+        self.verdict.setMinimumHeight(_LINE * lines + 4)
+        self.column.addWidget(self.verdict)
+
+    def add_buttons(self, primary: QPushButton, left: Sequence[QPushButton] = ()) -> None:
+        """Add the row of buttons, the one that does it and the closing one at the right."""
+        dress(primary, PRIMARY)
+        row = QHBoxLayout()
+        for button in left:
+            row.addWidget(button)
+        row.addStretch(1)
+        self.leave = QPushButton("Close")
+        self.leave.clicked.connect(self.close)
+        row.addWidget(primary)
+        row.addWidget(self.leave)
+        self.column.addLayout(row)

@@ -1,0 +1,384 @@
+"""Joins editor and own environments; what was pressed on a page becomes what happens to a file."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QFile, QFileSystemWatcher, QObject, QTimer, QUrl, Signal
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QWidget
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.gui.dialogs import Sheet, words_sheet
+from hapkit_studio.gui.editor import code_page
+from hapkit_studio.gui.editor.code_page import CodePage
+from hapkit_studio.gui.editor.cycles import Cycles
+from hapkit_studio.gui.editor.editor import Editor
+from hapkit_studio.gui.own_environments import OwnEnvironments
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.haptics import rows
+from hapkit_studio.workshop import folder, templates, trust
+from hapkit_studio.workshop.source import Source, read, typed
+from hapkit_studio.workshop.verdict import Verdict
+
+_GOES_ON = "The old law goes on."
+_SINCE = "What was typed since is not saved."
+SETTLED_MS = 200
+_LINE = re.compile(r"\bline (\d+)")
+
+
+def of_verdict(verdict: Verdict, unsaved: bool = False) -> tuple[str, str]:
+    """Return a trial's outcome in words, and their tone; unsaved: the text has changed since."""
+    since = (_SINCE,) if unsaved else ()
+    if not verdict.ok:
+        more = len(verdict.problems) - 1
+        others = (f"({more} more)",) if more else ()
+        return " ".join((str(verdict.problems[0]), *others, _GOES_ON, *since)), "danger"
+    if verdict.warnings:
+        return " ".join(("In force.", *verdict.warnings, *since)), "warn"
+    cost = f"Tried in {verdict.calls:,} calls, {verdict.ns_per_call:.0f} ns each."
+    return " ".join(("In force.", *((cost,) if verdict.calls else ()), *since)), "ok"
+
+
+def not_saved(error: OSError) -> str:
+    """Say why a file could not be written."""
+    return f"Not saved: {error.strerror or error}. What you typed is still here."
+
+
+class Leaving:
+    """Asks in the page's strip; ``save`` and ``leave`` are the desk's."""
+
+    def __init__(self, page: CodePage, save: Callable[[], None], leave: Callable[[], None]):
+        self._page, self._save, self._leave = page, save, leave
+        self._asked = False
+
+    def close(self) -> None:
+        """Close the law, or first ask."""
+        if self._page.unsaved:
+            self._ask(("Save", lambda: self._after_saving(self._leave)), ("Discard", self.discard))
+        else:
+            self._leave()
+
+    def may_quit(self, quit_: Callable[[], object]) -> bool:
+        """Say whether the window may go; the first time it asks, and quits after the answer."""
+        if not self._page.unsaved or self._asked:
+            return True
+        self._asked = True
+        self._ask(("Save and quit", lambda: self._after_saving(quit_)), ("Quit, keep as draft", quit_))
+        return False
+
+    def discard(self) -> None:
+        """Give up what is not saved, and the law with it."""
+        self._page.note_saved()
+        self._leave()
+
+    def _ask(self, *buttons: tuple[str, Callable[[], object]]) -> None:
+        name = self._page.path.name if self._page.path else ""
+        self._page.strip.say(f"{name} is not saved.", "warn", (*buttons, ("Go on", self._go_on)))
+        self._page.strip.buttons[0].setFocus()
+
+    def _go_on(self) -> None:
+        self._asked = False
+        self._page.strip.say("")
+        self._page.code.setFocus()
+
+    def _after_saving(self, then: Callable[[], object]) -> None:
+        self._save()
+        if not self._page.unsaved:
+            then()
+
+
+class Desk(QObject):
+    """Opens and saves laws. ``shown(bool)``: the editor is wanted in sight, or not any more."""
+
+    shown = Signal(bool)
+    own: OwnEnvironments
+    leaving: Leaving
+    page: CodePage
+
+    def __init__(self, studio: Studio, own: OwnEnvironments, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio, self.own = studio, own
+        self.editor = Editor(templates.templates())
+        self.page, self.strip = self.editor.page, self.editor.page.strip
+        self.leaving = Leaving(self.page, self.save, self._leave)
+        self.cycles = Cycles(studio, own, self.page, self)
+        self.editor.chooser.made.connect(self.create)
+        self.editor.chooser.left.connect(self._back)
+        self.editor.source.run_pressed.connect(self.agree)
+        self.editor.source.left.connect(self._back)
+        self.page.save_pressed.connect(self.save)
+        self.page.close_pressed.connect(self.leaving.close)
+        own.asked.connect(self.ask)
+        own.chosen.connect(self._leave_source)
+        own.changed.connect(self._leave_what_is_gone)
+        studio.environment_changed.connect(self._leave_for_the_library)
+        own.began.connect(self._show_began)
+        own.judged.connect(self._show_verdict)
+
+    @property
+    def path(self) -> Path | None:
+        """Return the file whose law is open, None for none."""
+        return self.page.path
+
+    # a file's way through the editor
+
+    def begin_new(self) -> None:
+        """Offer the templates."""
+        self.editor.show_page(self.editor.chooser)
+        self.shown.emit(True)
+        self.editor.chooser.begin([file.title for file in self.own.files])
+
+    def create(self, template, title: str) -> None:
+        """Make a file from a template, open it and put it in force."""
+        try:
+            path = folder.new_path(title)
+            source = self._write(path, templates.fill(template, title, path.stem))
+        except OSError as error:
+            self.editor.chooser.strip.say(not_saved(error), "danger")
+            return
+        self.own.run(source)
+        self._open(source)
+
+    def edit(self, path: Path) -> None:
+        """Open a file's law; what nobody agreed to is only shown."""
+        try:
+            source = read(path)
+        except LawError as error:
+            words_sheet(path.name, [str(error)], self.editor.window()).show()
+            return
+        if not trust.is_trusted(source):
+            self.ask(source)
+        else:
+            self._open(source)
+
+    def _open(self, source: Source) -> None:
+        path = source.path
+        if path != self.path or (source.text != self.page.text and not self.page.unsaved):
+            self.page.open(path, source.text)
+        self.editor.show_page(self.page)
+        self.shown.emit(True)
+        self.page.code.setFocus()
+
+    def save(self) -> None:
+        """Write the law that is open and try it out; the old one goes on meanwhile."""
+        if self.path is None:
+            return
+        try:
+            source = self._write(self.path, self.page.text)
+        except OSError as error:
+            self.strip.say(not_saved(error), "danger")
+            return
+        self.page.note_saved()
+        self.own.run(source)
+
+    def ask(self, source: Source) -> None:
+        """Show the source of a file nobody agreed to; nothing of it is executed."""
+        self.editor.source.show_source(source)
+        self.editor.show_page(self.editor.source)
+        self.shown.emit(True)
+        self.editor.source.leave.setFocus()
+
+    def bring(self, path: Path) -> None:
+        """Open a file from anywhere: one of the folder as it stands there, any other after asking."""
+        if path in folder.own_files():
+            self.own.choose(path)
+            return
+        try:
+            self.ask(read(path))
+        except LawError as error:
+            words_sheet(path.name, [str(error)], self.editor.window()).show()
+
+    def forget(self, path: Path) -> None:
+        """Take note that a file is gone."""
+        code_page.drop(path)
+        if path == self.path:
+            self.leaving.discard()
+        self.own.refresh()
+
+    def agree(self, source: Source) -> None:
+        """Trust the very text that was shown, take it into the folder, and try it out."""
+        path = source.path
+        try:
+            if path in folder.own_files():
+                trust.trust(source)
+            else:
+                path = self._write(folder.new_path(path.stem), source.text).path
+        except OSError as error:
+            self.strip.say(not_saved(error), "danger")
+            return
+        self.own.choose(path)
+        self.edit(path)
+
+    def end(self) -> None:
+        """Keep what is not saved and end a trial, before the window goes."""
+        self.page.keep_draft()
+        self.cycles.close()
+        self.own.close()
+
+    def _write(self, path: Path, text: str) -> Source:
+        """Save a text, which is agreeing to it; return it as the file now is; raise OSError."""
+        source = typed(path, text)
+        folder.save(path, text)
+        trust.trust(source)
+        return source
+
+    def ask_to_quit(self, quit_: Callable[[], object]) -> bool:
+        """Say whether the window may go; where a law is not saved, bring it into sight and ask."""
+        if self.page.unsaved:
+            self.editor.show_page(self.page)
+            self.shown.emit(True)
+        return self.leaving.may_quit(quit_)
+
+    def _leave(self) -> None:
+        self.page.leave()
+        self.shown.emit(False)
+
+    def _back(self) -> None:
+        """Go back from a page to the law that is open, if one is."""
+        if self.path is None:
+            self.shown.emit(False)
+        else:
+            self.editor.show_page(self.page)
+
+    def _leave_for_the_library(self) -> None:
+        """Close a stranger's source where the library was chosen instead; a trial may end beside it."""
+        if self.own.in_force is None:
+            self._leave_source()
+
+    def _leave_what_is_gone(self) -> None:
+        if not self.editor.source.source.path.exists():
+            self._leave_source()
+
+    def _leave_source(self) -> None:
+        if self.editor.shows(self.editor.source):
+            self._back()
+
+    # how it stands
+
+    def _show_began(self, path: Path) -> None:
+        if path == self.path:
+            self.strip.say("Checking line by line…", busy=True)
+
+    def _show_verdict(self, path: Path, verdict: Verdict) -> None:
+        if not verdict.ok and path != self.path:
+            self.edit(path)
+        if path != self.path:
+            return
+        self.page.code.mark([(p.line, p.text) for p in verdict.problems])
+        self.strip.say(*of_verdict(verdict, self.page.unsaved))
+        if verdict.problems and verdict.problems[0].line:
+            self.page.code.bring_into_sight(verdict.problems[0].line)
+
+
+class Files(QObject):
+    """Its dialogs stand beside the window; none of them blocks it while the motor is on."""
+
+    def __init__(self, desk: Desk, window: QWidget):
+        super().__init__(window)
+        self._desk, self._window = desk, window
+
+    def open(self) -> None:
+        """Let a file be chosen from anywhere; its source is shown before anything else."""
+        dialog = QFileDialog(self._window, "Open an environment", str(Path.home()), "Python files (*.py)")
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.setModal(False)
+        dialog.fileSelected.connect(lambda name: self._desk.bring(Path(name)))
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.show()
+
+    def reveal(self, path: Path) -> None:
+        """Open the folder a file is in."""
+        QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.parent)))
+
+    def delete(self, path: Path) -> None:
+        """Ask, then move a file to the system's bin."""
+        DeleteSheet(path, self._desk, self._window).show()
+
+
+class DeleteSheet(Sheet):
+    """Asks whether a file may go; the safe answer has the focus."""
+
+    def __init__(self, path: Path, desk: Desk, parent: QWidget):
+        super().__init__(f"Delete {path.name}?", parent)
+        self._path, self._desk = path, desk
+        self.words = plain(QLabel("It goes to the bin, from where it can be fetched back."))
+        self.words.setWordWrap(True)
+        self.words.setMinimumWidth(360)
+        self.keep, self.delete = QPushButton("Keep it"), QPushButton("Move to bin")
+        self.keep.clicked.connect(self.close)
+        self.delete.clicked.connect(self._delete)
+        row = QHBoxLayout()
+        row.addStretch(1)
+        row.addWidget(self.keep)
+        row.addWidget(self.delete)
+        self.column.addWidget(self.words)
+        self.column.addLayout(row)
+        self.keep.setFocus()
+
+    def _delete(self) -> None:
+        if QFile.moveToTrash(str(self._path)):
+            self._desk.forget(self._path)
+            self.close()
+        else:
+            self.words.setText(f"There is no bin for {self._path.parent}. Delete the file there by hand.")
+            self.delete.hide()
+
+
+class Watch(QObject):
+    """Tells the page of the law that is open."""
+
+    def __init__(self, studio: Studio, desk: Desk, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio, self._desk = studio, desk
+        self._fault = ""
+        self._soon = QTimer(self, interval=SETTLED_MS, singleShot=True)
+        self._soon.timeout.connect(self.look_at_files)
+        self._files = QFileSystemWatcher(self)
+        self._files.directoryChanged.connect(self._soon.start)
+        self._files.fileChanged.connect(self._soon.start)
+        desk.own.changed.connect(self._watch)
+        self._watch()
+
+    def look_at_files(self) -> None:
+        """Notice what others did to the files; an open law follows, unless it was changed here too."""
+        desk = self._desk
+        desk.own.refresh()
+        self._watch()
+        if desk.path is None or desk.page.unsaved:
+            return
+        try:
+            text = desk.own.seen(desk.path).text
+        except LawError:
+            return
+        if text != desk.page.text:
+            desk.page.open(desk.path, text)
+            desk.strip.say("Changed outside the studio. Read it, then save it to run it.", "warn")
+
+    def _watch(self) -> None:
+        """Listen to the folder and its files; before there is a folder, to the nearest one above it."""
+        wanted = {str(path) for path in (folder.existing(), *(file.path for file in self._desk.own.files))}
+        heard = {*self._files.directories(), *self._files.files()}
+        if heard - wanted:
+            self._files.removePaths(sorted(heard - wanted))
+        if wanted - heard:
+            self._files.addPaths(sorted(wanted - heard))
+
+    def look_at_row(self, row: np.ndarray, _clamped: bool) -> None:
+        """Mark the line that a fault of this very law stands on, once."""
+        if not int(row[rows.FLAGS]) & rows.FAULT:
+            self._fault = ""
+            return
+        fault = self._studio.fault
+        if fault is None or fault.text == self._fault:
+            return
+        self._fault = fault.text
+        line = _LINE.search(fault.text)
+        desk = self._desk
+        if line is None or desk.path is None or desk.path != desk.own.in_force:
+            return
+        if not desk.page.unsaved:  # else its lines are not those of the law in the loop
+            desk.page.code.mark([(int(line[1]), fault.text.removeprefix("Fault: "))])
+        desk.strip.say(fault.text, "danger")

@@ -1,0 +1,153 @@
+"""The environment in force as an Arduino sketch: for which kit, how fast, and where the file goes."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QDir
+from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QPushButton, QWidget
+
+from hapkit_studio.devices import profiles
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.dialogs import FormSheet
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.haptics.board_offer import spec_on_board
+from hapkit_studio.protocol.messages import Origin
+from hapkit_studio.workshop import sketch, sketch_file
+from hapkit_studio.workshop.sketch import Kit
+
+_ABOUT = (
+    "Writes the environment, as it is tuned now, as one readable Arduino sketch. It renders on a Hapkit "
+    "without the studio and needs no library: to read, to change, to hand in."
+)
+_PRINTS = (("10 lines a second", 10), ("50 lines a second", 50), ("Nothing", 0))
+
+
+class ExportSheet(FormSheet):
+    """Beside the window; what is chosen in the panel meanwhile is what is written."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__("Export as sketch", _ABOUT, parent)
+        self._studio = studio
+        self.what, self.velocity = plain(QLabel()), plain(QLabel())
+        self.kits, self.rates, self.prints = QComboBox(), QComboBox(), QComboBox()
+        self.save = QPushButton("Save…")
+        self._fill()
+        self._arrange()
+        self.save.clicked.connect(self.ask)
+        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed):
+            changed.connect(self.look)
+        for box in (self.kits, self.rates):
+            box.currentIndexChanged.connect(self.show_limit)
+        self.look()
+
+    def look(self) -> None:
+        """Show what would be written now."""
+        studio = self._studio
+        self.what.setText(f"{studio.environment.title}, as tuned in the panel")
+        usual = sketch.usual_rate(studio.environment, studio.values)
+        self.rates.setItemText(0, f"{usual:,} Hz, usual for this environment")
+        other = spec_on_board(studio.loop.spec) != studio.loop.spec
+        name = estimators.parse(spec_on_board(studio.loop.spec))[0].label
+        self.velocity.setText(
+            f"{name}, in place of the loop's own estimator" if other else f"{name}, as in the loop"
+        )
+        self.show_limit()
+
+    def show_limit(self) -> None:
+        """Say how stiff the sketch may be at its rate on its kit."""
+        words, safe = self._limit()
+        if safe:
+            self.verdict.say(f"Not saved yet. {words}".rstrip())
+        else:
+            self.verdict.say(f"Not saved yet. {words}", "triangle", "warn")
+
+    def _limit(self) -> tuple[str, bool]:
+        """Return limit and margin in words, and whether it is within."""
+        from hapkit_studio.analysis.stability import on_board  # off the first picture's way
+
+        studio = self._studio
+        kit, spec = self.kits.currentData(), spec_on_board(studio.loop.spec)
+        rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
+        found = on_board.sketch_margin(studio.environment, studio.values, kit.board, rate, spec)
+        words = on_board.sketch_words(found, rate)
+        return words, not words or found is None or found.stable
+
+    def text(self) -> str:
+        """Return the sketch; raise ParameterError, LawError."""
+        studio = self._studio
+        return sketch.text(
+            studio.environment,
+            studio.values,
+            self.kits.currentData(),
+            self.rates.currentData() or None,
+            spec_on_board(studio.loop.spec),
+            self.prints.currentData(),
+            self._limit()[0],
+        )
+
+    def write(self, wanted: str) -> None:
+        """Write to the path that a person has chosen, in the folder that the Arduino IDE wants."""
+        try:
+            path = sketch_file.write(wanted, self.text(), over=True)
+        except StudioError as error:
+            self.verdict.say(str(error), "triangle", "danger")
+        except OSError as error:
+            self.verdict.say(
+                f"{Path(wanted).name} cannot be written: {error.strerror}.", "triangle", "danger"
+            )
+        else:
+            where = path.parent.parent
+            words = f"Saved {path.parent.name}/{path.name} in {where}. Open it in the Arduino IDE and upload."
+            limit, safe = self._limit()
+            if safe:
+                self.verdict.say(words, "check", "ok")
+            else:
+                self.verdict.say(f"{words} {limit}", "triangle", "warn")
+
+    def ask(self) -> None:
+        """Ask for the file beside the window: nothing waits for it."""
+        dialog = QFileDialog(self, "Save the sketch", QDir.homePath(), "Arduino sketch (*.ino)")
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setDefaultSuffix("ino")
+        dialog.selectFile(f"{self._studio.environment.key}.ino")
+        dialog.fileSelected.connect(self.write)
+        dialog.setModal(False)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.show()
+
+    # putting together
+
+    def _fill(self) -> None:
+        own = connected_kit(self._studio)
+        if own is not None:
+            state = "as calibrated" if own.calibrated else "not calibrated"
+            self.kits.addItem(f"The one connected: {own.board.label}, {state}", own)
+        for kit in profiles.KITS:
+            self.kits.addItem(kit.title, Kit(kit.board))
+        self.rates.addItem("", 0)
+        for rate in sketch.RATES:
+            self.rates.addItem(f"{rate:,} Hz", rate)
+        for words, number in _PRINTS:
+            self.prints.addItem(words, number)
+
+    def _arrange(self) -> None:
+        fields = (
+            ("Environment", self.what),
+            ("Kit", self.kits),
+            ("Loop", self.rates),
+            ("Velocity", self.velocity),
+            ("Serial monitor", self.prints),
+        )
+        self.add_fields((words, widget, None) for words, widget in fields)
+        self.add_verdict(3)
+        self.add_buttons(self.save)
+
+
+def connected_kit(studio: Studio) -> Kit | None:
+    """Return the kit of the board in use, as its settings say; None where nobody says."""
+    driver = studio.engine.driver if studio.engine is not None else None
+    settings = driver.offer.settings if driver is not None and driver.offer is not None else None
+    if settings is None:
+        return None
+    return Kit(profiles.of_settings(settings), settings.origin in (Origin.STORED, Origin.UNSAVED))

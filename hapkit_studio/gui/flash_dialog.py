@@ -1,0 +1,216 @@
+"""Flashing from the window: which port, which avrdude, how far it is, and what the board says afterwards."""
+
+from functools import partial
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QProgressBar, QPushButton, QWidget
+
+from hapkit_studio.devices import DeviceEntry, avrdude, discovery, flash
+from hapkit_studio.devices.flash import Flashed
+from hapkit_studio.devices.flash_output import CONNECTING, VERIFYING, WRITING
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.errors import AvrdudeMissingError, ParameterError
+from hapkit_studio.gui.dialogs import FormSheet
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.tabs.job import Job, Progress
+
+STAGES = (CONNECTING, WRITING, VERIFYING)
+_WORDS = ("Looking for the boot loader…", "Writing…", "Verifying…")
+_WHOLE = 100
+PATIENCE = 5.0
+"""s for the studio's own loop to let go of the port."""
+_ABOUT = (
+    "Writes the studio's firmware to the board, then reads it back. Calibration and profile of the kit stay. "
+    "Close other programs that have the port open. The motor is off meanwhile."
+)
+
+
+class FlashSheet(FormSheet):
+    """Beside the window; while it writes it stays open, and the window has let go of the port."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__("Flash firmware", _ABOUT, parent)
+        self._studio = studio
+        self._program: str | None = None
+        self._flashed: Flashed | None = None
+        self.job = Job(self, needs="")
+        self.ports, self.where, self.choose = QComboBox(), QLabel(), QPushButton("Choose…")
+        self.bar = QProgressBar()
+        self.again, self.write = QPushButton("Look again"), QPushButton("Flash")
+        self._arrange()
+        self._join()
+        self.look()
+
+    # what a person does
+
+    def look(self) -> None:
+        """List the ports there are, the one in use first chosen, and find avrdude."""
+        self.ports.clear()
+        self.write.setText("Flash")
+        own = self._own_port()
+        for port in discovery.ports():
+            self.ports.addItem(port.title, port.path)
+        if own and self.ports.findData(own) < 0:
+            self.ports.insertItem(0, discovery.port_name(own), own)
+        self.ports.setCurrentIndex(max(self.ports.findData(own), 0) if self.ports.count() else -1)
+        self._find()
+
+    def begin(self) -> None:
+        """Let go of the port and write."""
+        port, program = self.ports.currentData(), self._program
+        self._flashed = None
+        if self._own_port() == port:
+            self._studio.let_go("flashing firmware")
+
+        def work(progress: Progress) -> Flashed:
+            def follow(stage: str, part: float) -> None:
+                progress(round(_WHOLE * (STAGES.index(stage) + part)), _WHOLE * len(STAGES))
+
+            return flash.flash(port, program=program, progress=follow, patience=PATIENCE)
+
+        self.verdict.say(_WORDS[0])
+        self.job.start(work)
+
+    def use(self, program: str) -> None:
+        """Take an avrdude that a person has chosen."""
+        self._program = program
+        self._find()
+
+    # what happens
+
+    def _find(self) -> None:
+        """Say where avrdude is, or how to get it; without it or a port nothing can be done."""
+        try:
+            found = str(avrdude.find(self._program).program)
+        except AvrdudeMissingError as error:
+            self._say(
+                str(error).replace("say where it is with --avrdude", "choose it here"), "warn", "triangle"
+            )
+            found = ""
+        self.where.setText(found or "not found")
+        able = bool(found) and self._image_is_there()
+        if able:
+            self.verdict.say(
+                "Ready." if self.ports.count() else "No port: plug the board in, then look again."
+            )
+        self.write.setEnabled(able and self.ports.count() > 0)
+        self._hide_what_is_empty()
+
+    def _image_is_there(self) -> bool:
+        """Return whether there is a firmware to write; say what is wrong with it."""
+        try:
+            flash.image_of()
+        except ParameterError as error:
+            self._say(str(error), "danger", "triangle")
+            return False
+        return True
+
+    def _hide_what_is_empty(self) -> None:
+        """Show no list without a port in it, and no bar before something is written."""
+        self.ports.setPlaceholderText("No port found")
+        self.ports.setEnabled(self.ports.count() > 0)
+        self.bar.setVisible(self.job.running or self._flashed is not None)
+
+    def _follow(self, done: int, of: int) -> None:
+        self.verdict.say(_WORDS[min(done // _WHOLE, len(_WORDS) - 1)])
+        self.bar.setValue(max(done - _WHOLE, 0))
+
+    def _written(self, result: Flashed) -> None:
+        """Reach for the board again; what it says comes with the link."""
+        self._flashed = result
+        self.write.setText("Flash")
+        self._look_at_job(False)
+        port = self.ports.currentData()
+        self.verdict.say(f"{result.size:,} bytes written and verified. Starting the board…")
+        entry = next((e for e in self._studio.entries() if e.key == port), None)
+        self._studio.open(entry or DeviceEntry(port, discovery.port_name(port), partial(HapkitBoard, port)))
+
+    def _look_at_link(self) -> None:
+        """Say what the flashed board says, or why it says nothing."""
+        link, engine = self._studio.link, self._studio.engine
+        if self._flashed is None or link.state in ("connecting", "idle", "preparing"):
+            return
+        if link.state == "running" and engine is None:
+            return  # the engine's own signal follows
+        self._show_greeting(link.text)
+        self._flashed = None
+        self._look_at_job(False)
+
+    def _show_greeting(self, failure: str) -> None:
+        assert self._flashed is not None
+        wrote = f"{self._flashed.size:,} bytes written and verified in {self._flashed.seconds:.0f} s."
+        if self._studio.link.state != "running" or self._studio.engine is None:
+            self._say(f"{wrote} {failure}", "warn", "triangle")
+            return
+        hello = self._studio.engine.device.hello
+        words = f"The board says: build {hello.build}, protocol version {hello.version}."
+        self._say(f"{wrote} {words}", "ok", "check")
+
+    def _say(self, text: str, token: str, sign: str) -> None:
+        self.verdict.say(text, sign, token)
+
+    def _failed(self, text: str) -> None:
+        self._say(text, "danger", "triangle")
+        self.write.setText("Flash again")
+        if self._studio.link.state == "idle":
+            self._studio.reconnect()
+
+    def _look_at_job(self, running: bool) -> None:
+        busy = running or self._flashed is not None
+        for widget in (self.write, self.ports, self.choose, self.again, self.leave):
+            widget.setEnabled(not busy)
+        if running:
+            self.bar.setValue(0)
+            self.bar.show()
+
+    def _own_port(self) -> str:
+        """Return the port of the device in use, if it is a board on a port."""
+        engine, entry = self._studio.engine, self._studio.entry
+        path = getattr(engine.device, "port", "") if engine is not None else ""
+        key = entry.key if entry is not None else ""
+        return path if path and key != "virtual-board" else key if "/" in key or key.startswith("COM") else ""
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Stay while it writes: half a firmware is none."""
+        if self.job.running:
+            event.ignore()
+        else:
+            super().closeEvent(event)
+
+    def reject(self) -> None:
+        """Close by a key only when nothing is under way."""
+        if not self.job.running:
+            super().reject()
+
+    # putting together
+
+    def _ask_program(self) -> None:
+        dialog = QFileDialog(self, "Where is avrdude?")
+        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
+        dialog.fileSelected.connect(self.use)
+        dialog.setModal(False)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.show()
+
+    def _join(self) -> None:
+        self.write.clicked.connect(self.begin)
+        self.again.clicked.connect(self.look)
+        self.choose.clicked.connect(self._ask_program)
+        self.job.progressed.connect(self._follow)
+        self.job.running_changed.connect(self._look_at_job)
+        self.job.finished.connect(self._written)
+        self.job.failed.connect(self._failed)
+        self._studio.link_changed.connect(self._look_at_link)
+        self._studio.engine_changed.connect(self._look_at_link)
+
+    def _arrange(self) -> None:
+        self.add_fields((("Port", self.ports, None), ("avrdude", self.where, self.choose)))
+        self.add_verdict(3)
+        self.verdict.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.bar.setRange(0, _WHOLE * (len(STAGES) - 1))
+        self.bar.setTextVisible(False)
+        self.bar.setFixedHeight(6)
+        self.bar.setAccessibleName("Progress of flashing")
+        self.column.addWidget(self.bar)
+        self.add_buttons(self.write, (self.again,))

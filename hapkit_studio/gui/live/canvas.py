@@ -1,0 +1,303 @@
+"""Where ticks stand, and how an axis widens: at once, and never by itself back."""
+
+import math
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QAction, QFontMetricsF, QPainter, QPen
+from PySide6.QtWidgets import QGraphicsGridLayout, QMenu, QSizePolicy
+
+from hapkit_studio.gui.widgets.text import paint_words
+from hapkit_studio.gui.widgets.theme import number, theme
+
+_EDGE, _MARGIN = 0.04, 0.12  # of the range: so near is on the frame; what is left free beyond the data
+_LOOSE = 1.15  # a fitted range, as a multiple of the data's
+_OVERHANG = 40  # px a label may stand out beside the frame
+_TICK_ROOM = {"left": 15.0, "bottom": 56.0}  # px from one label to the next
+_MOST = {"left": 5, "bottom": 6}
+RIGHT = 16  # px kept free beside the frame, for the last label and the mark of now
+
+
+def step(low: float, high: float, most: int = 5, gaps: float = math.inf) -> float:
+    """Return the least step of 1, 2, 5 × 10ⁿ that puts at most so many ticks into [low, high].
+
+    gaps: how many steps may lie side by side there, so that labels keep their distance.
+    """
+    least = max(high - low, 1e-12) / gaps
+    raw = max(max(high - low, 1e-12) / max(most, 1), least)
+    power = 10.0 ** math.floor(math.log10(raw))
+    sizes = [factor * power for factor in (1.0, 2.0, 5.0, 10.0, 20.0) if factor * power >= least]
+    return next((size for size in sizes if len(_within(low, high, size)) <= most), sizes[-1])
+
+
+def _within(low: float, high: float, size: float) -> np.ndarray:
+    slack = 1e-9 * size
+    return np.arange(math.ceil((low - slack) / size), math.floor((high + slack) / size) + 1)
+
+
+def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> list[float]:
+    """Return the tick values inside [low, high]; most and gaps as in ``step``."""
+    size = step(low, high, most, gaps)
+    return [float(k * size) for k in _within(low, high, size)]
+
+
+def labels(values: list[float]) -> list[str]:
+    """Write tick values with as many decimals as their distance needs."""
+    size = min(np.diff(values)) if len(values) > 1 else abs(values[0]) if values else 1.0
+    decimals = max(0, -math.floor(math.log10(size) + 1e-9)) if size > 0 else 0
+    return [number(value, decimals) for value in values]
+
+
+def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
+    """Return the range that shows [low, high] too, with a margin wherever it had to grow.
+
+    It grows before a line lies on the frame.
+    """
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return shown
+    edge = _EDGE * (shown[1] - shown[0])
+    margin = _MARGIN * (max(high, shown[1]) - min(low, shown[0]))
+    bottom = low - margin if low < shown[0] + edge else shown[0]
+    top = high + margin if high > shown[1] - edge else shown[1]
+    return bottom, top
+
+
+def fitted(low: float, high: float, least: float) -> tuple[float, float]:
+    """Return the range that shows [low, high] with a margin, at least so much to each side of its middle."""
+    middle, half = (low + high) / 2, max((high - low) / 2 * _LOOSE, least)
+    return middle - half, middle + half
+
+
+class Axis(pg.AxisItem):
+    """Tick labels only: at most five, true minus, the last one with the unit if given."""
+
+    def __init__(self, orientation: str, unit: str = ""):
+        super().__init__(orientation, maxTickLength=0)
+        self.enableAutoSIPrefix(False)
+        self.unit = unit
+        offset = 7 if orientation == "left" else 4
+        self.setCacheMode(pg.QtWidgets.QGraphicsItem.CacheMode.DeviceCoordinateCache)
+        self.setStyle(tickTextOffset=offset, autoExpandTextSpace=False, hideOverlappingLabels=_OVERHANG)
+        self.setPen(pg.mkPen(None))
+
+    def room(self, size: float) -> tuple[int, float]:
+        """Return how many ticks fit into so many pixels, and how many steps."""
+        return _MOST[self.orientation], max(size / _TICK_ROOM[self.orientation], 1.0)
+
+    def tickValues(self, minVal: float, maxVal: float, size: float) -> list:
+        return [(step(minVal, maxVal, *self.room(size)), self.places(minVal, maxVal, size))]
+
+    def places(self, low: float, high: float, size: float) -> list[float]:
+        """Return where ticks and grid lines stand between two values so many pixels apart."""
+        return ticks(low, high, *self.room(size))
+
+    def resizeEvent(self, ev=None):
+        """Write the labels anew: an update alone leaves those of the old height in Qt's cached picture."""
+        super().resizeEvent(ev)
+        mode = self.cacheMode()
+        self.setCacheMode(pg.QtWidgets.QGraphicsItem.CacheMode.NoCache)
+        self.setCacheMode(mode)
+
+    def generateDrawSpecs(self, p):
+        """Leave out the tick lines, the grid says the same; keep labels at the edge whole."""
+        specs = super().generateDrawSpecs(p)
+        return specs and (specs[0], [], [(self._whole(box), *rest) for box, *rest in specs[2]])
+
+    def _whole(self, box: QRectF) -> QRectF:
+        """Return a label's box moved into the widget from above and below."""
+        view = self.getViewWidget()
+        if self.orientation == "left" and view is not None:
+            room = self.mapRectFromScene(QRectF(view.viewport().rect()))
+            box.moveTop(max(min(box.top(), room.bottom() - box.height()), room.top()))
+        return box
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        texts = labels(list(values))
+        if self.unit and texts:
+            texts[-1] += f" {self.unit}"
+        return texts
+
+
+class Ground(pg.GraphicsWidget):
+    """A view between its two axes; pyqtgraph's own plot makes a hundred widgets for menus with each."""
+
+    def __init__(self, left: Axis, bottom: Axis):
+        super().__init__()
+        self.view = pg.ViewBox(parent=self, enableMenu=False)
+        grid = QGraphicsGridLayout(self)
+        grid.setContentsMargins(1, 1, 1, 1)
+        grid.setSpacing(0)
+        grid.addItem(self.view, 0, 1)
+        for axis, place in ((left, (0, 0)), (bottom, (1, 1))):
+            axis.linkToView(self.view)
+            axis.setZValue(0.5)
+            grid.addItem(axis, *place)
+
+
+class Canvas(pg.GraphicsView):
+    """A plot without a legend, menu or autoscale; ``paint_under`` and ``paint_over`` draw the data."""
+
+    fit_wanted = Signal()
+    pointed = Signal(object)
+
+    def __init__(
+        self,
+        bottom: bool,
+        unit: str = "",
+        left_width: float = 44.0,
+        axes: tuple[type[Axis], type[Axis]] = (Axis, Axis),
+    ):
+        super().__init__()
+        self.bottom, self.left = axes[0]("bottom", unit), axes[1]("left")
+        self.left.setWidth(left_width)
+        self.bottom.setHeight(22)
+        self.bottom.setVisible(bottom)
+        self.ground = Ground(self.left, self.bottom)
+        self.ground.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
+        self.setCentralItem(self.ground)
+        self.view = self.ground.view
+        self.view.setMouseEnabled(False, False)
+        self.view.setDefaultPadding(0)
+        self.view.disableAutoRange()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setCacheMode(pg.QtWidgets.QGraphicsView.CacheModeFlag.CacheNone)
+        self.setFrameShape(pg.QtWidgets.QFrame.Shape.NoFrame)
+        self.setMinimumSize(60, 24)
+        self._box: QRectF | None = None
+        self._map = (0.0, 1.0, 0.0, 1.0)
+        self._grid: list[QLineF] = []
+        self.view.geometryChanged.connect(self._outdate)
+        self.view.sigRangeChanged.connect(self._outdate)
+        self.viewport().setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        theme.changed.connect(self.recolor)
+        self.recolor()
+
+    def recolor(self) -> None:
+        """Take the theme's colours and fonts."""
+        for axis in (self.left, self.bottom):
+            axis.setTextPen(theme.color("axis"))
+            axis.setStyle(tickFont=theme.font("tick"))
+        self.setBackground(None)
+        self.viewport().update()
+
+    # mapping ------------------------------------------------------------------------------------
+
+    def frame(self) -> QRectF:
+        """Return the plot's rectangle in pixels."""
+        return self.measure()
+
+    def _outdate(self, *_: object) -> None:
+        self._box = None
+
+    def measure(self) -> QRectF:
+        """Take mapping and grid anew if axes or size changed; return the plot's rectangle."""
+        if self._box is not None:
+            return self._box
+        box = self._box = self.view.sceneBoundingRect()
+        (x0, x1), (y0, y1) = self.view.viewRange()
+        across, up = box.width() / (x1 - x0), box.height() / (y1 - y0)
+        self._map = box.left() - x0 * across, across, box.bottom() + y0 * up, -up
+        columns = np.array(self.bottom.places(x0, x1, box.width()))
+        levels = np.array(self.left.places(y0, y1, box.height()))
+        columns, levels = self.to_pixels(columns, levels)
+        self._grid = [QLineF(x, box.top(), x, box.bottom()) for x in np.round(columns)]
+        self._grid += [QLineF(box.left(), y, box.right(), y) for y in np.round(levels)]
+        return box
+
+    def to_pixels(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Map data to pixels, as last measured; painting measures first."""
+        left, across, bottom, up = self._map
+        return left + x * across, bottom + y * up
+
+    def pixel(self, x: float, y: float) -> QPointF:
+        """Map one point to pixels, as last measured."""
+        left, across, bottom, up = self._map
+        return QPointF(left + x * across, bottom + y * up)
+
+    def to_x(self, pixel: float) -> float:
+        """Map a pixel column to the x axis."""
+        self.measure()
+        return (pixel - self._map[0]) / self._map[1]
+
+    # painting -----------------------------------------------------------------------------------
+
+    def paint_under(self, painter: QPainter, box: QRectF) -> None:
+        """Paint what lies below the grid."""
+
+    def paint_over(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the data, clipped to the frame."""
+
+    def paint_marks(self, painter: QPainter, box: QRectF) -> None:
+        """Paint what may stand over the frame."""
+
+    def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint ground, grid and frame."""
+        self.paint_ground(painter, rect)
+
+    def paint_ground(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint ground, grid and frame, what lies below the grid included."""
+        box = self.measure()
+        painter.fillRect(rect, theme.color("surface"))
+        if theme.c.plot != theme.c.surface:
+            painter.fillRect(box, theme.color("plot"))
+        painter.save()
+        painter.setClipRect(box)
+        self.paint_under(painter, box)
+        painter.restore()
+        painter.setPen(QPen(theme.color("grid"), 1))
+        painter.drawLines(self._grid)
+        painter.setPen(QPen(theme.color("line"), 1))
+        painter.drawRect(box)
+
+    def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
+        """Paint data and marks."""
+        box = self.frame()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+        painter.save()
+        painter.setClipRect(box)
+        self.paint_over(painter, box)
+        painter.restore()
+        self.paint_marks(painter, box)
+
+    def note(self, painter: QPainter, x: float, y: float, text: str, token: str, right: bool = False) -> None:
+        """Write words inside the plot with a rim of its ground, kept inside the frame."""
+        font, box = theme.font("label"), self.frame()
+        width = QFontMetricsF(font).horizontalAdvance(text)
+        x = float(
+            np.clip(x - width if right else x, box.left() + 4, max(box.right() - width - 4, box.left() + 4))
+        )
+        paint_words(painter, x, y, text, font, (token, "plot"), 4.0, self.devicePixelRatioF())
+
+    def resizeEvent(self, event) -> None:
+        """Measure anew."""
+        super().resizeEvent(event)
+        self._outdate()
+
+    # pointer ------------------------------------------------------------------------------------
+
+    def mouseMoveEvent(self, event) -> None:
+        """Say where on the x axis the pointer is."""
+        super().mouseMoveEvent(event)
+        place = event.position()
+        self.pointed.emit(self.to_x(place.x()) if self.frame().contains(place) else None)
+
+    def leaveEvent(self, event) -> None:
+        """Say that the pointer is gone."""
+        super().leaveEvent(event)
+        self.pointed.emit(None)
+
+    def mouseDoubleClickEvent(self, event) -> None:
+        """Ask for the axes to be fitted."""
+        self.fit_wanted.emit()
+
+    def contextMenuEvent(self, event) -> None:
+        """Offer the fit."""
+        menu = QMenu(self)
+        fit = QAction("Fit axes", menu)
+        fit.triggered.connect(self.fit_wanted)
+        menu.addAction(fit)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(event.globalPos())

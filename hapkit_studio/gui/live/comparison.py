@@ -1,0 +1,268 @@
+"""Both ways of rendering compared: the same movement on computer and board, one trace over the other."""
+
+import time
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from hapkit_studio.dynamics.hand import Hand, hand_named
+from hapkit_studio.gui.live.held import Held, held
+from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.live import FRAME_MS, Live
+from hapkit_studio.gui.panel.rendering import BOARD, WAYS, WhereSwitch
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.theme import number
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.live.centre import Centre
+
+STEP = 0.01
+LEAST, MOST = 1.0, 3.0
+"""s of movement that are compared: fewer say too little, with more the past has not enough to choose from."""
+LEAST_WAY = 0.002
+"""m: what moves less than this from end to end stands still."""
+_ALIKE = 0.3
+"""Of the movement's own variance: what differs by more is another movement."""
+COMPARED_SECONDS = 4.0
+SETTLE_SECONDS = 0.6
+"""From the handing over to the first movement: the force has faded in, the handle rests."""
+PATIENCE = 5.0
+"""s in which who is to render must have begun."""
+_ORDER = "press", "tap", "stroke", "sweep", "pet"
+_FAULT = "A fault ended the comparison. Clear it, then compare again."
+_STOPPED = "Nothing to compare while the force is off. Release the E-stop or clear the fault first."
+_CHANGED = "Changed meanwhile: nothing was compared."
+HELD_SECONDS = 5.0
+PAST_SECONDS = 12.0
+"""So far back from a switch a movement like the one after it is looked for."""
+FADED_SECONDS = 0.2
+"""After a switch the force has faded in."""
+UNWATCHED = (
+    "No energy alarm: the passivity observer is part of the computer's loop, and the board renders now."
+)
+
+
+def _sampled(history: History, start: float, stop: float) -> np.ndarray:
+    """Return the positions in m from start to stop s, one every STEP; empty where too few are known."""
+    window = history.between(start, stop)
+    known = np.isfinite(window.x)
+    if np.count_nonzero(known) < 2:
+        return np.empty(0)
+    at = start + STEP * np.arange(int((stop - start) / STEP))
+    return np.interp(at, window.x[known], window.y["position"][known])
+
+
+def likeness(past: np.ndarray, now: np.ndarray) -> tuple[int, float]:
+    """Return where in the past a movement fits best, and how far off: mean square over its variance."""
+    stretches = np.lib.stride_tricks.sliding_window_view(past, len(now))
+    differences = np.mean((stretches - now) ** 2, axis=1)
+    best = int(np.argmin(differences))
+    return best, float(differences[best] / max(np.var(now), 1e-12))
+
+
+def earlier(history: History, start: float, switch: float, begin: float, now: float) -> float | None:
+    """Return how many s before begin the handle, between start and switch, moved as from begin to now.
+
+    None where it stands still, where too little is known, and where it moves in no way as before.
+    """
+    start = max(start, history.start)
+    present, past = _sampled(history, begin, min(now, begin + MOST)), _sampled(history, start, switch)
+    if len(present) < LEAST / STEP or len(past) < len(present) or np.ptp(present) < LEAST_WAY:
+        return None
+    place, difference = likeness(past, present)
+    return begin - (start + place * STEP) if difference < _ALIKE else None
+
+
+class Part(NamedTuple):
+    """Who rendered, from when to when in s of the rows' clock."""
+
+    where: str
+    start: float
+    stop: float
+
+
+def movement(hands: tuple[str, ...]) -> Hand:
+    """Return the movement by which an environment is compared: one of its own, a press by default."""
+    return hand_named(next((name for name in hands if name in _ORDER), "press"))
+
+
+class Comparison(QObject):
+    """Emits ``began``, and ``finished`` with both parts; who rendered before renders again in the end."""
+
+    began = Signal()
+    finished = Signal(object, object)
+
+    def __init__(self, studio: Studio, live: Live, switch: WhereSwitch, parent: QObject):
+        super().__init__(parent)
+        self._studio, self._live, self._switch = studio, live, switch
+        self._left: list[str] = []
+        self._parts: list[Part] = []
+        self._hand: Hand | None = None
+        self._home = WAYS[0]
+        self._moving_since = self._asked_at = 0.0
+        self._timer = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
+        self._timer.timeout.connect(self._go_on)
+        switch.compare.connect(self.toggle)
+        studio.stop_changed.connect(lambda: self.cancel(_STOPPED))
+        for signal in (studio.environment_changed, studio.values_changed, studio.engine_changed):
+            signal.connect(lambda: self.cancel(_CHANGED))
+
+    @property
+    def running(self) -> bool:
+        """Say whether a comparison goes on."""
+        return bool(self._left)
+
+    def toggle(self) -> None:
+        """Begin, or cancel what goes on; say why where neither is possible."""
+        if self.running:
+            self.cancel("")
+            return
+        engine = self._studio.engine
+        if engine is None or not self._studio.hand_is_ours or engine.board_refusal():
+            return
+        if self._studio.stopped or engine.fault is not None:
+            self._switch.tell(_STOPPED)
+            return
+        self._live.set_paused(False)
+        self._home = self._studio.loop.where
+        self._parts, self._left = [], list(WAYS)
+        self._hand = movement(self._studio.environment.hands)
+        self.began.emit()
+        self._begin()
+
+    def cancel(self, why: str) -> None:
+        """Let the hand go, give back who rendered, and say why; nothing where nothing goes on."""
+        if self.running:
+            self._left = []
+            self._end(why)
+
+    def _begin(self) -> None:
+        self._moving_since, self._asked_at = 0.0, time.perf_counter()
+        self._studio.move_hand(0.0)
+        self._studio.set_loop(where=self._left[0])
+        self._switch.set_busy(f"Comparing: on the {self._left[0]}, {len(self._parts) + 1} of {len(WAYS)}.")
+        self._timer.start()
+
+    def _go_on(self) -> None:
+        engine, now = self._studio.engine, time.perf_counter()
+        if engine is None or self._hand is None or engine.fault is not None:
+            self.cancel(_FAULT)
+        elif self._moving_since:
+            self._move(self._hand, now)
+        elif now - self._asked_at > PATIENCE:
+            self.cancel(f"The {self._left[0]} did not begin to render. Nothing was compared.")
+        elif engine.rendering == self._left[0] and now - self._asked_at > SETTLE_SECONDS:
+            self._moving_since = now
+
+    def _move(self, hand: Hand, now: float) -> None:
+        passed = now - self._moving_since
+        self._studio.move_hand(None if passed >= hand.release else float(hand.target(passed)))
+        if passed < COMPARED_SECONDS:
+            return
+        self._parts.append(Part(self._left.pop(0), self._moving_since, now))
+        if self._left:
+            self._begin()
+        else:
+            self._end("")
+            self.finished.emit(*self._parts)
+
+    def _end(self, why: str) -> None:
+        self._timer.stop()
+        self._studio.move_hand(None)
+        self._switch.set_busy("")
+        self._studio.set_loop(where=self._home)
+        self._switch.tell(why)
+
+
+class BothWays(QObject):
+    """Follows who renders; keeps the other way's last seconds in the plots, and compares on demand."""
+
+    def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: WhereSwitch):
+        super().__init__(centre)
+        self._studio, self._live, self._centre, self._switch = studio, live, centre, switch
+        self._rendered_by = WAYS[0]
+        self._began = time.perf_counter()
+        self._before: Part | None = None  # of what is to be laid over the present, once it moves alike
+        self._aligned_at = 0.0
+        self._compared = False
+        self.comparison = Comparison(studio, live, switch, self)
+        self.comparison.began.connect(self._clear)
+        self.comparison.finished.connect(self._show_compared)
+        live.health.connect(switch.note_health)
+        live.health.connect(lambda _health: self._align())
+        live.frame.connect(lambda _row, _clamped: self._look())
+        live.paused_changed.connect(lambda _on: self._resume())
+        studio.environment_changed.connect(self._forget)
+        studio.engine_changed.connect(self._forget)
+
+    def _look(self) -> None:
+        """Notice that somebody else renders now."""
+        engine = self._studio.engine
+        if engine is None or engine.rendering == self._rendered_by:
+            return
+        before, now = self._rendered_by, time.perf_counter()
+        self._rendered_by = engine.rendering
+        self._centre.phase.set_note(UNWATCHED if engine.rendering == BOARD else "")
+        if not (self.comparison.running or self._compared):
+            self._clear()
+            start = max(self._began, now - PAST_SECONDS)
+            self._before, self._aligned_at = Part(before, start, now), 0.0
+            past = self._held(Part(before, max(start, now - HELD_SECONDS), now), 0.0)
+            self._centre.phase.set_held(past)
+        self._began = now
+
+    def _align(self) -> None:
+        """Lay the past over the present where the handle moved alike; better while it goes on moving."""
+        if self._before is None:
+            return
+        switch, now = self._before.stop, self._live.history.now
+        begin = self._aligned_at or max(switch + FADED_SECONDS, now - MOST)
+        found = earlier(self._live.history, self._before.start, switch, begin, now)
+        if found is None:
+            return
+        first = Part(self._before.where, begin - found, min(begin - found + HELD_SECONDS, switch))
+        self._centre.time.set_held(self._held(first, found))
+        self._aligned_at = begin
+        if now >= begin + MOST:
+            self._before = None
+
+    def _held(self, part: Part, shift: float) -> Held | None:
+        return held(self._live.history, f"on the {part.where}", part.start, part.stop, shift)
+
+    def _show_compared(self, one: Part, other: Part) -> None:
+        """Hold the plots with both parts on top of each other, and say by how much the forces differ."""
+        self._live.tick()
+        past = self._held(one, other.start - one.start)
+        self._centre.time.set_held(past)
+        self._centre.phase.set_held(past)
+        self._compared = True
+        self._live.set_paused(True)
+        self._switch.tell(difference_words(self._live.history, one, other))
+
+    def _resume(self) -> None:
+        self._compared = self._compared and self._live.paused
+
+    def _clear(self) -> None:
+        self._before = None
+        self._centre.time.set_held(None)
+        self._centre.phase.set_held(None)
+
+    def _forget(self) -> None:
+        self._began, self._compared = time.perf_counter(), False
+        self._clear()
+
+
+def difference_words(history: History, one: Part, other: Part) -> str:
+    """Say by how much the applied forces of two parts with the same movement differ."""
+    first, second = (history.between(part.start, part.stop) for part in (one, other))
+    known = [np.isfinite(w.x) for w in (first, second)]
+    if min(map(np.count_nonzero, known)) < 2:
+        return ""
+    there = np.interp(
+        first.x[known[0]] - one.start, second.x[known[1]] - other.start, second.y["applied"][known[1]]
+    )
+    apart = np.abs(first.y["applied"][known[0]] - there)
+    usual, most = (number(value, 2) for value in (float(np.sqrt(np.mean(apart**2))), float(apart.max())))
+    lines = f"dotted: {one.where}, in colour: {other.where}"
+    return f"Same movement of the hand, {lines}. The forces differ by {usual} N rms, {most} N at most."

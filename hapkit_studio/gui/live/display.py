@@ -1,0 +1,141 @@
+"""Joins the live rows with what shows them: scene, plots, clamp light, status bar."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer
+
+from hapkit_studio.gui.live.centre import Centre
+from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
+from hapkit_studio.gui.panel.warnings import WarningLines
+from hapkit_studio.gui.status_bar import StatusBar
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.haptics import rows
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.health import Health
+
+_MAX_FORCE = 3.0
+_USUAL_S = 12.0  # how long the first compile takes on two processors
+_NEARLY = 0.95  # where the bar waits if it takes longer
+_BAR_MS = 250
+_WORDS = {
+    "preparing": "Preparing the loop, once only",
+    "connecting": "Connecting…",
+    "idle": "Not connected",
+    "gone": "No device",
+    "failed": "No device",
+}
+
+
+class Pictures(QObject):
+    """Passes every frame, parameter and state on to the widgets that draw them."""
+
+    def __init__(self, studio: Studio, live: Live, centre: Centre, status: StatusBar, warnings: WarningLines):
+        super().__init__()
+        self._warnings = warnings
+        self._studio, self._live, self._centre, self._status = studio, live, centre, status
+        self._seen: np.ndarray | None = None
+        self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
+        self._since.start()
+        self._bar.timeout.connect(self._show_preparing)
+        centre.time.set_history(live.history)
+        centre.phase.set_history(live.history)
+        live.frame.connect(self.show_frame)
+        live.health.connect(self.show_health)
+        live.paused_changed.connect(self.show_paused)
+        centre.time.paused_changed.connect(live.set_paused)
+        centre.time.span_changed.connect(centre.toolbar.show_span)
+        centre.scene.hand_moved.connect(studio.move_hand)
+        centre.scene.hand_released.connect(lambda: studio.move_hand(None))
+        studio.environment_changed.connect(self.show_environment)
+        studio.values_changed.connect(self.show_values)
+        studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
+        studio.engine_changed.connect(self.show_environment)
+        studio.engine_changed.connect(self.show_link)
+        studio.link_changed.connect(self.show_link)
+        centre.toolbar.show_span(centre.time.span)
+        self.show_environment()
+        self.show_link()
+
+    @property
+    def max_force(self) -> float:
+        """Return the force limit in force in N."""
+        engine = self._studio.engine
+        return engine.max_force if engine is not None else _MAX_FORCE
+
+    def show_frame(self, row: np.ndarray, clamped: bool) -> None:
+        """Show the newest row everywhere."""
+        flags, target = int(row[rows.FLAGS]), float(row[rows.HAND_TARGET])
+        environment, engine = self._studio.environment, self._studio.engine
+        known = engine is not None and engine.renders(environment)
+        width = len(environment.state_names) if known else 0
+        self._centre.scene.update_state(
+            float(row[rows.POSITION]),
+            float(row[rows.APPLIED]),
+            float(row[rows.ASKED]),
+            None if math.isnan(target) else target,
+            clamped,
+            bool(flags & (rows.STOPPED | rows.FAULT)),
+            row[rows.STATE : rows.STATE + width],
+        )
+        self._centre.refresh()
+        self._status.show_clamp(clamped, self.max_force)
+
+    def _own_rate(self) -> tuple[float | None, bool]:
+        """Return the rate in Hz that the loop should have, and whether it is the board's own."""
+        engine = self._studio.engine
+        if engine is None or engine.device.simulated:
+            return None, False
+        way = engine.board_way if engine.rendering == engine.where else None
+        return (engine.loop.rate, False) if way is None else (float(way.rate), True)
+
+    def show_health(self, health: "Health") -> None:
+        """Show the loop's health in the status bar; without frames the pictures follow it as well."""
+        if self._live.last is None or self._live.last is self._seen:
+            self._centre.refresh()
+        self._seen = self._live.last
+        if self._studio.link.state == "running":
+            self._status.show_health(health, *self._own_rate())
+            self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
+            self._warnings.watch(self._live.history)
+
+    def show_paused(self, paused: bool) -> None:
+        """Hold the plots still, or let them go on."""
+        self._centre.time.set_paused(paused)
+        self._centre.phase.set_paused(paused)
+
+    def show_environment(self) -> None:
+        """Show another environment."""
+        environment, values = self._studio.environment, self._studio.values
+        self._centre.scene.set_environment(environment, values)
+        self._centre.refit()
+        self.show_values()
+
+    def show_values(self) -> None:
+        """Show changed parameters."""
+        environment, values = self._studio.environment, self._studio.values
+        self._centre.scene.set_values(values)
+        self._centre.time.set_environment(environment, values, self.max_force)
+        self._centre.phase.set_environment(environment, values, self.max_force)
+
+    def show_link(self) -> None:
+        """Show whether there is a device."""
+        state = self._studio.link.state
+        self._show_preparing()
+        self._centre.scene.set_hand_enabled(self._studio.hand_is_ours)
+        self._centre.time.set_stale(state in ("gone", "failed", "idle"))
+        if state != "running":
+            waiting = self._studio.link.text if state in ("connecting", "idle") else ""
+            self._status.show_nothing(waiting or _WORDS.get(state, ""))
+
+    def _show_preparing(self) -> None:
+        """Show how far the loop's first compile usually is by now."""
+        preparing = self._studio.link.state == "preparing"
+        fraction = min(1e-3 * self._since.elapsed() / _USUAL_S, _NEARLY)
+        self._centre.scene.set_preparing(preparing, fraction if preparing else None)
+        if preparing and not self._bar.isActive():
+            self._bar.start()
+        elif not preparing:
+            self._bar.stop()

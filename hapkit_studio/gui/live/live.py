@@ -1,0 +1,107 @@
+"""The frame: sixty times a second rows go from the loop's ring into history, scene and plots."""
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.haptics import rows
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.ring import RingReader
+
+FRAME_MS = 16
+HIDDEN_MS = 200
+HEALTH_MS = 500
+KEPT_SECONDS = 60.0
+
+
+class Live(QObject):
+    """Drains the ring, never waits; emits ``frame(row, clamped)`` for pictures and ``health`` at 2 Hz."""
+
+    frame = Signal(object, bool)
+    health = Signal(object)
+    paused_changed = Signal(bool)
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self._reader: RingReader | None = None
+        self._device = ""
+        self.history = History(KEPT_SECONDS)
+        self.paused = False
+        self.hidden = False
+        self.lost = 0
+        self.last: np.ndarray | None = None
+        self.changed_at = time.perf_counter()
+        self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
+        self._frames.timeout.connect(self.tick)
+        self._health = QTimer(self, interval=HEALTH_MS)
+        self._health.timeout.connect(self.look)
+        studio.engine_changed.connect(self._follow)
+        for changed in (studio.values_changed, studio.loop_changed, studio.engine_changed):
+            changed.connect(self._note_change)
+
+    def start(self) -> None:
+        """Begin; call once the window is up."""
+        self._frames.start()
+        self._health.start()
+
+    def stop(self) -> None:
+        """End for good, e.g. before the engine closes."""
+        self._frames.stop()
+        self._health.stop()
+
+    def set_hidden(self, hidden: bool) -> None:
+        """Only drain the ring, at a low rate, while nobody sees the window."""
+        self._frames.setInterval(HIDDEN_MS if hidden else FRAME_MS)
+        self.hidden = hidden
+
+    def toggle_paused(self) -> None:
+        """Hold the plots still or let them go on; the history goes on filling."""
+        self.set_paused(not self.paused)
+
+    def set_paused(self, paused: bool) -> None:
+        """Hold the plots still, or let them go on."""
+        if paused != self.paused:
+            self.paused = paused
+            self.paused_changed.emit(paused)
+
+    def tick(self) -> None:
+        """Take what the loop wrote since the last frame and show its newest row."""
+        if self._reader is None:
+            return
+        new = self._reader.read()
+        self.lost = int(self._reader.lost)
+        if len(new) == 0:
+            return
+        engine = self._studio.engine
+        self.history.append(new, None if engine is None else engine.energies(new[:, rows.TICK]))
+        self.last = new[-1]
+        clamped = bool(np.any(new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED))
+        if not self.hidden:
+            self.frame.emit(self.last, clamped)
+
+    def look(self) -> None:
+        """Ask the loop how it is doing."""
+        engine = self._studio.engine
+        if engine is not None:
+            health = engine.health()
+            self._studio.note_health(health)
+            self.health.emit(health)
+
+    def _note_change(self) -> None:
+        """Remember since when, by the rows' clock, all rows were rendered with the same settings."""
+        self.changed_at = time.perf_counter()
+
+    def _follow(self) -> None:
+        engine = self._studio.engine
+        self._reader = None if engine is None else engine.reader()
+        key = self._studio.entry.key if self._studio.entry else ""
+        if engine is not None and key != self._device:
+            self._device = key
+            self.history.clear()
+            self.last = None

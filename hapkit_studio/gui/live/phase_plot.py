@@ -1,0 +1,199 @@
+"""Force over position or velocity, the last seconds on top of the theory; and energy over time."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QStackedWidget, QVBoxLayout, QWidget
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui.live.canvas import RIGHT
+from hapkit_studio.gui.live.held import Held
+from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
+from hapkit_studio.gui.live.plot_header import BandSample
+from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase_plots
+from hapkit_studio.gui.live.time_plots import TimePlots
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.theme import theme
+
+_DEBOUNCE_MS = 30
+
+
+class ForcePosition(QWidget):
+    """The applied force over the handle's position or velocity, older parts paler, theory beneath.
+
+    One switch goes on to what stands beside: energy over time.
+    """
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.plots = phase_plots()
+        self._environment: Environment | None = None
+        self._values: dict[str, float] = {}
+        self._max_force = math.inf
+        self._found: dict[str, np.ndarray | None] = {}
+        self._odd = self._by_hand = False
+        self.canvas = PhaseCanvas(self.plots[0])
+        self.canvas.fit_wanted.connect(self.fit)
+        self.beside = [TimePlots(plots=[plot]) for plot in beside_plots()]
+        titles = [plot.title for plot in self.plots] + [pane.plots[0].title for pane in self.beside]
+        self.switch = Segmented("Plot of force or energy", tuple(titles))
+        self.switch.show_index(0)
+        self.switch.chosen.connect(self.choose)
+        title = self.title = QLabel("Force, N")
+        title.setFont(theme.font("strong"))
+        head = QHBoxLayout()
+        head.setContentsMargins(14, 6, RIGHT, 5)
+        head.setSpacing(7)
+        head.addWidget(title)
+        head.addSpacing(6)
+        self.theory = [BandSample(), QLabel("theory")]
+        for part in self.theory:
+            part.setToolTip("The law's force at rest")
+            head.addWidget(part)
+        self.canvas.setToolTip("Applied: commanded after the clamp; the Hapkit has no force sensor")
+        head.addStretch(1)
+        head.addWidget(self.switch)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 6)
+        column.setSpacing(0)
+        column.addLayout(head)
+        self.note = QLabel()
+        self.note.setProperty("role", "hint")
+        self.note.setWordWrap(True)
+        self.note.setContentsMargins(14, 0, RIGHT, 4)
+        self.note.hide()
+        column.addWidget(self.note)
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self.canvas)
+        for pane in self.beside:
+            self._stack.addWidget(pane)
+        column.addWidget(self._stack, 1)
+        self._later = QTimer(self, singleShot=True, interval=_DEBOUNCE_MS)
+        self._later.timeout.connect(self._compute)
+
+    def set_history(self, history: History) -> None:
+        """Plot another history."""
+        self.canvas.set_history(history)
+        for pane in self.beside:
+            pane.set_history(history)
+
+    def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
+        """Recompute theory and limits (N) for another environment or other values."""
+        for pane in self.beside:
+            pane.set_environment(environment, values, max_force)
+        other = environment is not self._environment
+        if not other and values == self._values and max_force == self._max_force:
+            return
+        self._found.clear()
+        if other and self._environment is not None:
+            self.canvas.begin_here()
+        self._environment, self._values = environment, dict(values)
+        self._max_force = max_force
+        if other:
+            self._by_hand = False
+            self._show(self.switch.index if self._pane() else self._telling())
+        else:
+            self._later.start()
+
+    def set_note(self, words: str) -> None:
+        """Say what is not to be seen beside force, or nothing."""
+        self.note.setText(words)
+        self._show_note()
+
+    def _show_note(self) -> None:
+        self.note.setVisible(bool(self.note.text()) and self._pane() is not None)
+
+    def choose(self, index: int) -> None:
+        """Show the plot a person wants; force over something stays till the next law, energy for good."""
+        self._by_hand = True
+        self._show(index)
+
+    def _show(self, index: int) -> None:
+        self.switch.show_index(index)
+        pane = self._pane()
+        self._stack.setCurrentWidget(pane or self.canvas)
+        self.title.setVisible(pane is None)
+        self._show_note()
+        if pane is None:
+            self.canvas.set_plot(self.plots[index])
+            self._take_theory()
+            self.canvas.fit_theory()
+        else:
+            self._hide_theory()
+
+    def _pane(self) -> TimePlots | None:
+        """Return what is shown in place of a force plot."""
+        index = self.switch.index - len(self.plots)
+        return self.beside[index] if index >= 0 else None
+
+    def _hide_theory(self) -> None:
+        for part in self.theory:
+            part.hide()
+
+    def fit(self) -> None:
+        """Narrow the axes to what is shown."""
+        pane = self._pane()
+        if pane is not None:
+            pane.fit()
+            return
+        self.canvas.fit()
+        self.canvas.refresh()
+
+    def set_held(self, held: Held | None) -> None:
+        """Show a past stretch under the curve, or none any more."""
+        self.canvas.set_held(held)
+
+    def set_paused(self, paused: bool) -> None:
+        """Freeze the view; the history goes on filling."""
+        self.canvas.set_paused(paused)
+        for pane in self.beside:
+            pane.set_paused(paused)
+
+    def point(self, time: float | None) -> None:
+        """Mark the place at a time in s, for the time plots' pointer; None for none."""
+        self.canvas.point(time)
+
+    def refresh(self) -> None:
+        """Draw the newest data; call once per frame, every other one counts."""
+        self._odd = not self._odd
+        if self._odd:
+            (self._pane() or self.canvas).refresh()
+
+    def _telling(self) -> int:
+        """Return the plot in which this environment's law is a line, over velocity where it declares so."""
+        order = list(enumerate(self.plots))
+        if self._environment is not None and self._environment.over_velocity is not None:
+            order.reverse()
+        for index, plot in order:
+            if self._theory(plot) is not None:
+                return index
+        return 0
+
+    def _theory(self, plot: PhasePlot) -> np.ndarray | None:
+        """Return a plot's theory for what is in force, computed once."""
+        if plot.key not in self._found:
+            self._found[plot.key] = plot.theory(self._environment, self._values, plot.grid())
+        return self._found[plot.key]
+
+    def _compute(self) -> None:
+        """Take over changed values, in another plot if only that one has a theory now."""
+        if self._pane() is not None:
+            return
+        telling = self._telling()
+        gone = self._theory(self.canvas.plot_of) is None and self._theory(self.plots[telling]) is not None
+        if gone and not self._by_hand:
+            self._show(telling)
+        else:
+            self._take_theory()
+            self.canvas.widen_theory()
+
+    def _take_theory(self) -> None:
+        if self._environment is not None:
+            plot = self.canvas.plot_of
+            force = self._theory(plot)
+            self.canvas.set_theory(plot.grid(), force, self._max_force)
+            for part in self.theory:
+                part.setVisible(force is not None)

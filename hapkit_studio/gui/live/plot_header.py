@@ -1,0 +1,125 @@
+"""The line above a plot: its name, a sample of each line, the live value in the trace's colour."""
+
+import math
+
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QPainter, QPen
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+
+from hapkit_studio.gui.live.canvas import RIGHT
+from hapkit_studio.gui.live.held import SAMPLE
+from hapkit_studio.gui.live.plots.declared import TimePlot
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import number, theme
+
+HEIGHT = 29
+_WIDTH = 22
+
+
+class Sample(QWidget):
+    """A short piece of a line as the plot draws it."""
+
+    def __init__(self, token: str, width: float, dash: list[float] | None = None):
+        super().__init__()
+        self.token, self.thick, self.dash = token, width, dash
+        theme.changed.connect(self.update)
+
+    def sizeHint(self) -> QSize:
+        """Return the room a sample takes."""
+        return QSize(_WIDTH, 12)
+
+    def paintEvent(self, event) -> None:
+        """Paint the line through the middle."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        line = QPen(theme.color(self.token), self.thick, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
+        if self.dash:
+            line.setDashPattern(self.dash)
+        painter.setPen(line)
+        middle = self.height() / 2
+        painter.drawLine(QPointF(0, middle), QPointF(_WIDTH, middle))
+
+
+class BandSample(Sample):
+    """A short piece of the theory's band."""
+
+    def __init__(self) -> None:
+        super().__init__("theory", 6.4)
+
+    def paintEvent(self, event) -> None:
+        """Paint the kerbs, then the band between them."""
+        painter = QPainter(self)
+        middle = self.height() / 2
+        for token, width in (("edge", 8.8), ("theory", 6.4)):
+            painter.setPen(QPen(theme.color(token), width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+            painter.drawLine(QPointF(0, middle), QPointF(_WIDTH, middle))
+
+
+class Header(QWidget):
+    """Names a time plot and shows its live value."""
+
+    def __init__(self, plot: TimePlot):
+        super().__init__()
+        self.plot = plot
+        self.setFixedHeight(HEIGHT)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, RIGHT, 0)
+        row.setSpacing(7)
+        if not plot.beside:  # there the switch names it
+            title = QLabel(plot.title)
+            title.setFont(theme.font("strong"))
+            row.addWidget(title)
+            row.addSpacing(3)
+        self._row = row
+        if len(plot.traces) > 1:
+            for trace in reversed(plot.traces):
+                dash = [d / 2.0 for d in trace.dash] or ([2.5, 1.75] if trace.dashed else None)
+                self._add(trace.color, 2.0 if trace.dash else 2.6, dash, trace.label, trace.help)
+        if plot.limits:
+            limit = "The force the motor may give at most; asked is cut there"
+            self._add("danger", 1.6, [1.2, 2.6], "limit", limit)
+        self.surface: list[QWidget] = (
+            self._add("matline", 1.6, [3.5, 2.5], "", "Where the surface is") if plot.surface else []
+        )
+        past = "The same quantity before who renders was changed, moved to begin there"
+        self.held = self._add("hold", 2.0, SAMPLE, "", past)
+        row.addStretch(1)
+        self.value = QLabel()
+        self.value.setFont(theme.font("readout"))
+        self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self.value.setToolTip(plot.traces[-1].help)
+        dress(self.value, f".QLabel {{ color: @{plot.traces[-1].color}; }}")  # tooltips are QLabels too
+        row.addWidget(self.value)
+        self.show_surface("")
+        self.show_held("")
+        self.show_value(0.0)
+
+    def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
+        parts: list[QWidget] = [Sample(token, width, dash), plain(QLabel(text))]
+        dress(parts[1], ".QLabel { color: @axis; }")
+        for part in parts:
+            part.setToolTip(help)
+            self._row.addWidget(part)
+        return parts
+
+    def show_surface(self, name: str) -> None:
+        """Show the surface line's sample under a name, or hide it."""
+        self._show(self.surface, name)
+
+    def show_held(self, name: str) -> None:
+        """Show the held trace's sample under a name, or hide it."""
+        self._show(self.held, name)
+
+    def _show(self, parts: list[QWidget], name: str) -> None:
+        for part in parts:
+            part.setVisible(bool(name))
+            if isinstance(part, QLabel):
+                part.setText(name)
+
+    def show_value(self, value: float) -> None:
+        """Show the live value, given in SI."""
+        known = math.isfinite(value)
+        text = number(value * self.plot.scale, self.plot.decimals, sign=True) if known else "–"
+        self.value.setText(f"{text} {self.plot.unit}")
+        self.value.setAccessibleName(f"{self.plot.title} {text} {self.plot.unit}")

@@ -1,0 +1,1 @@
+"""Plots: one file a plot, found by the name ``PLOT``."""

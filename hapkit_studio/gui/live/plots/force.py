@@ -1,0 +1,24 @@
+"""Force over time: asked below applied, so that one line means: you got what you asked for."""
+
+from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
+
+PLOT = TimePlot(
+    key="force",
+    title="Force",
+    unit="N",
+    scale=1.0,
+    decimals=2,
+    reach=1.2,
+    share=43,
+    order=2,
+    traces=(
+        Trace("asked", "asked", "asked", dashed=True, help="What the environment's law asked for"),
+        Trace(
+            "applied",
+            "applied",
+            "applied",
+            help="commanded after the clamp; the Hapkit has no force sensor",
+        ),
+    ),
+    limits=True,
+)

@@ -1,0 +1,16 @@
+"""Position over time, with the wall's surface."""
+
+from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
+
+PLOT = TimePlot(
+    key="position",
+    title="Position",
+    unit="mm",
+    scale=1e3,
+    decimals=2,
+    reach=12.0,
+    share=30,
+    order=0,
+    traces=(Trace("position", "position", "position", help="Measured by the sensor, in steps of one count"),),
+    surface=True,
+)

@@ -1,0 +1,18 @@
+"""Velocity over time, as the loop's estimator gives it."""
+
+from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
+
+PLOT = TimePlot(
+    key="velocity",
+    title="Velocity",
+    unit="mm/s",
+    scale=1e3,
+    decimals=0,
+    reach=120.0,
+    share=27,
+    order=1,
+    traces=(
+        Trace("velocity", "velocity", "velocity", help="Estimated from the measured position, not smoothed"),
+    ),
+    folds=True,
+)

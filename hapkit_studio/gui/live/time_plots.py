@@ -1,0 +1,410 @@
+"""Stretches without data: the device was gone, or its sensor silent. Hatched and named, never bridged."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QBrush, QFontMetrics, QPainter, QPen
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.live import strokes
+from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
+from hapkit_studio.gui.live.held import Beginning, Held, paint_held
+from hapkit_studio.gui.live.history import History, Reel, Window
+from hapkit_studio.gui.live.plot_header import HEIGHT, Header
+from hapkit_studio.gui.live.plots.declared import TimePlot, time_plots
+from hapkit_studio.gui.widgets.theme import number, theme
+
+LEAST = 0.25
+"""s without data from which on it is marked."""
+_BESIDE = 6
+_PALE = 0.45  # of a trace's colour while the device is gone
+_SAME = 0.3  # px: closer than this, two lines are one
+_WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px of the value axis, without and with a unit
+_EMPTY = Window(np.empty(0), {}, False)
+SPANS = (1.0, 60.0)
+_READOUT_MS = 100
+_AXIS = 22
+_FOLD_BELOW = 3 * HEIGHT + _AXIS + 160
+
+
+def gaps(x: np.ndarray, before: float = math.nan) -> list[tuple[float, float]]:
+    """Return the stretches (start, stop) in s, long enough to be a device's, around the NaN in times.
+
+    before: when the last sample came that lies left of them.
+    """
+    x = x[1:] if len(x) and math.isnan(x[0]) else x
+    lost = np.flatnonzero(np.isnan(x))
+    lost = lost[(lost > 0) & (lost < len(x) - 1)]
+    starts, stops = [before, *x[lost - 1]], [*x[:1], *x[lost + 1]]
+    pairs = zip(starts, stops, strict=False)
+    return [(float(a), float(b)) for a, b in pairs if b - a > LEAST]
+
+
+def hatch(painter: QPainter, box: QRectF, seen: list[tuple[float, float, float]]) -> None:
+    """Hatch gaps given as left and right in pixels and length in s."""
+    brush = QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern)
+    for left, right, _ in seen:
+        painter.fillRect(QRectF(left, box.top(), right - left, box.height()), brush)
+
+
+def lengths(seen: list[tuple[float, float, float]], metrics: QFontMetrics) -> list[tuple[float, str]]:
+    """Return where to say how long each gap was, in pixels, and what; nothing where there is no room."""
+    said = [(left + _BESIDE, right, f"No data for {number(s, 1)} s") for left, right, s in seen]
+    return [(x, words) for x, right, words in said if x + metrics.horizontalAdvance(words) + _BESIDE < right]
+
+
+@dataclass
+class Shown:
+    """What all time plots share in one frame; times in s relative to the right edge's zero.
+
+    window and begin are in the history's own time: axes widen only for what came after begin.
+    """
+
+    window: Window = _EMPTY
+    zero: float = 0.0
+    begin: float = -np.inf
+    contact: list[tuple[float, float]] = field(default_factory=list)
+    gaps: list[tuple[float, float]] = field(default_factory=list)
+    now: dict[str, float] | None = None
+    surface: float | None = None
+    max_force: float = np.inf
+    paused: bool = False
+    stale: bool = False
+    held: Held | None = None
+    pointer: float | None = None
+    pointed: dict[str, float] | None = None
+
+
+class TraceCanvas(Canvas):
+    """Paints one TimePlot's traces from the Shown that all share."""
+
+    def __init__(self, plot: TimePlot, shown: Shown, bottom: bool, first: bool):
+        self.plot_of, self.shown, self.first = plot, shown, first
+        super().__init__(bottom, "s" if bottom else "", left_width=_UNIT_WIDTH if plot.beside else _WIDTH)
+        if plot.beside:  # no header names it there
+            self.left.unit = plot.unit
+        self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
+        self.open()
+
+    def values(self, channel: str) -> np.ndarray:
+        """Return a channel of the window in the plot's unit."""
+        return self.shown.window.y[channel] * self.plot_of.scale
+
+    def show_range(self, low: float, high: float) -> None:
+        """Show exactly this range."""
+        self.view.setYRange(low, high, padding=0)
+
+    def open(self) -> None:
+        """Narrow the value axis to what the plot opens with."""
+        self.show_range(-self.plot_of.reach, self.plot_of.reach)
+
+    def extent(self, begin: float = -np.inf) -> tuple[float, float]:
+        """Return least and greatest value in the window from a time in s on; NaN when there is none."""
+        window = self.shown.window
+        first = int(np.argmax(window.x >= begin)) if len(window.x) else 0
+        if not len(window.x) or not window.x[first] >= begin:
+            return np.nan, np.nan
+        values = [window.y[trace.channel][first:] for trace in self.plot_of.traces]
+        low, high = min(map(np.fmin.reduce, values)), max(map(np.fmax.reduce, values))
+        return float(low) * self.plot_of.scale, float(high) * self.plot_of.scale
+
+    def widen(self) -> None:
+        """Widen the value axis at once where the data needs it."""
+        low, high = self.view.viewRange()[1]
+        wanted = widened((low, high), *self.extent(self.shown.begin))
+        if wanted != (low, high):
+            self.show_range(*wanted)
+
+    def fit(self) -> None:
+        """Narrow the value axis to the data, but not below the plot's reach around its middle."""
+        low, high = self.extent()
+        if np.isfinite(low):
+            self.show_range(*fitted(low, high, self.plot_of.reach / 8))
+
+    def paint_under(self, painter: QPainter, box: QRectF) -> None:
+        """Shade where there was contact; hatch where no data came."""
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(theme.color("contact"))
+        edges, _ = self.to_pixels(np.array(self.shown.contact).reshape(-1, 2), np.zeros(1))
+        painter.drawRects([QRectF(a, box.top(), b - a, box.height()) for a, b in edges.tolist()])
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        hatch(painter, box, self._gaps(box))
+
+    def paint_over(self, painter: QPainter, box: QRectF) -> None:
+        """Paint level lines, then traces."""
+        self._lines(painter, box)
+        self._held(painter, box)
+        if len(self.shown.window.x):
+            self._traces(painter)
+
+    def paint_marks(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the dot for now, the pointer's read-out and the word for paused."""
+        self._now(painter)
+        self._pointer(painter, box)
+        if self.first:
+            for left, words in lengths(self._gaps(box), self.fontMetrics()):
+                self.note(painter, left, box.top() + 16, words, "warn")
+        if self.shown.paused and self.first:
+            self.note(painter, box.right() - 6, box.top() + 16, "Paused", "accent", right=True)
+
+    def _gaps(self, box: QRectF) -> list[tuple[float, float, float]]:
+        """Return left and right in pixels and the length in s of the gaps that are seen."""
+        places, _ = self.to_pixels(np.array(self.shown.gaps).reshape(-1, 2), np.zeros(1))
+        cut = np.clip(places, box.left(), box.right()).tolist()
+        found = [(a, b, stop - start) for (a, b), (start, stop) in zip(cut, self.shown.gaps, strict=True)]
+        return [gap for gap in found if gap[0] < gap[1]]
+
+    def _lines(self, painter: QPainter, box: QRectF) -> None:
+        levels: list[tuple[float, str, list[float]]] = []
+        if self.plot_of.limits and np.isfinite(self.shown.max_force):
+            levels += [(s * self.shown.max_force, "danger", [1.2, 2.6]) for s in (1, -1)]
+        if self.plot_of.surface and self.shown.surface is not None:
+            levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
+        for level, token, dash in levels:
+            strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
+
+    def _held(self, painter: QPainter, box: QRectF) -> None:
+        held, channel = self.shown.held, self.plot_of.traces[-1].channel
+        if held is None or channel not in held.values:
+            return
+        left, right = (self.shown.zero + edge for edge in self.view.viewRange()[0])
+        x, y = held.part(channel, left, right, round(box.width()))
+        if len(x) > 1:
+            paint_held(painter, *self.to_pixels(x - self.shown.zero, y * self.plot_of.scale))
+
+    def _traces(self, painter: QPainter) -> None:
+        x = self.shown.window.x - self.shown.zero
+        lines = [self.to_pixels(x, self.values(trace.channel)) for trace in self.plot_of.traces]
+        for index, (trace, (across, down)) in enumerate(zip(self.plot_of.traces, lines, strict=True)):
+            color = theme.paler(trace.color, "plot", _PALE if self.shown.stale else 1.0)
+            if trace.dash:
+                painter.setPen(strokes.pen(color, 2.0))
+                strokes.segments(painter, strokes.patterned(across, down, trace.dash))
+            elif trace.dashed:
+                painter.setPen(strokes.pen(color, 2.0))
+                above = lines[-1][1] if index + 1 < len(lines) else None
+                down = down if above is None else _apart(down, above)
+                strokes.segments(painter, strokes.dashed(across, down))
+            else:
+                strokes.trace(painter, across, down, color)
+
+    def _now(self, painter: QPainter) -> None:
+        if self.shown.now is None:
+            return
+        trace = self.plot_of.traces[-1]
+        value = self.shown.now[trace.channel] * self.plot_of.scale
+        if np.isfinite(value):
+            strokes.mark(painter, self.pixel(0.0, value), trace.color, shape=self.plot_of.marker)
+
+    def _pointer(self, painter: QPainter, box: QRectF) -> None:
+        if self.shown.pointer is None or self.shown.pointed is None:
+            return
+        trace = self.plot_of.traces[-1]
+        value = self.shown.pointed[trace.channel] * self.plot_of.scale
+        if not np.isfinite(value):
+            return
+        place = self.pixel(self.shown.pointer, value)
+        x = place.x()
+        painter.setPen(QPen(theme.color("ink3"), 1))
+        painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
+        strokes.mark(painter, place, trace.color, 3.0)
+        text = f"{number(value, self.plot_of.decimals, sign=True)} {self.plot_of.unit}"
+        if self.first:
+            text = f"{number(self.shown.pointer, 3)} s   {text}"
+        left = x > box.center().x()
+        beside = x + (-8 if left else 8)
+        self.note(painter, beside, box.bottom() - 6, text, trace.color, right=left)
+
+
+def _apart(line: np.ndarray, above: np.ndarray) -> np.ndarray:
+    """Return a line with NaN wherever another hides it, one point beyond its visible parts."""
+    apart = np.abs(line - above) > _SAME
+    near = apart.copy()
+    near[1:] |= apart[:-1]
+    near[:-1] |= apart[1:]
+    return np.where(near, line, np.nan)
+
+
+class TimePlots(QWidget):
+    """Linked plots of a history's last seconds; frozen and free to pan and zoom while paused."""
+
+    span_changed = Signal(float)
+    paused_changed = Signal(bool)
+    pointed = Signal(object)
+
+    def __init__(self, parent: QWidget | None = None, plots: list[TimePlot] | None = None):
+        super().__init__(parent)
+        self.plots = time_plots() if plots is None else plots
+        self.span, self.paused = 10.0, False
+        self.shown = Shown()
+        self._history = self._seen = History(seconds=1.0, rate=1.0)
+        self._reel, self._shades = Reel(), False
+        self._environment: Environment | None = None
+        self._begin, self._narrow = Beginning(), False
+        self._watch = QElapsedTimer()
+        self._watch.start()
+        column = self._column = QVBoxLayout(self)
+        column.setContentsMargins(14, 2, 0, 6)
+        column.setSpacing(0)
+        self.headers = [Header(plot) for plot in self.plots]
+        last = len(self.plots) - 1
+        self.canvases = [
+            TraceCanvas(plot, self.shown, index == last, index == 0) for index, plot in enumerate(self.plots)
+        ]
+        for header, canvas in zip(self.headers, self.canvases, strict=True):
+            column.addWidget(header)
+            column.addWidget(canvas)
+            canvas.fit_wanted.connect(self.fit)
+            canvas.pointed.connect(self._point)
+            canvas.view.setLimits(xMin=-SPANS[1], xMax=0.0, minXRange=0.005)
+        for canvas in self.canvases[:-1]:
+            canvas.view.setXLink(self.canvases[-1].view)
+        self.canvases[-1].view.sigXRangeChanged.connect(self._moved)
+        self._show_span()
+
+    # what is shown ------------------------------------------------------------------------------
+
+    def set_history(self, history: History) -> None:
+        """Plot another history."""
+        self._history, self._reel, self._begin = history, Reel(), Beginning()
+        self._seen = history.copy() if self.paused else history
+
+    def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
+        """Take over what is drawn besides data: contact shading, the wall's line, the force limit in N.
+
+        For another environment the value axes open anew, once the view is live.
+        """
+        if environment is not self._environment and self._environment is not None:
+            self._begin.put(self._history)
+            self._narrow = True
+        self._environment = environment
+        self._shades = bool(environment.shades)
+        self.shown.surface = values.get("position") if self._shades else None
+        self.shown.max_force = max_force
+        for header in self.headers:
+            header.show_surface("" if self.shown.surface is None else environment.title.lower())
+
+    def set_held(self, held: Held | None) -> None:
+        """Show a past stretch under the traces, or none any more."""
+        self.shown.held = held
+        for header in self.headers:
+            header.show_held("" if held is None else held.words)
+
+    def set_span(self, seconds: float) -> None:
+        """Show the last 1 to 60 seconds; raise ParameterError outside."""
+        if not SPANS[0] <= seconds <= SPANS[1]:
+            raise ParameterError(f"The time window goes from 1 to 60 s, not {seconds:g}.")
+        self.span = float(seconds)
+        self._show_span()
+        self.span_changed.emit(self.span)
+
+    def set_paused(self, paused: bool) -> None:
+        """Freeze the view; the history goes on filling."""
+        if paused == self.paused:
+            return
+        self.paused = self.shown.paused = paused
+        self._seen = self._history.copy() if paused else self._history
+        self._reel = Reel()
+        for canvas in self.canvases:
+            canvas.view.setMouseEnabled(paused, False)
+        if not paused:
+            self._show_span()
+        self.paused_changed.emit(paused)
+
+    def set_stale(self, stale: bool) -> None:
+        """Paint paler while the device is gone; no frame comes then that would repaint."""
+        self.shown.stale = stale
+        for canvas in self.canvases:
+            canvas.viewport().update()
+
+    def fit(self) -> None:
+        """Narrow the value axes to what is shown."""
+        for canvas in self.canvases:
+            canvas.fit()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Draw the newest data; call once per frame."""
+        self.take()
+        if self.shown.pointed is not None:
+            self.pointed.emit(self.shown.zero + (self.shown.pointer or 0.0))
+        for canvas in self.canvases:
+            if canvas.isVisible():
+                canvas.viewport().update()
+        if self._watch.elapsed() >= _READOUT_MS and len(self._history):
+            self._watch.restart()
+            for header in self.headers:
+                header.show_value(self._history.last(header.plot.traces[-1].channel))
+
+    def take(self) -> None:
+        """Read the window from the history and widen the value axes where needed."""
+        shown, canvas = self.shown, self.canvases[-1]
+        left, right = canvas.view.viewRange()[0]
+        columns = max(round(canvas.frame().width() * self.devicePixelRatioF()), 2)
+        width = (right - left) / columns
+        now = self._seen.now
+        if math.isnan(now):
+            shown.window, shown.contact, shown.gaps = Window(np.empty(0), {}, False), [], []
+            shown.now = None
+            return
+        # columns at whole multiples of their width: their samples stay the same, so peaks do not dance
+        last = math.ceil(now / width)
+        shown.zero = last * width
+        first = last + math.floor(left / width + 1e-6)
+        shown.window = self._reel.window(self._seen, first, columns + 1, width)
+        shown.now = None if self.paused else self._seen.latest()
+        shown.contact = self._contact() if self._shades else []
+        before = self._seen.before(first * width)
+        shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
+        shown.begin = -math.inf if self.paused else self._begin.within(self._seen)
+        shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
+        for canvas in self.canvases:
+            if self._narrow and not self.paused:
+                canvas.open()
+            canvas.widen()
+        self._narrow &= self.paused
+
+    def _contact(self) -> list[tuple[float, float]]:
+        """Return the stretches (start, stop) in s, relative to zero, in which a force was asked for."""
+        window = self.shown.window
+        touching = np.nan_to_num(window.y["asked"]) != 0.0
+        if window.dense and not np.isnan(window.x).any():
+            touching = np.repeat(touching.reshape(-1, 2).any(axis=1), 2)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], touching, [False]]).astype(np.int8)))
+        x = window.x - self.shown.zero
+        return [(float(x[a]), float(x[b - 1])) for a, b in edges.reshape(-1, 2)]
+
+    # view ---------------------------------------------------------------------------------------
+
+    def _show_span(self) -> None:
+        self.canvases[-1].view.setXRange(-self.span, 0.0, padding=0)
+
+    def _moved(self) -> None:
+        if self.paused:
+            self.refresh()
+
+    def _point(self, time: float | None) -> None:
+        self.shown.pointer = time
+        self.refresh()
+        if time is None:
+            self.pointed.emit(None)
+
+    def resizeEvent(self, event) -> None:
+        """Share out the height; fold what may be folded when there is little."""
+        super().resizeEvent(event)
+        margins = self._column.contentsMargins()
+        room = self.height() - margins.top() - margins.bottom()
+        folded = [plot.folds and room < _FOLD_BELOW for plot in self.plots]
+        free = room - HEIGHT * folded.count(False) - _AXIS
+        whole = sum(p.share for p, away in zip(self.plots, folded, strict=True) if not away)
+        for header, away in zip(self.headers, folded, strict=True):
+            header.setVisible(not away)
+        for plot, canvas, away in zip(self.plots, self.canvases, folded, strict=True):
+            canvas.setVisible(not away)
+            axis = _AXIS if canvas is self.canvases[-1] else 0
+            self._column.setStretchFactor(canvas, max(int(free * plot.share / whole), 1) + axis)

@@ -1,0 +1,345 @@
+"""What the gallery says of a person's file before anything in it was executed."""
+
+import ast
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.workshop import folder, trial, tried, trust
+from hapkit_studio.workshop.own import OwnEnvironment, built_in
+from hapkit_studio.workshop.reading import load_source
+from hapkit_studio.workshop.source import Source, read
+from hapkit_studio.workshop.verdict import Verdict, failed
+from hapkit_studio.workshop.words import plain
+
+_WORDS = ("title", "summary", "scene")
+_LONGEST = 60
+BARE = "bare handle"
+LOOK_SECONDS = 0.02
+Holder = Callable[[str, Path], str]
+_WAIT_MS = 10
+
+
+@dataclass(frozen=True)
+class OwnFile:
+    """One file of the folder; state is ready, checking, broken, or foreign: nobody agreed to it yet."""
+
+    path: Path
+    title: str
+    summary: str = ""
+    scene: str = ""
+    state: str = "ready"
+
+
+def described(path: Path, text: str, state: str) -> OwnFile:
+    """Return a file by the words it declares; by its name if it declares none that can be read."""
+    words = declared_words(text)
+    title = words.get("title") or path.stem.replace("_", " ").capitalize()
+    return OwnFile(path, title[:_LONGEST], words.get("summary", "")[:_LONGEST], words.get("scene", ""), state)
+
+
+@lru_cache(maxsize=64)
+def declared_words(text: str) -> Mapping[str, str]:
+    """Return title, summary and scene as they stand in ``Environment(…)``, read but not executed."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return {}
+    found: dict[str, str] = {}
+    for call in ast.walk(tree):
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "Environment":
+            for given in call.keywords:
+                value = given.value
+                if given.arg in _WORDS and isinstance(value, ast.Constant) and isinstance(value.value, str):
+                    found[given.arg] = " ".join(value.value.split())
+    return found
+
+
+def fitting(environment: OwnEnvironment) -> OwnEnvironment:
+    """Return it with the scene it names, or with the bare handle where that was drawn for something else.
+
+    A scene reads the parameters and the state of its own environment: of another one they must have the
+    same names, and stay within the limits the drawing was made for.
+    """
+    theirs = built_in().get(environment.scene)
+    if theirs is None:
+        return environment
+    mine = {p.key: p for p in environment.parameters}
+    inside = all(
+        type(mine[p.key]) is type(p) and p.low <= mine[p.key].low and mine[p.key].high <= p.high
+        for p in theirs.parameters
+        if p.key in mine
+    )
+    if inside and environment.state_names == theirs.state_names:
+        return environment
+    return replace(environment, scene=BARE)
+
+
+class TrialRunner(QObject):
+    """Emits ``finished(source, verdict)``; beginning again gives up what has not ended yet."""
+
+    finished = Signal(object, object)
+    _ended = Signal(object, object, object)
+
+    def __init__(self, parent: QObject | None = None):
+        super().__init__(parent)
+        self.path: Path | None = None
+        self._unwanted = threading.Event()
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="trial")
+        self._ended.connect(self._deliver)
+
+    def begin(self, source: Source) -> None:
+        """Start the trial of a text."""
+        self.give_up()
+        self.path = source.path
+        self._worker.submit(self._work, source, self._unwanted)
+
+    def give_up(self) -> None:
+        """Want no verdict any more; the program ends soon."""
+        self._unwanted.set()
+        self._unwanted = threading.Event()
+        self.path = None
+
+    def close(self) -> None:
+        """Give up and wait until no program is left."""
+        self.give_up()
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _work(self, source: Source, unwanted: threading.Event) -> None:
+        try:
+            verdict = _tried(source, unwanted)
+        except OSError as error:
+            verdict = failed(f"the file cannot be tried out: {error.strerror}")
+        self._ended.emit(source, verdict, unwanted)
+
+    def _deliver(self, source: Source, verdict: Verdict, unwanted: threading.Event) -> None:
+        if not unwanted.is_set():
+            self.path = None
+            self.finished.emit(source, verdict)
+
+
+def _tried(source: Source, unwanted: threading.Event) -> Verdict:
+    """Return the verdict on a text; end its program where it takes too long or nobody wants to know."""
+    process = trial.begin(source)
+    end = time.monotonic() + trial.TIMEOUT
+    while process.poll() is None:
+        if unwanted.wait(LOOK_SECONDS) or time.monotonic() > end:
+            return trial.stop(process)
+    return trial.result(process)
+
+
+class Loader(QObject):
+    """Emits ``loaded(environment, verdict)``, or ``failed(source, verdict)`` with what was in the way."""
+
+    loaded = Signal(object, object)
+    failed = Signal(object, object)
+
+    def __init__(self, holder: Holder, parent: QObject | None = None):
+        """holder names who else has a key, "" for nobody."""
+        super().__init__(parent)
+        self._holder = holder
+        self._latest: dict[Path, Source] = {}
+
+    def begin(self, source: Source, verdict: Verdict) -> None:
+        """Load the very text whose trial went well; an older one of its file is not wanted any more."""
+        self._latest[source.path] = source
+        self._go_on(self._pieces(source, verdict))
+
+    def _go_on(self, pieces: Iterator[int]) -> None:
+        wait = next(pieces, None)
+        if wait is not None:
+            QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
+
+    def _pieces(self, source: Source, verdict: Verdict) -> Iterator[int]:
+        try:
+            environment = fitting(load_source(source))
+            functions = environment.functions
+            if functions:
+                functions.begin()
+            yield 0
+            environment.force.compiled()
+            yield 0
+        except LawError as error:
+            self.failed.emit(source, failed(plain(error), error.line))
+            return
+        other = self._holder(environment.key, source.path)
+        if other:
+            words = f'the key "{environment.key}" is that of {other} too: choose another one'
+            self.failed.emit(source, failed(words))
+            return
+        while functions and not functions.ready:
+            yield _WAIT_MS
+        if self._latest[source.path] is source:
+            self.loaded.emit(environment, verdict)
+
+
+class OwnEnvironments(QObject):
+    """Nothing of a file is executed here before a trial of the very same text went well elsewhere.
+
+    ``asked(source)``: it was chosen, but nobody agreed to its text. ``chosen``: one that may run
+    was, or one of the library. ``began(path)``, then ``judged(path, verdict)``: a trial. ``changed``: other
+    files, or one that stands differently.
+    """
+
+    changed = Signal()
+    asked = Signal(object)
+    chosen = Signal()
+    began = Signal(object)
+    judged = Signal(object, object)
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self._loaded: dict[Path, OwnEnvironment] = {}
+        self._broken: dict[Path, str] = {}
+        self._seen: dict[Path, tuple[tuple[int, ...], Source]] = {}
+        self.files: list[OwnFile] = []
+        self.runner = TrialRunner(self)
+        self.runner.finished.connect(self._judge)
+        self._loader = Loader(self._holder, self)
+        self._loader.loaded.connect(self._take_in)
+        self._loader.failed.connect(self._refuse)
+        self.refresh()
+
+    # what there is
+
+    def refresh(self) -> None:
+        """Look at the folder again: files come, go, and are changed by others."""
+        found = [self._look(path) for path in folder.own_files()]
+        for path in [p for p in self._loaded if p not in {file.path for file in found}]:
+            self._forget(path)
+        if found != self.files:
+            self.files = found
+            self.changed.emit()
+
+    def seen(self, path: Path) -> Source:
+        """Return a file as it was when it last changed, read once; raise LawError."""
+        stamp = _stamp(path)
+        if path not in self._seen or self._seen[path][0] != stamp:
+            self._seen[path] = stamp, read(path)
+        return self._seen[path][1]
+
+    def path_of(self, key: str) -> Path | None:
+        """Return the file of an environment, None for one of the library."""
+        return next((path for path, e in self._loaded.items() if e.key == key), None)
+
+    def loaded(self, path: Path) -> OwnEnvironment | None:
+        """Return the environment of a file as it was loaded last, None where it never was."""
+        return self._loaded.get(path)
+
+    @property
+    def in_force(self) -> Path | None:
+        """Return the file of the environment in force, None for one of the library."""
+        return self.path_of(self._studio.environment.key)
+
+    # bringing them in force
+
+    def choose(self, path: Path) -> None:
+        """Switch to a file's environment: at once if it is loaded, after a trial, or after asking."""
+        try:
+            source = read(path)
+        except LawError as error:
+            self.judged.emit(path, failed(plain(error)))
+            self.refresh()
+            return
+        if not trust.is_trusted(source):
+            self.refresh()
+            self.asked.emit(source)
+            return
+        self.chosen.emit()
+        loaded = self._loaded.get(path)
+        if loaded is not None and loaded.source == source:
+            self._studio.choose(loaded.key)
+        elif tried.has_passed(source):
+            self._loader.begin(source, Verdict())
+        else:
+            self.run(source)
+
+    def choose_built_in(self, key: str) -> None:
+        """Switch to an environment of the library, even where it is in force already."""
+        self.chosen.emit()
+        self._studio.choose(key)
+
+    def run(self, source: Source) -> None:
+        """Try out a text that may run, in a program of its own; the law in force goes on meanwhile."""
+        self._seen[source.path] = _stamp(source.path), source
+        self.runner.begin(source)
+        self.refresh()
+        self.began.emit(source.path)
+
+    def close(self) -> None:
+        """End a trial that is under way."""
+        self.runner.close()
+
+    def _judge(self, source: Source, verdict: Verdict) -> None:
+        tried.note(source, verdict.ok)
+        if verdict.ok:
+            self._loader.begin(source, verdict)
+        else:
+            self._refuse(source, verdict)
+
+    def _refuse(self, source: Source, verdict: Verdict) -> None:
+        self._broken[source.path] = source.digest
+        self._tell(source.path, verdict)
+
+    def _tell(self, path: Path, verdict: Verdict) -> None:
+        self.refresh()
+        self.judged.emit(path, verdict)
+
+    def _take_in(self, environment: OwnEnvironment, verdict: Verdict) -> None:
+        """Put a loaded environment in force, in the place of its older version."""
+        path = environment.source.path
+        old = self._loaded.get(path)
+        self._loaded[path] = environment
+        self._broken.pop(path, None)
+        self._studio.adopt(environment)
+        if old is not None and old.key != environment.key:
+            self._studio.drop(old.key)
+        QTimer.singleShot(0, self, lambda: self._tell(path, verdict))  # a frame may come in between
+
+    def _holder(self, key: str, path: Path) -> str:
+        """Return who else has a key, "" for nobody."""
+        if key not in self._studio.environments:
+            return ""
+        holder = self.path_of(key)
+        if holder == path:
+            return ""
+        return holder.name if holder else self._studio.environments[key].title
+
+    def _look(self, path: Path) -> OwnFile:
+        try:
+            source = self.seen(path)
+        except LawError:
+            return described(path, "", "broken")
+        return described(path, source.text, self._state(source))
+
+    def _state(self, source: Source) -> str:
+        if self.runner.path == source.path:
+            return "checking"
+        if not trust.is_trusted(source):
+            return "foreign"
+        broken = self._broken.get(source.path) == source.digest or tried.has_failed(source)
+        return "broken" if broken else "ready"
+
+    def _forget(self, path: Path) -> None:
+        environment = self._loaded.pop(path)
+        if self._studio.environment.key == environment.key:
+            self._studio.choose("free")
+        self._studio.drop(environment.key)
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    """Return what changes with a file, () where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return ()
+    return found.st_mtime_ns, found.st_size, found.st_ino

@@ -1,0 +1,209 @@
+"""The stability limit of the loop in force: what it depends on, and its computation in a thread."""
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.analysis.stability.margin import Margin
+from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.gui.studio import Studio
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.haptics.engine import Engine
+    from hapkit_studio.haptics.health import Health
+
+DELAY_STEP, SHORT = 20e-6, 0.5e-3
+"""s; below the second a step is half as long, as fine as what is shown."""
+_STAYS = 0.8
+"""Of a step: so far a mean may wander without another limit; half a step would be no rest at all."""
+
+
+_steady: "WeakKeyDictionary[Engine, dict[str, float]]" = WeakKeyDictionary()
+POINTS = 25
+
+
+def coarse(delay: float, before: float | None) -> float:
+    """Return a delay in s on a coarse step; the one before stays until the other is clearly nearer."""
+    step = DELAY_STEP if delay >= SHORT else 0.5 * DELAY_STEP
+    if before is not None and abs(delay - before) < _STAYS * step:
+        return before
+    return round(delay / step) * step
+
+
+def steady_delay(engine: "Engine", where: str) -> float | None:
+    """Return the delay in s of one way of rendering, the one number of the window; None if unknown."""
+    found = engine.delay_of(where)
+    if found is None:
+        return None
+    kept = _steady.setdefault(engine, {})
+    kept[where] = coarse(found.mean, kept.get(where))
+    return kept[where]
+
+
+class LoopFacts(QObject):
+    """Follows the studio; ``changed`` when limits may be others now. The delay is None until measured."""
+
+    changed = Signal()
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self.delay: float | None = None
+        self._where = "computer"
+        self._forget()
+        studio.engine_changed.connect(self._forget)
+        studio.loop_changed.connect(self._follow)
+        studio.environment_changed.connect(self._follow)
+
+    @property
+    def linear(self) -> bool:
+        """Say whether the velocity estimator has an exact limit."""
+        return ESTIMATORS[self._studio.loop.estimator].response is not None
+
+    def setting(self, hand: str = "released") -> "Setting | None":
+        """Return the device and loop in force under a hand; None while there is no device or no delay yet."""
+        from hapkit_studio.analysis.setting import Setting
+        from hapkit_studio.haptics.board_offer import spec_on_board
+
+        engine, wish = self._studio.engine, self._studio.loop
+        if engine is None or self.delay is None:
+            return None
+        device, board = engine.device, engine.board_way
+        return Setting(
+            device.mass,
+            device.viscous,
+            getattr(device, "coulomb_force", Setting.coulomb),
+            device.quantum,
+            engine.loop.rate if board is None else float(board.rate),
+            self.delay,
+            wish.spec if board is None else spec_on_board(wish.spec),
+            hand,
+            wish.controller and board is None,
+        )
+
+    def note_health(self, health: "Health") -> None:
+        """Take over the delay as measured, on a coarse step so that noise asks nothing."""
+        engine = self._studio.engine
+        handing_over = engine is not None and engine.rendering != engine.where
+        if handing_over or (health.delay == 0.0 and not self._studio.simulated):
+            return
+        own = None if engine is None or engine.device.simulated else steady_delay(engine, engine.where)
+        delay = coarse(health.delay, self.delay) if own is None else own
+        if delay != self.delay:
+            self.delay = delay
+            self.changed.emit()
+
+    def _follow(self) -> None:
+        """Know the delay of whoever is to render now."""
+        engine = self._studio.engine
+        if engine is not None and not engine.device.simulated and engine.where != self._where:
+            self._where = engine.where
+            self.delay = steady_delay(engine, engine.where)
+        self.changed.emit()
+
+    def _forget(self) -> None:
+        """Know nothing of another device's delay; the embedded one has none but the added."""
+        self._where = "computer"
+        self.delay = self._studio.loop.delay if self._studio.simulated else None
+        self.changed.emit()
+
+
+@dataclass(frozen=True)
+class Question:
+    """A rendered stiffness (N/m) and damping (N·s/m) in a loop, and the map's width in N·s/m."""
+
+    setting: "Setting"
+    stiffness: float
+    damping: float
+    width: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The margin at the question's damping, and the boundary as (damping, limit) points.
+
+    kept: whether the verdict before was stable, where this one only wanders about the limit; else None.
+    """
+
+    question: Question
+    margin: Margin
+    boundary: tuple[tuple[float, float], ...]
+    kept: bool | None = None
+
+    @property
+    def stable(self) -> bool:
+        """Say whether the rendered impedance is inside the limit; next to it, what was said before."""
+        return self.margin.stable if self.kept is None else self.kept
+
+
+@lru_cache(maxsize=256)
+def boundary(setting: "Setting", width: float) -> tuple[tuple[float, float], ...]:
+    """Return the exact boundary from no damping to a width in N·s/m, as points."""
+    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
+
+    across = np.linspace(0.0, width, POINTS)
+    return tuple(zip(across.tolist(), kb_plane.exact_boundary(setting, across).tolist(), strict=True))
+
+
+def answer(question: Question) -> Answer:
+    """Compute margin and boundary."""
+    from hapkit_studio.analysis.stability import kb_plane
+
+    q = question
+    margin = Margin(q.stiffness, q.damping, kb_plane.limit(q.setting, q.damping), q.setting.hand)
+    return Answer(q, margin, boundary(q.setting, q.width))
+
+
+class MarginWorker(QObject):
+    """Emits ``answered``; asking again before it did replaces the question.
+
+    solve(question) returns an answer that has the very question as its ``question``.
+    """
+
+    answered = Signal(object)
+
+    def __init__(self, solve: Callable[[Any], Any] = answer, parent: QObject | None = None):
+        super().__init__(parent)
+        self._solve = solve
+        self._newest: Any = None
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="margin")
+
+    def ask(self, question: Any) -> None:
+        """Ask, unless this very question was the last one."""
+        if question == self._newest:
+            return
+        self._newest = question
+        job = self._worker.submit(self._work, question)
+        job.add_done_callback(self._deliver)
+
+    def forget(self) -> None:
+        """Want no answer any more."""
+        self._newest = None
+
+    def wait(self) -> None:
+        """Wait until everything asked is answered."""
+        self._worker.submit(int).result()
+
+    def close(self) -> None:
+        """Drop what is waiting and end the thread."""
+        self._newest = None
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _work(self, question: Any) -> Any:
+        if question is not self._newest:
+            return None
+        return self._solve(question)
+
+    def _deliver(self, job: "Future[Any]") -> None:
+        if job.cancelled():
+            return
+        result = job.result()
+        if result is not None and result.question is self._newest:
+            self.answered.emit(result)

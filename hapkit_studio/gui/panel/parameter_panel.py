@@ -1,0 +1,311 @@
+"""The panel's head: icon, title and formula of the environment; "?" unfolds its explanation."""
+
+from PySide6.QtCore import QCoreApplication, QEvent, Qt, Signal
+from PySide6.QtGui import QFont, QFontMetricsF, QResizeEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
+
+from hapkit_studio.devices.terms import MODELS, OPTIONAL, TERMS
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.gallery import icon_name
+from hapkit_studio.gui.panel.loop import LoopPanel
+from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
+from hapkit_studio.gui.panel.stability_card import StabilityCard
+from hapkit_studio.gui.panel.warnings import WarningLines
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain, rich
+from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.parameters import AnyParameter, Choice
+
+_SMALLEST = 14  # px: below that a title rather takes two lines
+_OPTIONS = ("As needed", "Everything")
+WIDE, NARROW = 300, 272
+_SIDE, _TOP = 16, 10
+_ROW_HIGH, _CHOICE_HIGH, _WORDS_HIGH = 53, 34, 34
+_USUAL_ROWS, _USUAL_HEIGHT = 3 * _ROW_HIGH + 2 * _CHOICE_HIGH, 900
+"""The rows of the wall, for which the loop's own heights are; a window to begin with."""
+
+Row = ParameterRow | ChoiceRow
+
+
+class Title(QLabel):
+    """Words in the title's font, smaller where the line would be too short for them."""
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        plain(self).setWordWrap(True)
+
+    def show_words(self, words: str) -> None:
+        """Show other words."""
+        self.setText(words)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        font = theme.font("title")
+        while font.pixelSize() > _SMALLEST and self._needed(font) > self.width():
+            font.setPixelSize(font.pixelSize() - 1)
+        if font != self.font():
+            self.setFont(font)
+
+    def _needed(self, font: QFont) -> float:
+        return QFontMetricsF(font).horizontalAdvance(self.text()) + 1.0
+
+
+class PanelTitle(QWidget):
+    """Icon, title and formula of the environment in force; "?" unfolds the explanation."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self.picture = QLabel()
+        self.title = Title()
+        self.formula = QLabel(textFormat=Qt.TextFormat.RichText)
+        self.formula.setWordWrap(True)
+        self.explanation = QLabel(textFormat=Qt.TextFormat.RichText)
+        self.explanation.setWordWrap(True)
+        self.explanation.setProperty("role", "hint")
+        self.explanation.hide()
+        self.help = QToolButton()
+        self.help.setCheckable(True)
+        self.help.setAccessibleName("Explain this environment")
+        self.help.setToolTip("Explain this environment")
+        self.help.toggled.connect(self.explanation.setVisible)
+        icons.bind(self.help, "help", "ink2", 18)
+        self._arrange()
+        studio.environment_changed.connect(self.show_state)
+        theme.changed.connect(self.show_state)
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Show the environment in force."""
+        environment = self._studio.environment
+        name = icon_name(environment.scene)
+        self.picture.setPixmap(icons.pixmap(name, 24, "ink", self.devicePixelRatioF()))
+        self.title.show_words(environment.title)
+        upright = theme.font("formula")
+        upright.setItalic(False)  # the formula itself says what is a symbol, so its words stay upright
+        self.formula.setFont(upright)
+        self.formula.setText(rich(environment.formula))
+        self.explanation.setText(rich(environment.explanation))
+
+    def _arrange(self) -> None:
+        head = QHBoxLayout()
+        head.setSpacing(6)
+        head.addWidget(self.picture)
+        head.addWidget(self.title, 1)
+        head.addWidget(self.help)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        column.addLayout(head)
+        column.addWidget(self.formula)
+        column.addWidget(self.explanation)
+
+
+def modelled(needs: tuple[str, ...], model: str) -> list[str]:
+    """Return the keys of the device's terms that are modelled; () was never looked at and gets them all."""
+    whole = model == "everything" or not needs
+    return ["mass", *(key for key in OPTIONAL if whole or key in needs)]
+
+
+def _words(keys: list[str]) -> str:
+    return ", ".join(TERMS[key].word for key in keys)
+
+
+class ModelLine(QWidget):
+    """Says what is modelled; emits ``chosen`` with "scene" or "everything" when a person switches."""
+
+    chosen = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.words = QLabel()
+        self.words.setWordWrap(True)
+        self.words.setProperty("role", "hint")
+        self.switch = Segmented("Model", _OPTIONS)
+        self.switch.chosen.connect(lambda index: self.chosen.emit(MODELS[index]))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        column.addWidget(self.words)
+        column.addWidget(self.switch)
+
+    def show_model(self, environment: Environment, model: str, simulated: bool) -> None:
+        """Show what is in force; a real device is not modelled, and a scene that needs all has no switch."""
+        self.setVisible(simulated)
+        needs = environment.needs
+        spare = [key for key in OPTIONAL if key not in modelled(needs, "scene")]
+        keys = modelled(needs, model)
+        whole = len(keys) > len(OPTIONAL)
+        self.words.setText(f"Modelled: {'everything' if whole else _words(keys)}")
+        self.switch.setVisible(bool(spare))
+        self.switch.show_index(MODELS.index(model))
+        self.setToolTip(f"<p>{rich(_why(environment.title, spare, judged=bool(needs)))}</p>")
+
+
+def _why(title: str, spare: list[str], judged: bool) -> str:
+    """Return what is left out and what it would change."""
+    if not judged:
+        return f"{title} was not judged yet, so everything is modelled: {_words(modelled((), 'scene'))}."
+    if not spare:
+        all_of_it = _words(modelled((), "scene"))
+        return (
+            f"{title} needs {all_of_it}: without any one, a force, place or count differs by more than 2 %."
+        )
+    return (
+        f"{title} does without {_words(spare)}: with the parameters it starts with, no force, place or count "
+        "differs by more than about 2 % of its scale. Other parameters may need more."
+    )
+
+
+class ParameterRows(QWidget):
+    """One row per declared parameter of the environment in force."""
+
+    def __init__(self, studio: Studio, anchor: QWidget, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self._anchor = anchor
+        self._narrow = False
+        self.rows: dict[str, Row] = {}
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(0)
+        studio.environment_changed.connect(self.rebuild)
+        studio.values_changed.connect(self.show_values)
+        self.rebuild()
+
+    def rebuild(self) -> None:
+        """Make the rows anew for another environment."""
+        for row in self.rows.values():
+            self._column.removeWidget(row)
+            row.hide()
+            row.deleteLater()
+        environment = self._studio.environment
+        self.rows = {p.key: self._row(p, environment.formula) for p in environment.parameters}
+        for row in self.rows.values():
+            self._column.addWidget(row)
+        self.set_narrow(self._narrow)
+        self.show_values()
+        self.order()
+
+    def show_values(self) -> None:
+        """Show the values in force, except in a box that holds a refused one; lock what has no effect."""
+        unused = self._studio.environment.unused(self._studio.values)
+        for key, row in self.rows.items():
+            value = self._studio.values[key]
+            if value != row.value:
+                row.show_value(value)
+            row.set_locked(unused.get(key, ""))
+
+    def order(self) -> None:
+        """Let Tab go through the rows in their order, right after the anchor."""
+        before = self._anchor
+        for row in self.rows.values():
+            for stop in row.stops():
+                if before.window() is stop.window():
+                    QWidget.setTabOrder(before, stop)
+                before = stop
+
+    def set_narrow(self, narrow: bool) -> None:
+        """Make do with a narrow panel, now and for rows to come."""
+        self._narrow = narrow
+        for row in self.rows.values():
+            if isinstance(row, ParameterRow):
+                row.set_narrow(narrow)
+
+    def _row(self, parameter: AnyParameter, formula: str) -> Row:
+        row: Row = (
+            ChoiceRow(parameter, formula)
+            if isinstance(parameter, Choice)
+            else ParameterRow(parameter, formula)
+        )
+        row.changed.connect(self._apply)
+        return row
+
+    def _apply(self, key: str, value: float) -> None:
+        try:
+            self._studio.set_value(key, value)
+        except ParameterError as error:
+            row = self.rows[key]
+            if isinstance(row, ParameterRow):
+                row.show_error(str(error))
+
+
+def rule() -> QFrame:
+    """Return a hairline between two parts of the panel."""
+    line = QFrame()
+    line.setProperty("rule", True)
+    line.setFixedHeight(1)
+    return line
+
+
+class ParameterPanel(QScrollArea):
+    """The panel as a whole; scrolls inside itself where the window is low."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.setObjectName("panel")
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.title = PanelTitle(studio)
+        self.parameters = ParameterRows(studio, self.title.help)
+        self.warnings = WarningLines(studio)
+        self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
+        body = self._body = QWidget(self.viewport())
+        body.setObjectName("panelBody")
+        dress(body, "QLabel:disabled { color: @ink3; }")
+        column = self._column = QVBoxLayout(body)
+        column.setContentsMargins(_SIDE, _TOP, _SIDE, _TOP)
+        column.setSpacing(6)
+        self.model = ModelLine()
+        self.model.chosen.connect(lambda name: studio.set_loop(model=name))
+        self._studio = studio
+        for signal in (studio.environment_changed, studio.engine_changed, studio.loop_changed):
+            signal.connect(self._show_model)
+        self._show_model()
+        self._room = False, _USUAL_HEIGHT
+        studio.environment_changed.connect(self._share_room)
+        environment = (self.title, rule(), self.parameters, self.warnings)
+        for part in (*environment, rule(), self.loop, self.model, rule(), self.stability):
+            column.addWidget(part)
+        column.addStretch(1)
+        self.setWidget(body)
+        self.verticalScrollBar().rangeChanged.connect(self._make_way)
+        self.stability.judged.connect(lambda *_: self._settle())
+
+    def _show_model(self) -> None:
+        studio = self._studio
+        self.model.show_model(studio.environment, studio.loop.model, studio.simulated)
+
+    def _settle(self) -> None:
+        """Give a longer verdict its room at once: else a frame is painted with all rows squeezed."""
+        for part in (self.stability, self._body, self):
+            QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))
+
+    def _make_way(self, _low: int, high: int) -> None:
+        """Let the scroll bar stand in the margin, so that no row moves when it comes and goes."""
+        bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
+        self._column.setContentsMargins(_SIDE, _TOP, max(_SIDE - bar, 0), _TOP)
+
+    def set_room(self, narrow: bool, height: int) -> None:
+        """Give way in a narrow or low window."""
+        self._room = narrow, height
+        self.setFixedWidth(NARROW if narrow else WIDE)
+        self.parameters.set_narrow(narrow)
+        self._share_room()
+
+    def _share_room(self) -> None:
+        """Let the loop give way to an environment of many rows, so that the map stays in sight."""
+        narrow, height = self._room
+        environment = self._studio.environment
+        rows = sum(_CHOICE_HIGH if isinstance(p, Choice) else _ROW_HIGH for p in environment.parameters)
+        words = _WORDS_HIGH if environment.drives else 0
+        self.loop.set_room(narrow, height - max(rows + words - _USUAL_ROWS, 0))

@@ -1,0 +1,409 @@
+"""Where the force is computed, computer or board: the switch, and the figures of both, side by side."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.panel.limits import MarginWorker, steady_delay
+from hapkit_studio.gui.panel.rows import ChoiceRow
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.style import dress, mark
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import number
+from hapkit_studio.parameters import Choice
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.cheaper import Answer, Cheaper, Question
+    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.haptics.board_offer import Wish
+    from hapkit_studio.haptics.delays import Measured
+    from hapkit_studio.haptics.engine import Engine
+    from hapkit_studio.haptics.health import Health
+
+WAYS = COMPUTER, BOARD = "computer", "board"
+ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed", "Processor, %"
+HINTS = (
+    "From a sample to its force in the motor's register, as the board measured it: mean and standard "
+    "deviation of the last seconds",
+    "How often the force is computed anew",
+    "Stiffness limit: the exact boundary for a released handle at this delay, rate and velocity estimator, "
+    "with the scene's own damping",
+    "Ticks missed. Computer: answers that came too late. Board: ticks it had no time for, by its own count",
+    "Share of the board's processor that law, rest of the tick and telemetry take as a rule; up to 80",
+)
+UNKNOWN = "–"
+NAMES = "Computer", "Board"
+_SHEET = 'QLabel[on="true"] { color: @accent; font-weight: 650; } QLabel { font-size: 12px; }'
+TIP = (
+    "Who computes the force. The computer: a sample goes up, a force comes down, with the delay of the USB "
+    "line. The board: parameters go down once, its own processor runs the same law."
+)
+RATE = Choice(
+    "board_rate", "Board's rate", ("fastest", "4000", "2000", "1000", "500"), "fastest",
+    "How often the board computes the force. A law that takes long allows no more than its own fastest rate.",
+    labels=("fastest", "4,000 Hz", "2,000 Hz", "1,000 Hz", "500 Hz"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way of rendering: delay, rate in Hz and share of a processor where known, what its limit is for."""
+
+    delay: "Measured | None"
+    rate: float | None
+    missed: int
+    setting: "Setting | None"
+    share: float | None = None
+
+
+@dataclass(frozen=True)
+class Limits:
+    """A question: the settings of both ways, None where nothing is known, the scene's damping in N·s/m."""
+
+    settings: tuple["Setting | None", "Setting | None"]
+    damping: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """The answer: the exact stiffness limit in N/m of each way, None where there is none."""
+
+    question: Limits
+    limits: tuple[float | None, float | None]
+
+
+def solve(question: Limits) -> Found:
+    """Compute both limits."""
+    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
+
+    limits = [None if s is None else kb_plane.limit(s, question.damping) for s in question.settings]
+    return Found(question, (limits[0], limits[1]))
+
+
+def ways(studio: "Studio") -> tuple[Way, Way]:
+    """Return both ways of the device and loop in force."""
+    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.haptics import board_offer
+
+    engine = studio.engine
+    assert engine is not None
+    device = engine.device
+    setting = Setting(device.mass, device.viscous, quantum=device.quantum)
+    offered = engine.offered_way
+    rates = engine.loop.rate, None if offered is None else float(offered.rate)
+    shares = None, None if offered is None else offered.share
+    specs = studio.loop.spec, board_offer.spec_on_board(studio.loop.spec)
+    found = []
+    for where, rate, spec, share in zip(WAYS, rates, specs, shares, strict=True):
+        delay, own = _steady(engine, where), None
+        if delay is not None and rate is not None:
+            own = _own(setting, rate, delay.mean, spec)
+        found.append(Way(delay, rate, engine.missed_of(where), own, share))
+    return found[0], found[1]
+
+
+def wish(studio: "Studio") -> "Wish":
+    """Return what the board is asked for, in the words of its offer."""
+    from hapkit_studio.haptics import board_offer
+
+    engine = studio.engine
+    assert engine is not None
+    quantum, rate = engine.device.quantum, studio.loop.board_rate
+    return board_offer.Wish(engine.environment, dict(engine.values), engine.loop.estimator, quantum, rate)
+
+
+def _steady(engine: "Engine", where: str) -> "Measured | None":
+    """Return the delay of one way as everything in the window shows it and takes it."""
+    found, steady = engine.delay_of(where), steady_delay(engine, where)
+    return None if found is None or steady is None else found._replace(mean=steady)
+
+
+def _own(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":
+    """Return what the limit of one way depends on; None where there is no exact one."""
+    own = replace(setting, rate=rate, delay=delay, estimator=spec, controller=False)
+    return own if own.linear else None
+
+
+def cells(way: Way, limit: float | None) -> tuple[str, ...]:
+    """Return what stands in a way's column, in the order of ROWS."""
+    delay = UNKNOWN
+    if way.delay is not None:
+        delay = f"{number(1e3 * way.delay.mean, 2)} ± {number(1e3 * way.delay.spread, 2)}"
+    stiffness = UNKNOWN if limit is None or way.setting is None else number(limit, 0)
+    rate = UNKNOWN if way.rate is None else f"{way.rate:,.0f}"
+    share = UNKNOWN if way.share is None else number(100.0 * way.share, 0)
+    return delay, rate, stiffness, f"{way.missed:,d}", share
+
+
+def short(way: Way, limit: float | None) -> tuple[str, str]:
+    """Return a way's delay and limit with their units, for where room is short."""
+    if way.delay is None:
+        return "", "not measured yet"
+    stiffness = cells(way, limit)[2]
+    delay = f"{number(1e3 * way.delay.mean, 2)} ms"
+    return delay, stiffness if stiffness == UNKNOWN else f"limit {stiffness} N/m"
+
+
+class Facts(QWidget):
+    """A row for each fact, two columns, the way that renders in the accent."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 2, 0, 2)
+        grid.setHorizontalSpacing(12)
+        grid.setVerticalSpacing(2)
+        grid.setColumnStretch(0, 1)
+        self.heads = [QLabel(name) for name in NAMES]
+        self.values = [[QLabel(UNKNOWN) for _ in ROWS] for _ in NAMES]
+        for column, (head, values) in enumerate(zip(self.heads, self.values, strict=True), start=1):
+            for row, label in enumerate((head, *values)):
+                label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                grid.addWidget(label, row, column)
+        for row, (name, hint) in enumerate(zip(ROWS, HINTS, strict=True), start=1):
+            label = QLabel(name)
+            label.setToolTip(hint)
+            grid.addWidget(label, row, 0)
+        dress(self, _SHEET)
+
+    def show_way(self, column: int, texts: tuple[str, ...], on: bool) -> None:
+        """Show one way's texts in the order of ROWS; on: it renders now."""
+        for label, text in zip(self.values[column], texts, strict=True):
+            label.setText(text)
+        for label in (self.heads[column], *self.values[column]):
+            mark(label, "on", on)
+
+
+class Lines(QWidget):
+    """A line a way, for where room is short: name, delay and limit; the way that renders in the accent."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 2, 0, 4)
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(1)
+        grid.setColumnStretch(0, 1)
+        self.ways = [[QLabel(name), QLabel(), QLabel()] for name in NAMES]
+        for row, labels in enumerate(self.ways):
+            for column, label in enumerate(labels):
+                side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
+                label.setAlignment(side | Qt.AlignmentFlag.AlignVCenter)
+                label.setToolTip(("", HINTS[0], HINTS[2])[column])
+                grid.addWidget(label, row, column)
+        dress(self, _SHEET)
+
+    def show_way(self, row: int, texts: tuple[str, ...], on: bool) -> None:
+        """Show a way's delay and limit; on: it renders now."""
+        for label, text in zip(self.ways[row][1:], texts, strict=True):
+            label.setText(text)
+        for label in self.ways[row]:
+            mark(label, "on", on)
+
+
+def _find(question: "Question") -> "Answer":
+    from hapkit_studio.analysis import cheaper  # off the first picture's way
+
+    return cheaper.find(question)
+
+
+class WhereSwitch(QWidget):
+    """Shown for devices with a board. ``compare``: a person wants both ways, one after the other."""
+
+    compare = Signal()
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self._worker = MarginWorker(solve, self)
+        self._worker.answered.connect(self._take)
+        self._found: Found | None = None
+        self._finder = MarginWorker(_find, self)
+        self._finder.answered.connect(self._take_cheaper)
+        self._cheaper: Cheaper | None = None
+        self.label = QLabel("Rendered by")
+        self.label.setToolTip(TIP)
+        self.switch = Segmented("Rendered by", NAMES)
+        self.switch.setToolTip(TIP)
+        self.switch.chosen.connect(self._choose)
+        self.facts, self.lines, self.note = Facts(), Lines(), plain(QLabel())
+        self.rate = ChoiceRow(RATE)
+        self.rate.changed.connect(lambda _key, index: self._set(board_rate=_rate(int(index))))
+        self.button = QPushButton("Compare both")
+        self.button.clicked.connect(self.compare)
+        self.instead = QPushButton()
+        self.instead.clicked.connect(self._use_cheaper)
+        self.note.setProperty("role", "hint")
+        self.note.setWordWrap(True)
+        self._told = self._refusal = ""
+        self._folded = False
+        self._ways: tuple[Way, Way] | None = None
+        self._arrange()
+        for signal in (studio.engine_changed, studio.loop_changed, studio.environment_changed):
+            signal.connect(self.show_state)
+        studio.values_changed.connect(self._look)
+        for signal in (studio.engine_changed, studio.environment_changed, studio.values_changed):
+            signal.connect(self._untell)
+        self.show_state()
+
+    # what is shown
+
+    def set_folded(self, folded: bool) -> None:
+        """Say it in one line, or in all."""
+        self._folded = folded
+        self.show_state()
+
+    def note_health(self, _health: "Health") -> None:
+        """Take over what was measured lately."""
+        self._look()
+        engine = self._studio.engine
+        if engine is not None and not self.isHidden():
+            self._look_for_cheaper(engine)
+
+    def set_busy(self, words: str) -> None:
+        """Say what goes on while both ways are compared; nothing ends it."""
+        self.switch.setEnabled(not words)
+        self.button.setText("Cancel" if words else "Compare both")
+        self.tell(words)
+
+    def tell(self, words: str) -> None:
+        """Say what became of a comparison, until something else is chosen."""
+        self._told = words
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Show who renders, and why the board cannot where it cannot; until that is known, as it was."""
+        engine = self._studio.engine
+        board = engine is not None and not engine.device.simulated
+        self.setVisible(board)
+        if engine is None or not board:
+            self._refusal, self._cheaper, self._ways = "", None, None
+            return
+        if self._studio.board_answered and engine.board_refusal() != self._refusal:
+            self._refusal, self._cheaper = engine.board_refusal(), None
+        refusal, cheaper = self._refusal, self._cheaper
+        self.switch.show_index(0 if refusal else WAYS.index(engine.where))
+        self.switch.button(1).setEnabled(not refusal)
+        self.rate.show_value(_place(self._studio.loop.board_rate))
+        instead = f"{refusal} {cheaper.words}" if cheaper is not None else refusal
+        self.note.setText(instead or self._told or self._remark(engine))
+        self.instead.setVisible(cheaper is not None)
+        self.instead.setText(f"Use {cheaper.choice.word(cheaper.option)}" if cheaper is not None else "")
+        able, compare = not refusal, self._studio.hand_is_ours
+        self.facts.setVisible(able and not self._folded)
+        self.lines.setVisible(able and self._folded)
+        self.rate.setVisible(able and not self._folded)
+        self.button.setVisible(able and compare)
+        self.note.setVisible(bool(self.note.text()))
+        self._look()
+        self._look_for_cheaper(engine)
+
+    def _remark(self, engine) -> str:
+        """Return what of the loop the board does not do, and what it takes where no table says so."""
+        from hapkit_studio.haptics import board_offer
+
+        loop, parts = self._studio.loop, []
+        if engine.where != BOARD:
+            return ""
+        if self._folded and engine.offered_way is not None:
+            parts.append(f"{100.0 * engine.offered_way.share:.0f} % of the board's processor.")
+        if board_offer.spec_on_board(loop.spec) != loop.spec:
+            parts.append("The board has no such velocity filter: Kalman in its place.")
+        if loop.delay > 0.0:
+            parts.append("Added delay is the computer's alone.")
+        if loop.controller:
+            parts.append("The passivity controller is the computer's alone.")
+        return " ".join(parts)
+
+    def _look(self) -> None:
+        engine = self._studio.engine
+        if engine is None or self.isHidden() or not engine.renders_on_boards:
+            return
+        if self._ways is not None and not self._studio.board_answered:
+            return
+        self._ways = ways(self._studio)
+        impedance = self._studio.environment.impedance
+        if impedance is not None:
+            damping = impedance(self._studio.values)[1]
+            settings = tuple(way.setting for way in self._ways)
+            self._worker.ask(Limits((settings[0], settings[1]), damping))
+        else:
+            self._found = None
+        self._write()
+
+    def _take(self, found: Found) -> None:
+        self._found = found
+        self._write()
+
+    def _write(self) -> None:
+        engine = self._studio.engine
+        if engine is None or self._ways is None:
+            return
+        limits = self._found.limits if self._found is not None else (None, None)
+        for column, (way, limit, where) in enumerate(zip(self._ways, limits, WAYS, strict=True)):
+            self.facts.show_way(column, cells(way, limit), where == engine.where)
+            self.lines.show_way(column, short(way, limit), where == engine.where)
+
+    def _look_for_cheaper(self, engine: "Engine") -> None:
+        """Have something looked for that the board can render, where this law is too much for it."""
+        offer = engine.driver.offer if engine.driver is not None else None
+        if not self._refusal or offer is None:
+            self._finder.forget()
+        elif self._studio.board_answered and isinstance(offer.known(wish(self._studio)), str):
+            from hapkit_studio.analysis.cheaper import Question
+
+            self._finder.ask(Question(offer, wish(self._studio)))
+
+    def _take_cheaper(self, answer: "Answer") -> None:
+        self._cheaper = answer.found
+        self.show_state()
+
+    def _untell(self) -> None:
+        if self._told and self.switch.isEnabled():
+            self.tell("")
+
+    def close_worker(self) -> None:
+        """End the workers' threads."""
+        self._worker.close()
+        self._finder.close()
+
+    # what a person does
+
+    def _choose(self, index: int) -> None:
+        self._told = ""
+        self._set(where=WAYS[index])
+
+    def _use_cheaper(self) -> None:
+        if self._cheaper is not None:
+            self._studio.set_value(self._cheaper.choice.key, float(self._cheaper.option))
+
+    def _set(self, **change: object) -> None:
+        try:
+            self._studio.set_loop(**change)
+        except ParameterError as error:
+            self.show_state()
+            self.note.setText(str(error))
+            self.note.show()
+
+    def _arrange(self) -> None:
+        head = QHBoxLayout()
+        head.addWidget(self.label, 1)
+        head.addWidget(self.switch)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 4, 0, 4)
+        column.setSpacing(4)
+        column.addLayout(head)
+        for part in (self.facts, self.lines, self.rate, self.button, self.note, self.instead):
+            column.addWidget(part)
+
+
+def _rate(index: int) -> float | None:
+    return float(RATE.options[index]) if index else None
+
+
+def _place(rate: float | None) -> int:
+    return 0 if rate is None else RATE.options.index(f"{rate:.0f}")

@@ -1,0 +1,106 @@
+"""The force on the handle as an arrow, always inside the picture, with its number."""
+
+import numpy as np
+from PySide6.QtCore import QElapsedTimer, QPointF, QRectF
+from PySide6.QtGui import QPainterPath, QPen, QPolygonF
+
+from hapkit_studio.gui.scenes.base import RING, Motion, apart, knob, ring_alone, ring_place
+from hapkit_studio.gui.scenes.stage import Stage
+from hapkit_studio.gui.widgets.theme import number, theme
+
+LEAST_ARROW = 16.0
+_DECIMALS = 2  # of a force in N
+HEAD, HEAD_HALF, SHAFT_HALF = 12.0, 8.0, 2.6
+EACH_MS = 100
+
+
+def direction(force: float) -> int:
+    """Return which way a force acts, 0 if it is none as it is written."""
+    return int(np.sign(round(force, _DECIMALS)))
+
+
+def arrow_length(force: float, per_newton: float, u: float) -> float:
+    """Return the arrow's length in px: so many px per N at u = 1, never shorter than its head."""
+    return max(LEAST_ARROW, abs(force) * per_newton) * u
+
+
+def force(stage: Stage, motion: Motion, per_newton: float) -> None:
+    """Draw the force as an arrow from the knob with its number at the tip, a bar across when clamped."""
+    u, y, x = stage.u, stage.knob_middle, stage.x(motion.position)
+    base, half = y + 4.8 * u, stage.knob_width / 2
+    stage.taken.append(knob(stage, motion.position).adjusted(-2, 0, 2, 0))
+    d = direction(motion.force)
+    if motion.stopped or d == 0:
+        places = [(x - half - 13 * u, base, -1), (x + half + 13 * u, base, 1)]
+        text = "0.00 N" if motion.stopped else motion.force_text
+        stage.say(text, places, "applied", 13, 700, must=True, wipe=True)
+        return
+    start, tip = _arrow_ends(stage, motion, per_newton)
+    _arrow(stage, start, tip, y, d)
+    if motion.hand is not None and apart(stage, motion):
+        ring = ring_place(stage, motion.hand)
+        if 0.0 < d * (ring - start) < d * (tip - start) - (HEAD + RING) * u:
+            ring_alone(stage, ring)  # over the shaft, but never over the head
+    if motion.clamped:
+        stage.line(tip + d * 5 * u, y - 11 * u, tip + d * 5 * u, y + 11 * u, stage.pen("applied", 3.2))
+        tip += d * 7 * u
+    stage.taken.append(QRectF(min(start, tip), y - 9 * u, abs(tip - start), 18 * u))
+    places = [
+        (tip + d * 7 * u, base, d),
+        (x - d * (half + 10 * u), base, -d),
+        (x - d * (half + 26 * u), base, -d),
+    ]
+    if motion.hand is not None:
+        places.append((ring_place(stage, motion.hand) - d * 15 * u, base, -d))
+    stage.say(motion.force_text, places, "applied", 13, 700, must=True, wipe=True)
+
+
+def _arrow_ends(stage: Stage, motion: Motion, per_newton: float) -> tuple[float, float]:
+    """Return the arrow's columns: as long as the force, but inside the picture, over the knob at its edge."""
+    u, d, x = stage.u, direction(motion.force), stage.x(motion.position)
+    start = stage.knob_width / 2 + 7 * u
+    room = (stage.width - x if d > 0 else x) - (16 if motion.clamped else 6) * u
+    tip = min(start + arrow_length(motion.force, per_newton, u), room)
+    return x + d * min(start, tip - LEAST_ARROW * u), x + d * tip
+
+
+def _arrow(stage: Stage, start: float, tip: float, y: float, d: int) -> None:
+    u = stage.u
+    neck = tip - d * HEAD * u
+    outline = [
+        (start, -SHAFT_HALF), (neck, -SHAFT_HALF), (neck, -HEAD_HALF), (tip, 0.0),
+        (neck, HEAD_HALF), (neck, SHAFT_HALF), (start, SHAFT_HALF),
+    ]  # fmt: skip
+    path = QPainterPath()
+    path.addPolygon(QPolygonF([QPointF(a, y + b * u) for a, b in outline]))
+    path.closeSubpath()
+    stage.p.setBrush(theme.color("applied"))
+    stage.p.setPen(QPen(theme.color("scene"), 1.2 * u))
+    stage.p.drawPath(path)
+
+
+def force_words(newtons: float) -> str:
+    """Write a force for the arrow's tip."""
+    return f"{number(newtons, _DECIMALS, sign=True)} N"
+
+
+class ReadOut:
+    """Writes a motion's numbers; a force that comes and goes has one number for each way it acts."""
+
+    def __init__(self) -> None:
+        self._clock = QElapsedTimer()
+        self._said: dict[int, str] = {}
+
+    def invalidate(self) -> None:
+        """Take every number anew at the next look."""
+        self._clock.invalidate()
+
+    def look(self, motion: Motion) -> bool:
+        """Set the motion's numbers; say whether they are new."""
+        due = not self._clock.isValid() or self._clock.elapsed() >= EACH_MS
+        if due:
+            self._clock.start()
+            self._said.clear()
+            motion.position_text = motion.position
+        motion.force_text = self._said.setdefault(direction(motion.force), force_words(motion.force))
+        return due

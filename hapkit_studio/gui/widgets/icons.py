@@ -1,0 +1,90 @@
+"""Icons: assets/icons/*.svg on a 24 grid, drawn in any token's colour at the screen's own resolution."""
+
+import tempfile
+from functools import cache, lru_cache
+from pathlib import Path
+
+from PySide6.QtCore import QByteArray, QObject, QRectF, QSize, Qt
+from PySide6.QtGui import QGuiApplication, QIcon, QPainter, QPixmap
+from PySide6.QtSvg import QSvgRenderer
+
+from hapkit_studio import resources
+from hapkit_studio.gui.widgets.theme import theme
+
+
+@cache
+def names() -> tuple[str, ...]:
+    """Return every icon's name."""
+    return tuple(sorted(p.stem for p in resources.path("icons").glob("*.svg")))
+
+
+def svg(name: str, token: str) -> str:
+    """Return an icon's SVG text in a token's colour; raise FileNotFoundError if there is no such icon."""
+    return _source(name).replace("currentColor", theme.color(token).name())
+
+
+@cache
+def _source(name: str) -> str:
+    return resources.path("icons", f"{name}.svg").read_text(encoding="utf-8")
+
+
+def pixmap(name: str, size: int = 24, color: str = "ink", ratio: float = 1.0) -> QPixmap:
+    """Return an icon as a square pixmap of size device-independent pixels."""
+    return QPixmap(_drawn(svg(name, color), size, ratio))
+
+
+@lru_cache(maxsize=512)
+def _drawn(text: str, size: int, ratio: float) -> QPixmap:
+    picture = QPixmap(QSize(round(size * ratio), round(size * ratio)))
+    picture.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(picture)
+    renderer = QSvgRenderer(QByteArray(text.encode()))
+    renderer.render(painter, QRectF(0, 0, picture.width(), picture.height()))
+    painter.end()
+    picture.setDevicePixelRatio(ratio)
+    return picture
+
+
+def icon(name: str, color: str = "ink", size: int = 20, on: str | None = None) -> QIcon:
+    """Return an icon at size, crisp on every screen; ``on`` is the token while checked."""
+    result = QIcon()
+    ratios = {1.0, 2.0} | {s.devicePixelRatio() for s in QGuiApplication.screens()}
+    for ratio in sorted(ratios):
+        result.addPixmap(pixmap(name, size, color, ratio), QIcon.Mode.Normal, QIcon.State.Off)
+        result.addPixmap(pixmap(name, size, "ink3", ratio), QIcon.Mode.Disabled, QIcon.State.Off)
+        if on:
+            result.addPixmap(pixmap(name, size, on, ratio), QIcon.Mode.Normal, QIcon.State.On)
+    return result
+
+
+class _Binding(QObject):
+    """Keeps one target's icon in the theme's colours; lives and dies with the target."""
+
+    def __init__(self, target: QObject, name: str, color: str, size: int, on: str | None):
+        super().__init__(target)
+        self.target, self.arguments = target, (name, color, size, on)
+        theme.changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        self.target.setIcon(icon(*self.arguments))  # type: ignore[attr-defined]
+
+
+def bind(target: QObject, name: str, color: str = "ink", size: int = 20, on: str | None = None) -> None:
+    """Give an action or button an icon that follows the theme; a second call replaces the first."""
+    for old in target.findChildren(_Binding, options=Qt.FindChildOption.FindDirectChildrenOnly):
+        old.setParent(None)
+        old.deleteLater()
+    _Binding(target, name, color, size, on)
+
+
+@cache
+def _folder() -> tempfile.TemporaryDirectory:
+    return tempfile.TemporaryDirectory(prefix="hapkit-icons-")
+
+
+def file(name: str, color: str) -> str:
+    """Return the path of a coloured SVG file, for style sheets, which take no pictures from memory."""
+    path = Path(_folder().name) / f"{name}-{theme.color(color).name()[1:]}.svg"
+    path.write_text(svg(name, color), encoding="utf-8")
+    return path.as_posix()

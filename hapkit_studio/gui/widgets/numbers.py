@@ -1,0 +1,264 @@
+"""Number fields: a quantity with its unit on the screen, a spin box and a slider for it."""
+
+import math
+import re
+from dataclasses import dataclass
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QValidator, QWheelEvent
+from PySide6.QtWidgets import QDoubleSpinBox, QSlider, QWidget
+
+from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.parameters import Parameter
+
+_ON_SCREEN = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+_BEGUN = re.compile(r"[+-]?\d*\.?\d*(e[+-]?\d*)?", re.IGNORECASE)
+_BEYOND = 1e9
+_HEIGHT = 20
+_THUMB = 16.0
+_END = 11.0  # from the thumb at a limit to the slider's end: its focus ring stays whole
+_GROOVE = 4.0
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Limits, default and step of a parameter in the unit on the screen; factor turns SI into it.
+
+    root: the slider runs with the square root, so that small values of a wide range can be met.
+    """
+
+    label: str
+    unit: str
+    factor: float
+    low: float
+    high: float
+    default: float
+    step: float
+    root: bool
+
+    @classmethod
+    def of(cls, parameter: Parameter) -> "Quantity":
+        """Derive the screen's view of a declared parameter."""
+        unit, factor = _ON_SCREEN.get(parameter.unit, (parameter.unit, 1.0))
+        low, high = parameter.low * factor, parameter.high * factor
+        step = 10.0 ** math.floor(math.log10((high - low) / 200.0) + 1e-9)
+        wide = low >= 0.0 and high > 10.0 * low
+        return cls(parameter.label, unit, factor, low, high, parameter.default * factor, step, wide)
+
+    @property
+    def decimals(self) -> int:
+        """Return how many decimals the step needs."""
+        return max(0, -math.floor(math.log10(self.step) + 1e-9))
+
+    @property
+    def steps(self) -> int:
+        """Return the number of whole steps between the limits."""
+        return math.ceil((self.high - self.low) / self.step - 1e-9)
+
+    def index(self, value: float) -> int:
+        """Return the step nearest to a value."""
+        return round((value - self.low) / self.step)
+
+    def at(self, index: int) -> float:
+        """Return the value at a step, free of binary dust, never beyond the limits."""
+        return min(self.high, round(self.low + index * self.step, self.decimals + 4))
+
+    def moved(self, value: float, steps: int) -> float:
+        """Return a value some steps on, inside the limits."""
+        return min(self.high, max(self.low, round(value + steps * self.step, self.decimals + 4)))
+
+    def fraction(self, value: float) -> float:
+        """Return where a value lies along the slider, 0 to 1."""
+        part = min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
+        return math.sqrt(part) if self.root else part
+
+    def value(self, fraction: float) -> float:
+        """Return the value, on a whole step, at a place along the slider."""
+        part = min(1.0, max(0.0, fraction))
+        part = part * part if self.root else part
+        return self.at(self.index(self.low + part * (self.high - self.low)))
+
+    def inside(self, value: float) -> bool:
+        """Say whether a value lies within the limits, binary dust aside."""
+        dust = 1e-9 * (self.high - self.low)
+        return math.isfinite(value) and self.low - dust <= value <= self.high + dust
+
+    def text(self, value: float) -> str:
+        """Write a value: at least the step's decimals, more only where the value has them."""
+        body = f"{value:.{self.decimals + 4}f}"
+        kept = len(body) - 4 if self.decimals else len(body) - 5
+        body = body[:kept] + body[kept:].rstrip("0").rstrip(".")
+        return body.replace("-", "−") if float(body) else body.lstrip("-")
+
+    def limits(self) -> str:
+        """Say the limits in one sentence."""
+        low, high = (f"{x:g}".replace("-", "−") for x in (self.low, self.high))
+        return f"{self.label} goes from {low} to {high} {self.unit}".rstrip() + "."
+
+
+def _plain(text: str) -> str:
+    return text.strip().replace("−", "-").replace(",", ".")
+
+
+class NumberBox(QDoubleSpinBox):
+    """Emits ``entered`` with a finished number in screen units, which may be out of range."""
+
+    entered = Signal(float)
+
+    def __init__(self, quantity: Quantity, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._quantity = quantity
+        self._typed = False
+        self.setDecimals(quantity.decimals + 4)
+        self.setRange(-_BEYOND, _BEYOND)
+        self.setSingleStep(quantity.step)
+        self.setKeyboardTracking(False)
+        self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.lineEdit().textEdited.connect(self._note_typing)
+        self.editingFinished.connect(self._finish)
+
+    def show_value(self, value: float) -> None:
+        """Show a value without saying so to anyone."""
+        self._typed = False
+        blocked = self.blockSignals(True)
+        self.setValue(value)
+        text = self.textFromValue(value)
+        if self.lineEdit().text() != text:
+            self.lineEdit().setText(text)
+        self.blockSignals(blocked)
+
+    def textFromValue(self, value: float) -> str:
+        return self._quantity.text(value)
+
+    def valueFromText(self, text: str) -> float:
+        match = _NUMBER.fullmatch(_plain(text))
+        return float(match.group()) if match else self.value()
+
+    def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
+        if _NUMBER.fullmatch(_plain(text)):
+            return QValidator.State.Acceptable, text, position
+        begun = _BEGUN.fullmatch(_plain(text))
+        return (QValidator.State.Intermediate if begun else QValidator.State.Invalid), text, position
+
+    def stepBy(self, steps: int) -> None:
+        value = self._quantity.moved(self.valueFromText(self.lineEdit().text()), steps)
+        self.show_value(value)
+        self.selectAll()
+        self.entered.emit(value)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Take Home and End for the limits unless a text is being edited, where they move the cursor."""
+        ends = {Qt.Key.Key_Home: self._quantity.low, Qt.Key.Key_End: self._quantity.high}
+        if event.key() in ends and not self._typed:
+            self.show_value(ends[Qt.Key(event.key())])
+            self.entered.emit(self.value())
+            return
+        super().keyPressEvent(event)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Turn values only where the focus is, so that scrolling past changes nothing."""
+        if self.hasFocus():
+            super().wheelEvent(event)
+        else:
+            event.ignore()
+
+    def _note_typing(self, _text: str) -> None:
+        self._typed = True
+
+    def _finish(self) -> None:
+        if self._typed and _NUMBER.fullmatch(_plain(self.lineEdit().text())):
+            self._typed = False
+            self.entered.emit(self.valueFromText(self.lineEdit().text()))
+
+
+class ValueSlider(QSlider):
+    """Emits ``picked`` with a value in screen units; keys move it by steps, as any slider."""
+
+    picked = Signal(float)
+
+    def __init__(self, quantity: Quantity, parent: QWidget | None = None):
+        super().__init__(Qt.Orientation.Horizontal, parent)
+        self._quantity = quantity
+        self._exact = quantity.default
+        self.setRange(0, quantity.steps)
+        self.setSingleStep(1)
+        self.setPageStep(10)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setFixedHeight(_HEIGHT)
+        self.valueChanged.connect(self._stepped)
+        theme.changed.connect(self.update)
+
+    def sizeHint(self) -> QSize:
+        return QSize(160, _HEIGHT)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(60, _HEIGHT)
+
+    def show_value(self, value: float) -> None:
+        """Show an exact value, on a step or between two, without saying so to anyone."""
+        blocked = self.blockSignals(True)
+        self._exact = value
+        self.setValue(self._quantity.index(value))
+        self.blockSignals(blocked)
+        self.update()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._pick(self._quantity.value(self._fraction_at(event.position().x())))
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if event.buttons() & Qt.MouseButton.LeftButton:
+            self._pick(self._quantity.value(self._fraction_at(event.position().x())))
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        self._pick(self._quantity.default)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Turn values only where the focus is, so that scrolling past changes nothing."""
+        if self.hasFocus():
+            super().wheelEvent(event)
+        else:
+            event.ignore()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        middle, thumb = self.height() / 2.0, self._place(self._exact)
+        enabled = self.isEnabled()
+        # in high contrast a filled groove would hide where the accent ends
+        outlined = theme.name == "contrast"
+        painter.setPen(QPen(theme.color("edge"), 1) if outlined else Qt.PenStyle.NoPen)
+        painter.setBrush(theme.color("surface" if outlined else "line"))
+        groove = QRectF(0.5, middle - _GROOVE / 2, self.width() - 1, _GROOVE)
+        painter.drawRoundedRect(groove, 2, 2)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(theme.color("accent" if enabled else "edge"))
+        painter.drawRoundedRect(QRectF(0, middle - _GROOVE / 2, thumb, _GROOVE), 2, 2)
+        painter.setPen(QPen(theme.color("ink2"), 1.5))
+        default = self._place(self._quantity.default)
+        painter.drawLine(QPointF(default, middle - 6), QPointF(default, middle + 6))
+        painter.setBrush(theme.color("surface"))
+        painter.setPen(QPen(theme.color("accent" if enabled else "edge"), 3))
+        painter.drawEllipse(QPointF(thumb, middle), _THUMB / 2 - 2, _THUMB / 2 - 2)
+        if self.hasFocus():
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(QPen(theme.color("accent"), 1.5))
+            painter.drawEllipse(QPointF(thumb, middle), _THUMB / 2 + 1, _THUMB / 2 + 1)
+
+    def _pick(self, value: float) -> None:
+        if value != self._exact:
+            self.show_value(value)
+            self.picked.emit(value)
+
+    def _stepped(self, index: int) -> None:
+        self._exact = self._quantity.at(index)
+        self.update()
+        self.picked.emit(self._exact)
+
+    def _fraction_at(self, x: float) -> float:
+        return (x - _END) / max(1.0, self.width() - 2 * _END)
+
+    def _place(self, value: float) -> float:
+        return _END + self._quantity.fraction(value) * (self.width() - 2 * _END)

@@ -1,0 +1,82 @@
+"""Text for labels, tooltips and painters: plain, restricted HTML, or painted once and copied."""
+
+import html
+import math
+import re
+from collections.abc import Iterable
+from functools import lru_cache
+
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPixmap
+from PySide6.QtGui import Qt as Rich
+from PySide6.QtWidgets import QLabel
+
+from hapkit_studio.gui.widgets.theme import theme
+
+_ALLOWED = re.compile(r"&lt;(/?(?:i|b|sub|sup))&gt;|&amp;(nbsp;)")
+
+
+def rich(words: str) -> str:
+    """Return words as HTML in which nothing but <i>, <b>, <sub>, <sup> and &nbsp; means anything."""
+    escaped = html.escape(words, quote=False)
+    return _ALLOWED.sub(lambda found: f"<{found[1]}>" if found[1] else f"&{found[2]}", escaped)
+
+
+def plain(label: QLabel) -> QLabel:
+    """Return a label that shows every letter as it stands."""
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    return label
+
+
+def plain_tip(words: str) -> str:
+    """Return words for a tooltip, whose format cannot be chosen: escaped where Qt sees HTML in them."""
+    return Rich.convertFromPlainText(words) if Rich.mightBeRichText(words) else words
+
+
+def tip(sentences: Iterable[str], formula: str) -> str:
+    """Return the sentences that are not empty, each with its full stop, and the formula below, as HTML."""
+    words = " ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence)
+    return "".join(f"<p>{rich(part)}</p>" for part in (words, formula) if part)
+
+
+def paint_words(
+    painter: QPainter,
+    x: float,
+    y: float,
+    text: str,
+    font: QFont,
+    tokens: tuple[str, str],
+    rim: float,
+    ratio: float,
+) -> None:
+    """Write text from x on base line y; tokens are the text's and its ground's; rim is the halo in px."""
+    room = math.ceil(rim + 1.0)
+    colors = tuple(theme.color(token).name() for token in tokens)
+    picture, ascent = _picture(text, font.key(), colors, rim, ratio, room)
+    place = QPointF(round((x - room) * ratio) / ratio, round((y - ascent - room) * ratio) / ratio)
+    painter.drawPixmap(place, picture)
+
+
+@lru_cache(maxsize=256)
+def _picture(
+    text: str, font_key: str, colors: tuple[str, ...], rim: float, ratio: float, room: int
+) -> tuple[QPixmap, int]:
+    font = QFont()
+    font.fromString(font_key)
+    metrics = QFontMetricsF(font)
+    ascent = math.ceil(metrics.ascent())
+    width = math.ceil(metrics.horizontalAdvance(text)) + 2 * room
+    height = ascent + math.ceil(metrics.descent()) + 2 * room
+    picture = QPixmap(math.ceil(width * ratio), math.ceil(height * ratio))
+    picture.setDevicePixelRatio(ratio)
+    picture.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    path = QPainterPath()
+    path.addText(room, room + ascent, font, text)
+    halo = QPen(QColor(colors[1]), rim)
+    halo.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    painter.strokePath(path, halo)
+    painter.fillPath(path, QColor(colors[0]))
+    painter.end()
+    return picture, ascent

@@ -1,0 +1,153 @@
+"""The look in force: colours by token, fonts by role, the style sheet; follows the system."""
+
+import re
+from types import SimpleNamespace
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QPalette
+from PySide6.QtWidgets import QApplication
+
+from hapkit_studio import resources
+from hapkit_studio.formatting import MINUS, number
+from hapkit_studio.palette import table
+
+__all__ = ["MINUS", "ROLES", "Theme", "number", "theme"]
+
+# role: pixels, weight
+ROLES = {
+    "tick": (12, 400),
+    "hint": (12, 400),
+    "label": (12, 600),
+    "body": (13, 400),
+    "strong": (13, 600),
+    "banner": (14, 650),
+    "readout": (17, 650),
+    "title": (18, 650),
+    "verdict": (30, 700),
+    "formula": (14, 400),
+}
+
+
+class Theme(QObject):
+    """Holds the mode in force; ``changed`` fires after every switch."""
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.mode = "system"
+        self.name = "light"
+        self.c = SimpleNamespace(**table("light"))
+        self._colors = {name: QColor(value) for name, value in vars(self.c).items()}
+        self._fonts: dict[str, QFont] = {}
+        self._app: QApplication | None = None
+
+    @property
+    def tokens(self) -> dict[str, str]:
+        """Return token -> "#RRGGBB" of the mode in force."""
+        return dict(vars(self.c))
+
+    def color(self, token: str, alpha: float = 1.0) -> QColor:
+        """Return a token's colour; alpha 0..1."""
+        color = QColor(self._colors[token])
+        if alpha < 1.0:
+            color.setAlphaF(alpha)
+        return color
+
+    def paler(self, token: str, ground: str, share: float) -> QColor:
+        """Return an opaque mixture, ``share`` of a token's colour on the ground's: may overlap itself."""
+        over, under = self.color(token), self.color(ground)
+        parts = (over.redF(), under.redF()), (over.greenF(), under.greenF()), (over.blueF(), under.blueF())
+        return QColor.fromRgbF(*(share * a + (1.0 - share) * b for a, b in parts))
+
+    def apply(self, app: QApplication) -> None:
+        """Dress the application and follow the system from now on."""
+        if self._app is None:
+            self._app = app
+            app.setStyle("Fusion")
+            app.styleHints().colorSchemeChanged.connect(self._follow)
+            self.name = ""  # nothing is dressed yet
+        self.set_mode(self.mode)
+
+    def set_mode(self, mode: str) -> None:
+        """Choose "system", "light", "dark" or "contrast"; raise ValueError on another."""
+        if mode not in ("system", "light", "dark", "contrast"):
+            raise ValueError(f"The theme is system, light, dark or contrast, not {mode!r}.")
+        self.mode = mode
+        self._switch(self._system() if mode == "system" else mode)
+
+    def _system(self) -> str:
+        app = self._app or QApplication.instance()
+        dark = app is not None and app.styleHints().colorScheme() == Qt.ColorScheme.Dark  # type: ignore[attr-defined]
+        return "dark" if dark else "light"
+
+    def _follow(self) -> None:
+        if self.mode == "system":
+            self._switch(self._system())
+
+    def _switch(self, name: str) -> None:
+        if name == self.name:
+            return
+        self.name = name
+        self.c = SimpleNamespace(**table(name))
+        self._colors = {token: QColor(value) for token, value in vars(self.c).items()}
+        self._fonts.clear()
+        if self._app is not None:
+            self._app.setPalette(self.palette())
+            self._app.setFont(self.font("body"))
+            self._app.setStyleSheet(self.stylesheet())
+        self.changed.emit()
+
+    def palette(self) -> QPalette:
+        """Return the palette for whatever the style sheet leaves to the style."""
+        palette = QPalette()
+        role = QPalette.ColorRole
+        pairs = {
+            role.Window: "side", role.WindowText: "ink", role.Base: "surface", role.AlternateBase: "side",
+            role.Text: "ink", role.Button: "surface", role.ButtonText: "ink", role.Highlight: "accent",
+            role.HighlightedText: "onaccent", role.ToolTipBase: "surface", role.ToolTipText: "ink",
+            role.PlaceholderText: "ink3", role.Link: "accent", role.Mid: "line", role.Dark: "edge",
+        }  # fmt: skip
+        for key, token in pairs.items():
+            palette.setColor(key, self.color(token))
+        for key in (role.WindowText, role.Text, role.ButtonText):
+            palette.setColor(QPalette.ColorGroup.Disabled, key, self.color("ink3"))
+        return palette
+
+    def font(self, role: str) -> QFont:
+        """Return the font of a role in ROLES, with tabular figures where the face has them."""
+        if role not in self._fonts:
+            self._fonts[role] = self._font(role)
+        return QFont(self._fonts[role])
+
+    def _font(self, role: str) -> QFont:
+        pixels, weight = ROLES[role]
+        font = QFont(family())
+        if role == "formula":
+            font = QFont("DejaVu Serif")
+            font.setStyleHint(QFont.StyleHint.Serif)
+            font.setItalic(True)
+        font.setPixelSize(pixels)
+        font.setWeight(QFont.Weight(weight))
+        font.setFeature(QFont.Tag("tnum"), 1)
+        return font
+
+    def stylesheet(self) -> str:
+        """Return the application's style sheet: assets/style.qss with its tokens and icons filled in."""
+        from hapkit_studio.gui.widgets import icons
+
+        text = resources.path("style.qss").read_text(encoding="utf-8")
+        text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+        text = re.sub(r"@(\w+)", lambda match: self.tokens[match[1]], text)
+        return re.sub(r"%(\w+)%", lambda match: icons.file(match[1], "ink2"), text)
+
+
+def family() -> str:
+    """Return Inter where installed, else the system's face."""
+    installed = QFontDatabase.families() if QApplication.instance() else []
+    if "Inter" in installed:
+        return "Inter"
+    return QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont).family() if installed else ""
+
+
+theme = Theme()
