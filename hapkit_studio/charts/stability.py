@@ -11,8 +11,20 @@ import numpy as np
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
 from hapkit_studio.analysis.stability.margin import factor, hand_words, sentence
-from hapkit_studio.charts.labels import Label, write
-from hapkit_studio.charts.style import DASH_DOT, DOT, TEXT, Colors, dress, legend, pale, rim, save, whole
+from hapkit_studio.charts.style import (
+    DASH_DOT,
+    DOT,
+    TEXT,
+    Colors,
+    Label,
+    dress,
+    legend,
+    pale,
+    rim,
+    save,
+    whole,
+    write_labels,
+)
 
 _SIZE = (972, 700)
 # DECAYS, BUZZES, GROWS of the measured classes, and how each is called
@@ -100,7 +112,7 @@ def draw(figure: Any, c: Colors, shown: Map) -> "Dot":
     legend(axes, c)
     if shown.hands:
         figure.draw_without_rendering()
-        write(axes, c, [*_ends(c, shown)])
+        write_labels(axes, c, [*_ends(c, shown)])
     dot = Dot(axes, c)
     dot.place(plane, shown.dotted)
     return dot

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from hapkit_studio.analysis.failures import failures, named
 from hapkit_studio.analysis.failures.base import Failure, Shown, Try, as_json, show, try_json
-from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import key_values
+from hapkit_studio.commands.base import Command, Result, key_values, progress_line
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import on_screen
 

@@ -7,8 +7,7 @@ from hapkit_studio import environments as library
 from hapkit_studio.analysis import fidelity as judge
 from hapkit_studio.analysis import needs_writer
 from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
-from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import environment
+from hapkit_studio.commands.base import Command, Result, environment_named, progress_line
 from hapkit_studio.devices.terms import TERMS
 
 
@@ -22,7 +21,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def fidelity(options: argparse.Namespace) -> Result:
     """Judge which terms each scene needs; draw the table and write the needs where asked."""
-    scenes = [environment(wanted, options.trust) for wanted in options.environment]
+    scenes = [environment_named(wanted, options.trust) for wanted in options.environment]
     scenes = scenes or list(library.discover().values())
     results = []
     for number, scene in enumerate(scenes, 1):

@@ -12,8 +12,7 @@ from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
 from hapkit_studio.analysis.stability.rendered import measure_cells, measure_points
-from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import setting, setting_options
+from hapkit_studio.commands.base import Command, Result, progress_line, setting_of, setting_options
 from hapkit_studio.errors import ParameterError
 
 COLUMNS = 13
@@ -38,7 +37,7 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Result:
     """Judge a loop; measure where asked."""
     _check(options)
-    found = plane(setting(options), options.stiffness, options.damping, width=options.to)
+    found = plane(setting_of(options), options.stiffness, options.damping, width=options.to)
     begin = time.monotonic()
     with _executor(options.scheduler) as executor:
         found = _measured(options, found, executor)

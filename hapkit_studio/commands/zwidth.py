@@ -18,8 +18,14 @@ from hapkit_studio.analysis.zwidth import (
 from hapkit_studio.analysis.zwidth.guarded_device import Care
 from hapkit_studio.analysis.zwidth.result import Protocol, ZWidth, text
 from hapkit_studio.charts.zwidth import zwidth_figure
-from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import of_options, setting, setting_options
+from hapkit_studio.commands.base import (
+    Command,
+    Result,
+    of_options,
+    progress_line,
+    setting_of,
+    setting_options,
+)
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import ParameterError
@@ -63,7 +69,7 @@ def _simulated(options: argparse.Namespace) -> ZWidth:
     force = math.inf if options.max_force is None else MAX_FORCE.check(options.max_force)
     protocol = Protocol(**of_options(options, ("speed", "push")), max_force=force)
     levels = dampings(options.damping, SIMULATED_DAMPING)
-    return simulation.compute(setting(options), levels, protocol, progress=progress_line("damping"))
+    return simulation.compute(setting_of(options), levels, protocol, progress=progress_line("damping"))
 
 
 def _on_device(options: argparse.Namespace) -> ZWidth:

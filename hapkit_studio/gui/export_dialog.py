@@ -13,7 +13,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.haptics.board_offer import spec_on_board
 from hapkit_studio.protocol.messages import Origin
-from hapkit_studio.workshop import sketch, sketch_file
+from hapkit_studio.workshop import sketch
 from hapkit_studio.workshop.sketch import Kit
 
 _ABOUT = (
@@ -89,7 +89,7 @@ class ExportSheet(FormSheet):
     def write(self, wanted: str) -> None:
         """Write to the path that a person has chosen, in the folder that the Arduino IDE wants."""
         try:
-            path = sketch_file.write(wanted, self.text(), over=True)
+            path = sketch.write_sketch(wanted, self.text(), over=True)
         except StudioError as error:
             self.verdict.say(str(error), "triangle", "danger")
         except OSError as error:

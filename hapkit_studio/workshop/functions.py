@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.environments.base import Conditions, Environment
-from hapkit_studio.workshop import apart, source
+from hapkit_studio.workshop import isolated, source
 from hapkit_studio.workshop.source import Source
 
 START_SECONDS = 20.0
@@ -91,7 +91,7 @@ class Functions:
             if self._process is not None or self.off:
                 return
             try:
-                self._process = apart.begin(_MODULE, str(self._source.path))
+                self._process = isolated.begin(_MODULE, str(self._source.path))
             except OSError as error:
                 self.off = f"The functions of {self._source.path.name} cannot be called: {error.strerror}."
                 return
@@ -123,7 +123,7 @@ class Functions:
 
     def _switch_off(self, name: str) -> None:
         assert self._process is not None
-        apart.end(self._process)
+        isolated.end(self._process)
         self._process.wait()
         self.off = (
             f"`{name}` of {self._source.path.name} took more than {CALL_SECONDS:g} s or too much memory: "
@@ -143,7 +143,7 @@ def _exchange(process: Any, line: bytes) -> bytes:
 
 def _end(process: Any) -> None:
     """End a program that nobody will ask again."""
-    apart.end(process)
+    isolated.end(process)
     process.wait()
     with contextlib.suppress(OSError):
         process.stdin.close()
@@ -159,19 +159,19 @@ def _plain(value: Any) -> Any:
 
 def main(path: str) -> None:
     """Execute a text, whose file has this path, then answer calls of its functions until nobody asks."""
-    heard, said = apart.pipes()
-    apart.take_little_memory()
+    heard, said = isolated.pipes()
+    isolated.take_little_memory()
     from hapkit_studio.workshop import reading
 
     try:
-        apart.last_for(2 * START_SECONDS)
+        isolated.last_for(2 * START_SECONDS)
         environment = reading.execute(source.typed(Path(path), json.loads(heard.readline())))
         answer: Any = ""
         while True:
             said.write(json.dumps(answer).encode() + b"\n")
-            apart.last_for(None)
+            isolated.last_for(None)
             asked = json.loads(heard.readline())
-            apart.last_for(2 * CALL_SECONDS)
+            isolated.last_for(2 * CALL_SECONDS)
             answer = _called(environment, *asked)
     finally:
         os._exit(0)  # also where memory runs out or nobody is left to ask

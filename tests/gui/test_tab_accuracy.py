@@ -9,8 +9,7 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet
 from hapkit_studio.analysis.accuracy.plan import mark_front
-from hapkit_studio.charts.accuracy_axes import Frame
-from hapkit_studio.charts.methods import look
+from hapkit_studio.charts.accuracy import Frame, look
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS

@@ -2,10 +2,10 @@
 
 import pytest
 
-from hapkit_studio.workshop import reading, templates, trying
+from hapkit_studio.workshop import folder, reading, trying
 from tests.workshop.student import saved, write
 
-ALL = templates.templates()
+ALL = folder.templates()
 
 
 def test_there_are_four_the_simplest_first():
@@ -31,7 +31,7 @@ def test_a_template_can_be_read_by_a_beginner(template):
 @pytest.mark.parametrize("template", ALL, ids=lambda t: t.key)
 @pytest.mark.parametrize("title", ["Zwei Wände", 'My "best" one\\', "it's\n\ttwo lines", "𝕊 {} %s"])
 def test_a_filled_template_has_its_own_title_and_key(template, title, tmp_path):
-    made = reading.load(write(tmp_path, templates.fill(template, title, "another_one")))
+    made = reading.load(write(tmp_path, folder.fill_template(template, title, "another_one")))
     assert (made.title, made.key) == (title, "another_one")
     before = reading.load(write(tmp_path, template.text))
     assert made.parameters == before.parameters

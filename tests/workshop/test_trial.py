@@ -10,7 +10,7 @@ import pytest
 
 from hapkit_studio.workshop import trial
 from hapkit_studio.workshop.source import read
-from hapkit_studio.workshop.verdict import Problem, Verdict
+from hapkit_studio.workshop.trying import Problem, TrialResult
 from tests.waiting import PATIENCE, wait_until
 from tests.workshop.student import line_of, saved, text, write
 
@@ -49,7 +49,7 @@ def test_it_prints_one_object_and_nothing_of_what_the_file_prints(tmp_path):
     assert done.stdout.count("\n") == 1
     found = json.loads(done.stdout)
     assert (found["ok"], found["problems"]) == (True, [])
-    assert Verdict.from_json(found).calls == found["calls"] >= 10_000
+    assert TrialResult.from_json(found).calls == found["calls"] >= 10_000
 
 
 def test_a_mistake_has_its_line(tmp_path):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hapkit_studio.workshop import tried
+from hapkit_studio.workshop import trial
 from hapkit_studio.workshop.source import typed
 from tests.workshop.student import text
 
@@ -15,19 +15,19 @@ FILE = Path("mine.py")
 
 
 def passed(text, file):
-    tried.note(typed(file, text), True)
+    trial.remember(typed(file, text), True)
 
 
 def failed(text, file):
-    tried.note(typed(file, text), False)
+    trial.remember(typed(file, text), False)
 
 
 def has_passed(text, file):
-    return tried.has_passed(typed(file, text))
+    return trial.has_passed(typed(file, text))
 
 
 def has_failed(text, file):
-    return tried.has_failed(typed(file, text))
+    return trial.has_failed(typed(file, text))
 
 
 def records(folder):
@@ -62,17 +62,17 @@ def test_only_with_this_cache(tmp_path, monkeypatch):
 
 
 def test_the_last_versions_are_known(tmp_path):
-    for n in (*range(tried.KEPT), 0, 0, tried.KEPT):
+    for n in (*range(trial.KEPT), 0, 0, trial.KEPT):
         passed(f"a = {n}", FILE)
-    known = [n for n in range(tried.KEPT + 1) if has_passed(f"a = {n}", FILE)]
-    assert known == [0, *range(2, tried.KEPT + 1)]
+    known = [n for n in range(trial.KEPT + 1) if has_passed(f"a = {n}", FILE)]
+    assert known == [0, *range(2, trial.KEPT + 1)]
     assert len(records(tmp_path)) == 1
 
 
 def test_records_of_long_ago_go(tmp_path):
     passed("a = 1", Path("old.py"))
     (old,) = records(tmp_path)
-    days = time.time() - tried.KEPT_SECONDS
+    days = time.time() - trial.KEPT_SECONDS
     os.utime(old, (days + 3600, days + 3600))
     passed("a = 1", FILE)
     assert old.exists()

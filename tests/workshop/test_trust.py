@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from hapkit_studio.workshop import trust
-from hapkit_studio.workshop.source import typed
+from hapkit_studio.workshop.source import is_trusted, trust_source, typed, visible_text
 
 TEXT = "import os\nprint('−')\n"
 
@@ -13,37 +12,37 @@ def of(text, name="mine.py"):
 
 
 def test_a_text_is_trusted_once_it_was_agreed_to():
-    assert not trust.is_trusted(of(TEXT))
-    trust.trust(of(TEXT))
-    assert trust.is_trusted(of(TEXT))
+    assert not is_trusted(of(TEXT))
+    trust_source(of(TEXT))
+    assert is_trusted(of(TEXT))
 
 
 def test_any_other_text_is_not():
-    trust.trust(of(TEXT))
+    trust_source(of(TEXT))
     for other in (TEXT + " ", TEXT[1:], TEXT.replace("−", "-"), "", TEXT.replace("\n", "\n\n")):
-        assert not trust.is_trusted(of(other))
+        assert not is_trusted(of(other))
 
 
 def test_the_same_bytes_are_trusted_wherever_they_lie():
-    trust.trust(of(TEXT))
-    assert trust.is_trusted(of(TEXT, "other.py"))
+    trust_source(of(TEXT))
+    assert is_trusted(of(TEXT, "other.py"))
 
 
 def test_many_are_remembered_and_none_twice(tmp_path):
     for n in range(5):
-        trust.trust(of(f"x = {n}"))
-        trust.trust(of(f"x = {n}"))
-    assert all(trust.is_trusted(of(f"x = {n}")) for n in range(5))
+        trust_source(of(f"x = {n}"))
+        trust_source(of(f"x = {n}"))
+    assert all(is_trusted(of(f"x = {n}")) for n in range(5))
     assert [len(f.read_text(encoding="ascii").split()) for f in (tmp_path / "data").rglob("trusted")] == [5]
 
 
 def test_a_list_that_cannot_be_read_trusts_nobody(tmp_path):
-    trust.trust(of(TEXT))
+    trust_source(of(TEXT))
     (file,) = (tmp_path / "data").rglob("trusted")
     file.write_bytes(b"\xff\xfe\x00")
-    assert not trust.is_trusted(of(TEXT))
+    assert not is_trusted(of(TEXT))
 
 
 def test_nothing_hides_in_a_text_that_is_shown():
-    shown = trust.shown("a = 1\x1b[2K\r\u202eb\u200b = 2\nN·s/m −\n")
+    shown = visible_text("a = 1\x1b[2K\r\u202eb\u200b = 2\nN·s/m −\n")
     assert shown == "a = 1\\x1b[2K\\r\\u202eb\\u200b = 2\nN·s/m −\n"

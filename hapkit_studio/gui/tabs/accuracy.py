@@ -50,7 +50,7 @@ def answer_words(sheet: "Sheet") -> str:
 def columns(sheet: "Sheet") -> tuple[Column, ...]:
     """Return the columns of the points that compete: what is chosen between, cost, error in one unit."""
     from hapkit_studio.analysis.accuracy.words import name_words
-    from hapkit_studio.charts.methods import look
+    from hapkit_studio.charts.accuracy import look
     from hapkit_studio.formatting import significant
 
     scene, default = sheet.scene, sheet.answer.default
@@ -217,7 +217,7 @@ class AccuracyPage(MeasuringPage):
     def show_near(self, event: "MouseEvent | None") -> None:
         """Say in words what the point under the pointer is."""
         from hapkit_studio.analysis.accuracy import words
-        from hapkit_studio.charts.accuracy_axes import Frame
+        from hapkit_studio.charts.accuracy import Frame
 
         self.point.setText("")
         sheet = self.sheet

@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from hapkit_studio.charts.accuracy import accuracy_figure
-from hapkit_studio.charts.accuracy_axes import Frame
-from hapkit_studio.charts.labels import spread
+from hapkit_studio.charts.accuracy import Frame, accuracy_figure
+from hapkit_studio.charts.style import spread
 from hapkit_studio.errors import ParameterError
 from tests.analysis.accuracy.points import accuracy, point, sheet
 
