@@ -31,9 +31,9 @@ _Function = ctypes.CFUNCTYPE(_real, _reals, _reals, _real, _real, _real, ctypes.
 
 @compiled
 def call_law(address, p, s, x, v, dt, fault, force):
-    """Call a law at every x (n,) m and v (n,) m/s into force (n,) N; return the call that failed, or NO_FAULT.
+    """Call a law at every x (n,) m and v (n,) m/s into force (n,) N; return the call that failed.
 
-    fault holds FAULT_WORDS words, the code being 0 where there is none.
+    NO_FAULT where none did. fault holds FAULT_WORDS words, the code being 0 where there is none.
     """
     for i in range(len(x)):
         force[i] = native.call(address, p, s, x[i], v[i], dt, fault)

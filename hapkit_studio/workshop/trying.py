@@ -1,4 +1,4 @@
-"""The first calls of a law, over the corners of its parameters and of what the loop can see.
+"""Try out an environment's text: read, checked, compiled, called at its corners.
 
 The first calls of a law go over the corners of its parameters and of what the loop can see.
 """

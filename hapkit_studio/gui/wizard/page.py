@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWi
 
 from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
 from hapkit_studio.analysis.calibrate.result import CheckResult
-from hapkit_studio.gui.tabs.bar import PRIMARY
+from hapkit_studio.gui.pages.measuring import PRIMARY
 from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.wizard.verdict_box import VerdictBox
 
