@@ -28,7 +28,7 @@ help:
 	@echo "make realtime  say what priority the loop obtains, and how to get more"
 	@echo "make clean     remove everything built"
 
-run: $(VENV)/.run
+run: $(VENV)/.compiled
 	@.ci/system-packages.sh run
 	@$(BIN)/hapkit-studio
 
@@ -41,7 +41,7 @@ test: $(VENV)/.test
 	@command -v avr-g++ >/dev/null || echo "No avr-g++: what needs the firmware was not checked."
 
 test-all: test
-	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m slow $$(grep -rlE "mark\.slow|wide\(" tests --include="test_*.py")
+	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m slow
 
 $(WARM): warm-loop
 warm-loop $(WARM): warm-%: $(VENV)/.test
@@ -93,6 +93,11 @@ $(BIN)/pip:
 $(VENV)/.run: pyproject.toml | $(BIN)/pip
 	@echo "Installing the studio into $(VENV) ..."
 	@$(PIP) --editable .
+	@touch $@
+
+# the first start then is as quick as every later one; after an edit the window compiles by itself
+$(VENV)/.compiled: $(VENV)/.run
+	@$(BIN)/python -m hapkit_studio.gui.prepare all
 	@touch $@
 
 $(VENV)/.test: pyproject.toml | $(BIN)/pip

@@ -21,6 +21,9 @@ COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODE
 # The stiffest tether is stretched by 50 nm then, which the board's single precision can still tell.
 LEAST = 1e-3
 
+# LuGre's bristles slide once they bear this much of the kinetic force; all of it they reach only to rounding.
+SLIDING = 0.99
+
 # Slower than this is at rest, where a curve over velocity is drawn.
 REST = 1e-6
 
@@ -52,7 +55,7 @@ def force(p, s, x, v, dt):
             bend = bristle(s.before - s.anchor, x - s.before, level, stiffness)
             dry = -stiffness * bend
             s.anchor = x - bend
-            level = kinetic
+            level = SLIDING * kinetic
         s.stuck = 1.0 if abs(dry) < level else 0.0
     else:
         dry = 0.0

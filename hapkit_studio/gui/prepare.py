@@ -2,7 +2,7 @@
 
 Knows no Qt, so that it is up and done sooner. Part "loop" is what the first picture waits for; then come the
 "laws" of the other environments, from the lowest up, "boards", what a board waits for, and "analysis", what
-the measuring views wait for.
+the measuring views wait for. Part "all" is all of these.
 """
 
 import hashlib
@@ -154,12 +154,32 @@ def compile_analysis(*_keys: str) -> None:
     warm_up()
 
 
+def compile_all(*_keys: str) -> None:
+    """Compile every part that is not there yet, and say so: after an installation, before the first start."""
+    from hapkit_studio.environments import discover
+
+    steps: list[tuple[str, Callable[[], Iterable[subprocess.Popen | None]]]] = [
+        ("the loop", lambda: [begin("loop")]),
+        (
+            "the environments",
+            lambda: begin_laws(k for k, e in discover().items() if not e.force.is_compiled()),
+        ),
+        ("what boards and measurements need", lambda: [begin("boards"), begin("analysis")]),
+    ]
+    for number, (what, start) in enumerate(steps, 1):
+        print(f"Compiling {what} ({number} of {len(steps)}) ...", flush=True)
+        for program in start():
+            if program is not None and program.wait():
+                sys.exit(program.returncode)
+
+
 _COMPILE: dict[str, Callable[..., None]] = {
     "loop": compile_loop,
     "paddle": compile_paddle,
     "laws": compile_laws,
     "boards": compile_boards,
     "analysis": compile_analysis,
+    "all": compile_all,
 }
 
 

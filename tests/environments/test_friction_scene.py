@@ -127,3 +127,13 @@ def test_a_steady_slide_feels_as_the_curve_says(model, speed):
     want = FRICTION.over_velocity(FRICTION.values({"model": model}), np.array([speed]))[0]
     late = run.force[-len(run.force) // 4 :]
     assert late == pytest.approx(want, rel=0.01, abs=0.002)
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.3, 0.5])
+def test_lugre_that_slides_steadily_is_not_shown_as_stuck(speed):
+    device = hs.SimulatedHapkit(quantum=0.0, max_force=math.inf)
+    moved = hs.Prescribed(position=lambda t: speed * t)
+    run = hs.simulate("friction", {"model": "lugre"}, hand=moved, device=device, seconds=0.1)
+    stuck = run.state[:, run.state_names.index("stuck")]
+    assert stuck[1] == 1.0
+    assert not stuck[run.position > 5e-3].any()

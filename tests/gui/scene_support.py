@@ -1,6 +1,7 @@
 """Scenes on their own, shown with a state of the law, and their pixels as arrays."""
 
 import numpy as np
+import pytest
 from PySide6.QtGui import QColor, QImage
 
 from hapkit_studio.environments import discover
@@ -11,6 +12,9 @@ from hapkit_studio.parameters import Choice
 
 LIBRARY = discover()
 SIZES = ((500, 150), (880, 236), (1100, 330))
+each_size = pytest.mark.parametrize(
+    "size", [SIZES[0], *(pytest.param(size, marks=pytest.mark.slow) for size in SIZES[1:])]
+)
 
 
 def scene_of(qtbot, key, size=(880, 236), given=None):

@@ -115,3 +115,35 @@ def test_a_law_that_cannot_be_compiled_keeps_no_other_back(monkeypatch, capsys):
     prepare.compile_laws("free", "wall", "swamp", "cat")
     assert done == [discover()["free"].force, discover()["cat"].force]
     assert "wall: no such type" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("code", [0, 3])
+def test_setting_up_compiles_every_part_and_ends_where_one_fails(code, tmp_path, monkeypatch, capsys):
+    programs = []
+
+    class Program:
+        returncode = code
+
+        def __init__(self, *words):
+            programs.append(words)
+
+        def wait(self):
+            return code
+
+    monkeypatch.setattr(prepare, "_program", Program)
+    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
+    monkeypatch.setattr(Law, "is_compiled", lambda _law: False)
+    if code:
+        with pytest.raises(SystemExit) as end:
+            prepare.main("all")
+        assert (end.value.code, programs) == (code, [("loop", prepare.FIRST)])
+        return
+    prepare.main("all")
+    assert [p for p in dict.fromkeys(words[0] for words in programs)] == [
+        "loop",
+        "laws",
+        "boards",
+        "analysis",
+    ]
+    assert {key for words in programs if words[0] == "laws" for key in words[1:]} == set(discover())
+    assert "Compiling the loop (1 of 3) ..." in capsys.readouterr().out

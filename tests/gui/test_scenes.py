@@ -1,7 +1,5 @@
 """Scenes: the pointer is the hand, the handle is true to scale, no words overlap, colours follow."""
 
-import itertools
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -155,35 +153,6 @@ def test_stopped_shows_no_arrow(view):
 def test_the_arrow_is_as_long_as_the_force():
     assert arrow_length(-2.0, 46.0, 1.0) == pytest.approx(92.0)
     assert arrow_length(3.0, 46.0, 1.32) == pytest.approx(3 * 46 * 1.32)
-
-
-SITUATIONS = list(
-    itertools.product(
-        ["free", "spring", "wall", "damping"],
-        [(880, 236), (640, 150), (1000, 272)],
-        np.linspace(-0.05, 0.05, 9),
-    )
-)
-
-
-@pytest.mark.parametrize(("key", "size", "position"), SITUATIONS)
-def test_no_words_overlap_or_leave_the_scene(view, key, size, position):
-    view.resize(*size)
-    for force, hand, surface in (
-        (-1.7, position + 0.015, 0.0),
-        (0.8, position - 0.01, -0.03),
-        (0.0, None, 0.03),
-    ):
-        given = {"wall": {"position": surface}, "spring": {"center": surface}}.get(key, {})
-        view.set_environment(LIBRARY[key], LIBRARY[key].values(given))
-        show(view, position, force, hand)
-        boxes = view.text_boxes()
-        assert boxes
-        for box in boxes:
-            assert box.left() >= 0
-            assert box.right() <= size[0]
-        for first, second in itertools.combinations(boxes, 2):
-            assert not first.intersects(second)
 
 
 def test_colours_follow_the_theme(view):

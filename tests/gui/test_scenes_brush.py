@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.gui.scene_support import SIZES, has, scene_of, shot, state_of
+from tests.gui.scene_support import each_size, has, scene_of, shot, state_of
 
 ABOVE = 4.5  # px at u = 1: how far above the ground bristles are looked at, so that it does not hide them
 # A bristle is a parabola, 13 px high at u = 1, through a point 0.15 of its lean aside at half its height.
@@ -23,7 +23,7 @@ def ends(picture, stage):
     return np.array([bristle.mean() for bristle in bristles])
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize("stretch", [-0.0015, -0.0006, 0.0, 0.0008, 0.0012])
 def test_bristles_end_where_the_anchor_holds_them(qtbot, stretch, size):
     view, stage = scene_of(qtbot, "friction", size, {"kinetic_force": 0.0})
@@ -48,7 +48,7 @@ def hatching(picture, stage, mm):
     return has(picture, "matline", 40)[top : top + int(4 * stage.u), columns].sum()
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 def test_a_sign_tells_that_it_sticks(qtbot, size):
     view, stage = scene_of(qtbot, "friction", size)
     sliding = shot(view, 0.01, held(0.01, 0.001, stuck=0.0))

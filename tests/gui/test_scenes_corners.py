@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.gui.widgets.theme import theme
-from tests.gui.scene_support import LIBRARY, SIZES, corners, paint, scene_of, shot
+from tests.gui.scene_support import LIBRARY, corners, each_size, paint, scene_of, shot
 
 POSITIONS = (-0.05, -0.0301, -0.012, 0.0004, 0.0085, 0.0243, 0.05)
 THEMES = ("light", "dark", "contrast")
@@ -33,9 +33,7 @@ def in_order(boxes, width, height):
     return inside and not any(a.intersects(b) for a, b in itertools.combinations(boxes, 2))
 
 
-@pytest.mark.parametrize(
-    "size", [SIZES[0], *(pytest.param(size, marks=pytest.mark.slow) for size in SIZES[1:])]
-)
+@each_size
 @pytest.mark.parametrize("key", sorted(LIBRARY))
 def test_no_words_overlap_or_leave_the_card_at_any_corner(qtbot, key, size):
     view, _ = scene_of(qtbot, key, size)

@@ -5,7 +5,7 @@ import pytest
 
 from hapkit_studio.gui.scenes import force_arrow, stage
 from hapkit_studio.gui.scenes.force_arrow import HEAD
-from tests.gui.scene_support import LIBRARY, SIZES, has, paint, scene_of, shot, state_of
+from tests.gui.scene_support import LIBRARY, each_size, has, paint, scene_of, shot, state_of
 
 
 def arrow(view, stage, picture):
@@ -17,7 +17,7 @@ def arrow(view, stage, picture):
 
 
 @pytest.mark.parametrize("key", sorted(LIBRARY))
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize("side", [-1, 1])
 def test_an_outward_force_stays_in_the_picture_with_its_number(qtbot, key, size, side):
     view, stage = scene_of(qtbot, key, size)
@@ -104,7 +104,7 @@ CLEAR = [
 ] + [("button", {"position": place}, {"downs": 11.0, "ups": 10.0}) for place in (-0.04, 0.005, 0.034)]
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize(("key", "given", "numbers"), CLEAR)
 def test_what_is_said_of_it_stands_clear_of_the_stem(qtbot, key, given, numbers, size):
     view, stage = scene_of(qtbot, key, size, given)

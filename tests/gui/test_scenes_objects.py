@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.gui.scene_support import SIZES, has, scene_of, shot, state_of
+from tests.gui.scene_support import each_size, has, scene_of, shot, state_of
 
 NEAR = 1.5  # px
 WIDTH = 14.5  # mm: half of what is between the block at rest and 8 mm before the post
@@ -29,7 +29,7 @@ def middle_row(picture):
     return int(np.flatnonzero(amber(picture).any(axis=1)).mean())
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize("place", [-0.035, -0.0123, 0.0, 0.0217, 0.035])
 def test_the_puck_is_as_large_and_where_the_law_has_it(qtbot, place, size):
     view, stage = scene_of(qtbot, "puck", size)
@@ -39,7 +39,7 @@ def test_the_puck_is_as_large_and_where_the_law_has_it(qtbot, place, size):
     assert right == pytest.approx(stage.x(1e3 * place + 5.0), abs=NEAR)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_handle_and_puck_touch_when_they_do(qtbot, side, size):
     view, stage = scene_of(qtbot, "puck", size)
@@ -63,7 +63,7 @@ def test_a_pushed_puck_is_pressed_in_and_a_wall_holds_it(qtbot):
     assert edges(amber(picture), middle_row(picture))[1] == pytest.approx(stage.x(40.0), abs=2 * NEAR)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 def test_the_walls_faces_stand_at_forty_millimetres(qtbot, size):
     view, stage = scene_of(qtbot, "puck", size)
     picture = shot(view, 0.0, state_of("puck", started=1.0, object=0.02, side=1.0))
@@ -104,7 +104,7 @@ def test_echoes_lie_behind_a_moving_puck_and_never_in_a_wall_or_beyond_the_handl
     assert shaded(-0.03, 0.3, -0.06).min() >= -40.0 - 0.5
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize("place", [-0.03, -0.0051, 0.0087, 0.0244])
 def test_the_block_stands_where_the_law_has_it(qtbot, place, size):
     view, stage = scene_of(qtbot, "mass_spring_damper", size)

@@ -6,7 +6,7 @@ import pytest
 from hapkit_studio.gui.scenes import base as scenes
 from hapkit_studio.gui.scenes.base import Motion
 from hapkit_studio.gui.scenes.parts import BALL
-from tests.gui.scene_support import LIBRARY, SIZES, has, scene_of, shot
+from tests.gui.scene_support import LIBRARY, SIZES, each_size, has, scene_of, shot
 
 GROUNDS = [
     ("bump_valley", {}),
@@ -50,7 +50,7 @@ def test_the_painted_ground_is_the_forces_energy(qtbot, key, given):
     assert np.abs(height - (scale * work + level)).max() < 0.05 * np.ptp(height) + 1.5
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize(("key", "given"), [*GROUNDS, ("texture", {"kind": "bands"})])
 def test_the_ball_touches_the_painted_ground_and_is_never_in_it(qtbot, key, given, size):
     view, stage = scene_of(qtbot, key, size, given)
@@ -105,7 +105,7 @@ def test_a_higher_peak_is_a_higher_hill_and_it_always_fits(qtbot):
         assert heights[0] < 0.8 * heights[1] < 0.8 * heights[2]
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 @pytest.mark.parametrize("wavelength", [0.02, 0.005, 0.0025])
 def test_ridges_are_as_far_apart_as_they_are(qtbot, wavelength, size):
     view, stage = scene_of(qtbot, "texture", size, {"kind": "grating", "wavelength": wavelength})
@@ -116,7 +116,7 @@ def test_ridges_are_as_far_apart_as_they_are(qtbot, wavelength, size):
     assert len(climbs) == pytest.approx(98.0 / (1e3 * wavelength), abs=1.0)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@each_size
 def test_bands_are_half_a_wavelength_wide_and_where_they_damp(qtbot, size):
     view, stage = scene_of(qtbot, "texture", size, {"kind": "bands", "wavelength": 0.008})
     shaded = has(shot(view, 0.09), "mat2", 2)[int(stage.rail - 0.2 * stage.band)]
