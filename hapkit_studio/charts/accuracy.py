@@ -5,6 +5,8 @@ colours tokens of the palette.
 """
 
 import math
+import os
+import platform
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
@@ -18,7 +20,7 @@ from hapkit_studio.analysis.accuracy.words import (
     step_words,
     verdict,
 )
-from hapkit_studio.charts.style import DASH, TEXT, Colors, Label, dress, save, write_labels
+from hapkit_studio.charts.style import DASH, TEXT, Colors, Label, dress, save, whole, write_labels
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 
@@ -156,7 +158,7 @@ _LARGER = {"*": 13.0, "p": 10.0, "P": 10.0, "X": 9.5}
 
 
 def accuracy_figure(result: "Accuracy", path: str | Path) -> None:
-    """Write every scene of a result: one large, or several side by side."""
+    """Write every scene of a result, one large or several side by side; below them what each was."""
     count = len(result.sheets)
     columns = 1 if count == 1 else 2 if count <= 4 else 3 if count <= 9 else 4
     rows = -(-count // columns)
@@ -171,7 +173,18 @@ def accuracy_figure(result: "Accuracy", path: str | Path) -> None:
         for axes, sheet in zip(panels, result.sheets, strict=True):
             _names(axes, c, sheet)
 
-    save(paint, path, (columns * size[0], rows * size[1]), caption=_KEY)
+    conditions = [f"{sheet.scene.title}: {_conditions(sheet)}" for sheet in result.sheets]
+    caption = "\n".join((_KEY, *dict.fromkeys(conditions), f"Timed on: {computer()}"))
+    save(paint, path, (columns * size[0], rows * size[1]), caption=caption)
+
+
+def _conditions(sheet: "Sheet") -> str:
+    return whole([f"{name} {value}" for name, value in sheet.scene.conditions])
+
+
+def computer() -> str:
+    """Name the computer on which costs are measured: its processor and how many cores it has."""
+    return f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
 
 
 def draw(figure: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:

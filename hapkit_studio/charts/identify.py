@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, dress, save
+from hapkit_studio.analysis.identify.words import conditions
+from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, dress, save, whole
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Identified, Part, Points
@@ -29,8 +30,11 @@ _BOTH = 270.0
 _STEPS = 60
 
 
-def identify_figure(found: "Identified", path: str | Path) -> None:
-    """Write both answers: a row of charts each, the residuals below, the numbers in words."""
+def identify_figure(found: "Identified", path: str | Path, device: str = "") -> None:
+    """Write both answers: a row of charts each, the residuals below, the numbers in words.
+
+    Below them stands what had been set; device: what was identified.
+    """
     parts = [part for part in (found.rendered, found.handle) if part.points is not None] or [found.rendered]
 
     def paint(figure: Any, c: Colors) -> None:
@@ -40,7 +44,10 @@ def identify_figure(found: "Identified", path: str | Path) -> None:
             row.supxlabel("\n".join(lines), size=TICK, color=c.ink, x=0.04, ha="left")
             draw(row, c, part, 0.0)
 
-    save(paint, path, (_SIZE[0], _SIZE[1] * len(parts)))
+    pairs = [("Device", device)] if device else []
+    pairs += conditions(found.setup)
+    caption = whole([f"{name} {value}".rstrip() for name, value in pairs])
+    save(paint, path, (_SIZE[0], _SIZE[1] * len(parts)), caption=caption)
 
 
 def draw(figure: Any, c: Colors, part: "Part", end: float) -> None:

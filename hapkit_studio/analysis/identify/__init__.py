@@ -81,7 +81,12 @@ def identify(
 def _as_json(found: Identified) -> dict[str, Any]:
     """Return both answers with their intervals; SI units, seconds and hertz said in the keys."""
     parts = {part.key: _part(found, part) for part in (found.rendered, found.handle)}
-    return {"from_s": found.begin, "to_s": found.end, "parts": parts}
+    return {
+        "from_s": found.begin,
+        "to_s": found.end,
+        "parts": parts,
+        "setup": dict(words.conditions(found.setup)),
+    }
 
 
 def _part(found: Identified, part: Part) -> dict[str, Any]:

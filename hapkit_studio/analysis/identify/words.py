@@ -127,6 +127,23 @@ def clamp(part: Part) -> str:
     return f"With the clamped samples it was {measured(found)} N/m: the force has a limit."
 
 
+def conditions(setup: Setup) -> list[tuple[str, str]]:
+    """Return what had been set while a piece was recorded, as pairs of a name and its value."""
+    known = setup.environment
+    scene = [("Environment", known.title)] if known else []
+    values = [(p.label, p.text(setup.values[p.key])) for p in known.parameters] if known else []
+    grip = setup.grip
+    hand = f"{1e3 * grip.mass:g} g, {grip.damping:g} N·s/m, {grip.stiffness:g} N/m" if grip else "not known"
+    return [
+        *scene,
+        *values,
+        ("Rate", f"{setup.rate:,.4g} Hz"),
+        ("Delay", f"{1e3 * setup.delay:.2f} ms"),
+        ("Sensor step", f"{1e6 * setup.quantum:.3g} µm"),
+        ("Hand", hand if grip or not setup.hold_known else "released"),
+    ]
+
+
 def left_out(part: Part, total: int) -> str:
     """Say what was left out, "" for nothing."""
     if not part.left_out or total <= 0:

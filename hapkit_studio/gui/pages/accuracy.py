@@ -174,7 +174,7 @@ class AccuracyPage(MeasuringPage):
         found = [p for p in sheet.points if sheet.scene.competes(p)]
         found.sort(key=lambda p: p.error if math.isfinite(p.error) else math.inf)
         self.table.show_rows(columns(sheet), found)
-        self.verdict.say(
+        self.answer.say(
             answer_words(sheet), *(("check", "ok") if sheet.answer.right else ("triangle", "warn"))
         )
         self.side.words.setText(words.verdict(sheet))
@@ -195,7 +195,7 @@ class AccuracyPage(MeasuringPage):
 
     def _show_nothing(self) -> None:
         """Show that this chart was not measured yet."""
-        self.verdict.say(self.begin)
+        self.answer.say(self.begin)
         self.table.show_rows((), ())
         self.side.words.setText("Not measured yet.")
         self.conditions.show_pairs([])
@@ -238,7 +238,14 @@ class AccuracyPage(MeasuringPage):
         accuracy_figure(Accuracy((self._found[self.key],), self._seconds[self.key]), path)
 
     def numbers(self) -> dict:
-        return {"rows": [p.row() for sheet in self._found[self.key].sheets for p in sheet.points]}
+        from hapkit_studio.charts.accuracy import computer
+
+        sheets = self._found[self.key].sheets
+        return {
+            "rows": [p.row() for sheet in sheets for p in sheet.points],
+            "conditions": {sheet.scene.key: dict(sheet.scene.conditions) for sheet in sheets},
+            "computer": computer(),
+        }
 
     def _join(self) -> None:
         self.charts.chosen.connect(lambda _index: self.show_chart())

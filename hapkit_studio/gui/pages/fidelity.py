@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from PySide6.QtWidgets import QLabel
-
 from hapkit_studio.devices.terms import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages.base import View
@@ -12,7 +10,6 @@ from hapkit_studio.gui.pages.job import Progress
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.side import Pairs, SidePanel, hint
 from hapkit_studio.gui.pages.table import Column, Table
-from hapkit_studio.gui.widgets.style import dress
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.fidelity import Effect, Fidelity
@@ -112,13 +109,11 @@ class FidelityPage(MeasuringPage):
     """Scenes down, terms across; what a cell says in words at the side."""
 
     file = "fidelity"
+    title = "Model no more than a scene needs"
 
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__(studio, live)
         self._results: list[Fidelity] = []
-        self.title = QLabel("Model no more than a scene needs")
-        dress(self.title, "QLabel { font-size: 14px; font-weight: 650; }")
-        self.bar.add(self.title)
         self.table = Table("Scenes down, terms of the device across", cells=True)
         self.details = Pairs()
         self.side = self._side()

@@ -187,6 +187,7 @@ class IdentifyPage(MeasuringPage):
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__(studio, live)
         self.found: Identified | None = None
+        self._device = ""
         self.shake = ShakingHand(studio, self)
         self.pieces = Segmented("Newest piece", tuple(words for _, words in PIECES))
         self.pieces.show_index(1)
@@ -217,6 +218,7 @@ class IdentifyPage(MeasuringPage):
     def run(self) -> None:
         """Identify the newest piece."""
         released = self.released.isChecked() and not self.released.isHidden()
+        self._device = self._studio.engine.device.title if self._studio.engine else ""
         take = newest_piece(self._studio, self._live, PIECES[self.pieces.index][0])
 
         def work(_progress: Progress) -> "Identified":
@@ -234,9 +236,12 @@ class IdentifyPage(MeasuringPage):
 
     def show_result(self, found: "Identified") -> None:
         """Show what was found."""
+        from hapkit_studio.analysis.identify.words import conditions
+
         self.found = found
         self._fresh.keep()
         self.show_part()
+        self.conditions.show_pairs(conditions(found.setup))
         self.bar.export.setEnabled(bool(found.rendered.estimates or found.handle.estimates))
         self.bar.say(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
 
@@ -249,18 +254,18 @@ class IdentifyPage(MeasuringPage):
 
     def _say(self, part: "Part | None") -> None:
         if part is None or self.found is None:
-            self.verdict.say(self.begin)
+            self.answer.say(self.begin)
             self.point.setText("")
             return
         self.point.setText(whole("\n\n".join(self.found.notes(part))))
         outdated = self._fresh.outdated
         self._draw(part, self.found.end, bool(outdated))
         if outdated:
-            self.verdict.outdate(outdated)
+            self.answer.outdate(outdated)
             return
         good = bool(part.estimates) and part.estimates[0].told and not self.found.surprises(part)
         sentence = self.found.sentences(part)[0]
-        self.verdict.say(sentence, *(("check", "ok") if good else ("triangle", "warn")))
+        self.answer.say(sentence, *(("check", "ok") if good else ("triangle", "warn")))
 
     def _draw(self, part: "Part", end: float, pale: bool) -> None:
         from hapkit_studio.charts.identify import draw
@@ -275,11 +280,11 @@ class IdentifyPage(MeasuringPage):
         from hapkit_studio.charts.identify import identify_figure
 
         assert self.found is not None
-        identify_figure(self.found, path)
+        identify_figure(self.found, path, self._device)
 
     def numbers(self) -> dict:
         assert self.found is not None
-        return self.found.as_json()
+        return {**self.found.as_json(), "device": self._device}
 
     def set_shown(self, on: bool) -> None:
         if not on:

@@ -284,19 +284,28 @@ class Fresh:
         return f"Out of date: the {changed} changed. {self._again}." if changed else ""
 
 
+def bar_title(text: str) -> QLabel:
+    """Return a title for the run bar."""
+    label = QLabel(text)
+    dress(label, "QLabel { font-size: 14px; font-weight: 650; }")
+    return label
+
+
 class MeasuringPage(Page):
     """A view declares its words, and what it measures, shows and saves."""
 
     file = ""
     """What exported files are called."""
+    title = ""
+    """What the run bar begins with, "" for nothing."""
     heading, about = "", ""
-    """The side's title and what stands below it."""
+    """The side's title and what stands below it; without a title the side is the view's own."""
     begin = ""
-    """What the answer's line says before there is one."""
+    """What the answer's line says before there is one; "" for no such line."""
     read = ""
     """How to read the drawing."""
     drawn, listed = "", ""
-    """What drawing and table are called where they are not seen."""
+    """What drawing and table are called where they are not seen; "" for no drawing."""
     buttons = ("Measure", "Measure again")
     needs = "analysis"
     """What must be compiled before, "" for nothing."""
@@ -308,9 +317,15 @@ class MeasuringPage(Page):
         self._studio, self._live = studio, live
         self.job = Job(self, needs=self.needs)
         self.bar = RunBar(self.job, *self.buttons)
-        self.verdict, self.chart = AnswerLine(self.begin), Drawing(self.drawn)
-        self.table, self.point, self.conditions = Table(self.listed), hint(), Pairs()
-        self.side = SidePanel(self.heading, self.about)
+        if self.title:
+            self.bar.add(bar_title(self.title))
+        if self.begin:
+            self.answer = AnswerLine(self.begin)
+        if self.drawn:
+            self.chart = Drawing(self.drawn)
+        if self.heading:
+            self.table, self.point, self.conditions = Table(self.listed), hint(), Pairs()
+            self.side = SidePanel(self.heading, self.about)
         self.bar.run_pressed.connect(self.press)
         self.bar.export_pressed.connect(self.export)
         self.job.finished.connect(self.show_result)
@@ -318,9 +333,9 @@ class MeasuringPage(Page):
 
     def build(self, body: QWidget | None = None) -> None:
         """Put the parts together; body: what stands below the answer if not the drawing alone."""
-        answer = (self.verdict,) if self.begin else ()
+        answer = (self.answer,) if self.begin else ()
         self.column.addWidget(filled(self.bar, *answer, body or self.chart))
-        if not self.heading:  # its side and what stands in it are its own
+        if not self.heading:
             return
         self.side.add(self.table)
         self.side.add(self.point)
@@ -363,7 +378,11 @@ class MeasuringPage(Page):
 
     def export(self) -> None:
         """Save what is in sight as a picture or as numbers."""
-        self._export.ask(self.save, self.numbers)
+        self._export.ask(*self.exports())
+
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        """Return what draws what is in sight to a path, and what returns it as numbers."""
+        return self.save, self.numbers
 
     def end(self) -> None:
         self.job.end()

@@ -168,7 +168,7 @@ class ZWidthPage(MeasuringPage):
         self.force.box.setEnabled(False)
         self.where.setEnabled(False)
         self._show(self.walls, pale=bool(self.walls.points))
-        self.verdict.say(words, "hand", "accent")
+        self.answer.say(words, "hand", "accent")
 
     def show_point(self, damping: float, point: "Point") -> None:
         """Show a point that has just come; the first takes the place of what was shown before."""
@@ -182,7 +182,7 @@ class ZWidthPage(MeasuringPage):
         """Tell a person what to do."""
         self._asked = True
         if self.job.running:
-            self.verdict.say(words, "hand", "accent")
+            self.answer.say(words, "hand", "accent")
 
     def show_trial(self) -> None:
         """Show which wall is being tried; in words too, unless a person is told what to do."""
@@ -193,7 +193,7 @@ class ZWidthPage(MeasuringPage):
         if self.walls.tried != (damping, stiffness):
             self._show(replace(self.walls, tried=(damping, stiffness)), self.chart.pale)
         if not self._asked:
-            self.verdict.say(f"Trying {stiffness:,.0f} N/m at B = {damping:g} N·s/m", "hand", "accent")
+            self.answer.say(f"Trying {stiffness:,.0f} N/m at B = {damping:g} N·s/m", "hand", "accent")
 
     # showing
 
@@ -212,13 +212,13 @@ class ZWidthPage(MeasuringPage):
         self._list(result)
         if result is None:
             self._show(Walls())
-            self.verdict.say(self.begin)
+            self.answer.say(self.begin)
             return
         self._show(Walls.of(result), bool(outdated))
         if outdated:
-            self.verdict.outdate(outdated)
+            self.answer.outdate(outdated)
         else:
-            self.verdict.say(result.sentence, *_sign(result))
+            self.answer.say(result.sentence, *_sign(result))
 
     def _show(self, walls: "Walls", pale: bool = False) -> None:
         from hapkit_studio.charts.zwidth import draw
@@ -297,7 +297,7 @@ class ZWidthPage(MeasuringPage):
             self._give_up("the view was left")
 
     def _failed(self, words: str) -> None:
-        self.verdict.say(words, "triangle", "danger")
+        self.answer.say(words, "triangle", "danger")
         self.bar.say("")
 
     def _join(self) -> None:

@@ -36,7 +36,7 @@ def break_it_page(gate, qtbot):
 
 def measured(page, qtbot):
     """Wait until the failure in sight was measured."""
-    qtbot.waitUntil(lambda: page.record.complete and not page.bench.job.running, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: page.record.complete and not page.job.running, timeout=PATIENCE_MS)
 
 
 def settled(page, qtbot):

@@ -53,20 +53,20 @@ def page(idle_window):
 
 
 def test_before_it_is_measured_it_says_so(page):
-    assert page.verdict.words.text() == "Run to see what each method costs."
+    assert page.answer.words.text() == "Run to see what each method costs."
     assert not page.bar.export.isEnabled()
     assert page.scenes.isHidden()
 
 
 def test_the_answer_and_whether_the_default_is_it(page):
     page.show_result(made_up("verlet"))
-    assert page.verdict.words.text().startswith("Cheapest within 2")
-    assert page.verdict.words.text().endswith("at a 1 ms step: Verlet, 4.0 µs per simulated second.")
+    assert page.answer.words.text().startswith("Cheapest within 2")
+    assert page.answer.words.text().endswith("at a 1 ms step: Verlet, 4.0 µs per simulated second.")
     assert "It is the default." in page.side.words.text()
     page.show_result(made_up("rk4"))
     assert "RK4, costs 3.0 times as much" in page.side.words.text()
     page.show_result(made_up("verlet", tolerance=1e-9))
-    assert page.verdict.words.text() == "Nothing is within 1·10⁻⁹ at a 1 ms step."
+    assert page.answer.words.text() == "Nothing is within 1·10⁻⁹ at a 1 ms step."
 
 
 def test_the_point_under_the_pointer_is_told(page):
@@ -114,7 +114,7 @@ def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
     page.show_result(made_up("verlet"))
     page.charts.button(1).click()
     assert page.sheet is None
-    assert page.verdict.words.text() == "Run to see what each method costs."
+    assert page.answer.words.text() == "Run to see what each method costs."
     assert (page.side.heading.text(), page.side.words.text()) == ("Velocity", "Not measured yet.")
     assert (page.bar.status.text(), page.bar.run.text()) == ("", "Run")
     assert not page.chart.isVisible()

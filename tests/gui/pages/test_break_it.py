@@ -11,7 +11,7 @@ from hapkit_studio.analysis.failures import failures
 from hapkit_studio.charts.failures import scaled
 from hapkit_studio.gui.pages.break_it.failure_list import _words
 from hapkit_studio.gui.pages.break_it.feel import Feel
-from hapkit_studio.gui.pages.break_it.page import exports
+from hapkit_studio.gui.pages.break_it.page import record_exports
 from hapkit_studio.gui.pages.break_it.record import Record
 from hapkit_studio.haptics import rows
 from tests.gui.pages.break_it_fixtures import settled
@@ -128,7 +128,7 @@ def test_the_knob_moves_alone_while_it_is_turned(page):
 
 
 def test_export_writes_both_tries_and_the_lines(page, tmp_path):
-    figure, numbers = exports(page.record)
+    figure, numbers = record_exports(page.record)
     found = json.loads(json.dumps(numbers()))
     assert found["limit"] == 200.0
     assert (found["inside"]["holds"], found["outside"]["holds"]) == (True, False)

@@ -20,7 +20,7 @@ def felt(gate, window, qtbot):
     """Return the page on a running simulated Hapkit, its first failure measured."""
     window.views.show("break_it")
     page = window.views.page("break_it")
-    qtbot.waitUntil(lambda: page.record.complete and not page.bench.job.running, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: page.record.complete and not page.job.running, timeout=PATIENCE_MS)
     yield page
     gate.go_on.set()
     page.end()

@@ -34,7 +34,7 @@ def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
     assert page.bar.run.text() == "Cancel"
     page.bar.run.click()
     gate.go_on.set()
-    page.bench.job.wait()
+    page.job.wait()
     qtbot.waitUntil(lambda: page.bar.status.text() == "Cancelled")
     assert page.record.chart is None
     assert page.record.signs == (True, False)
@@ -50,7 +50,7 @@ def test_run_all_tries_the_rest_and_one_that_cannot_be_keeps_no_other_back(page,
     gate.go_on.set()
     page.all.click()
     assert not page.all.isEnabled()
-    qtbot.waitUntil(lambda: not page.bench.job.running, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: not page.job.running, timeout=PATIENCE_MS)
     done = {key: record.signs for key, record in page.records.items()}
     both = (True, False)
     assert done == {"grows": both, "slow": both, "refuses": (None, None), "step": both}
@@ -78,7 +78,7 @@ def test_enter_presses_the_buttons_that_have_the_focus(page):
 def test_a_failure_that_raises_is_said_in_one_line(page, qtbot):
     page.list.choose("refuses")
     qtbot.waitUntil(lambda: bool(page.record.wrong), timeout=PATIENCE_MS)
-    qtbot.waitUntil(lambda: not page.bench.job.running, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: not page.job.running, timeout=PATIENCE_MS)
     assert page.verdict.words.text() == "Damping of 2 N·s/m has no limit here: choose 1 N·s/m or less."
     assert page.bar.status.text() == "Could not be tried"
     spoken = page.list.currentItem().data(Qt.ItemDataRole.AccessibleTextRole)

@@ -33,7 +33,7 @@ def found():
 
 
 def test_nothing_is_shown_before_anything_was_identified(page):
-    assert page.verdict.words.text() == "Move the handle or press Shake, then identify what was rendered."
+    assert page.answer.words.text() == "Move the handle or press Shake, then identify what was rendered."
     assert not page.chart.isVisible()
     assert not page.bar.export.isEnabled()
     assert "press Identify" in page.how.text()
@@ -47,7 +47,7 @@ def test_each_part_shows_its_terms(page, found):
     page.show_result(found)
     assert not page.how.isVisible()
     assert page.bar.export.isEnabled()
-    assert page.verdict.words.text().startswith("Stiffness: you set 300 N/m, you rendered 29")
+    assert page.answer.words.text().startswith("Stiffness: you set 300 N/m, you rendered 29")
     titles = [axes.get_xlabel() for axes in drawn(page.chart)]
     assert titles[1:] == ["velocity going in, mm/s", "velocity going out, mm/s", LEFT_OVER]
     rows = {row[0]: row[1:] for row in page.table.texts()}
@@ -56,7 +56,7 @@ def test_each_part_shows_its_terms(page, found):
     assert asked == "2"
     assert rendered.startswith("2.0")
     page.parts.button(1).click()
-    assert page.verdict.words.text().startswith("Mass: 44 g of the handle and 50 g of the hand, identified 9")
+    assert page.answer.words.text().startswith("Mass: 44 g of the handle and 50 g of the hand, identified 9")
     titles = [axes.get_xlabel() for axes in drawn(page.chart)]
     assert titles == ["acceleration, m/s²", "velocity, mm/s", "direction of motion", LEFT_OVER]
 
@@ -70,8 +70,8 @@ def test_each_part_shows_its_terms(page, found):
 
 def test_what_is_not_told_is_a_warning(page):
     page.show_result(identify(from_run(hs.simulate("wall", seconds=1.0))))
-    assert page.verdict.words.text() == "Cannot tell: the piece never touches. Push into the surface."
-    assert page.verdict._sign == ("triangle", "warn")
+    assert page.answer.words.text() == "Cannot tell: the piece never touches. Push into the surface."
+    assert page.answer._sign == ("triangle", "warn")
     assert not page.chart.isVisible()
     assert page.how.isVisible()
 
@@ -99,11 +99,11 @@ def test_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
     )
     for what, change, back in changes:
         change()
-        assert page.verdict.words.text() == f"Out of date: the {what} changed. Identify again."
-        assert page.verdict._sign == ("circle", "ink2")
+        assert page.answer.words.text() == f"Out of date: the {what} changed. Identify again."
+        assert page.answer._sign == ("circle", "ink2")
         assert page.chart.pale
         back()
-        assert page.verdict._sign == ("check", "ok")
+        assert page.answer._sign == ("check", "ok")
         assert not page.chart.pale
 
 
@@ -131,7 +131,7 @@ def test_words_fit_at_the_smallest_size(page, found, idle_window):
     idle_window.resize(1280, 720)
     page.show_result(found)
     idle_window.grab()
-    assert page.verdict.words.sizeHint().width() <= page.verdict.words.width()
+    assert page.answer.words.sizeHint().width() <= page.answer.words.width()
     for widget in (page.bar.run, page.shaking, *page.pieces.buttons, *page.parts.buttons):
         assert widget.sizeHint().width() <= widget.width()
     for label in page.side.findChildren(QLabel):

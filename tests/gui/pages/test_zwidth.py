@@ -66,7 +66,7 @@ def assert_over(page, window, environment="spring"):
 
 
 def test_it_says_what_it_will_do(page):
-    assert page.verdict.words.text().startswith("Measure how stiff a wall")
+    assert page.answer.words.text().startswith("Measure how stiff a wall")
     assert not page.bar.export.isEnabled()
 
 
@@ -77,7 +77,7 @@ def test_the_simulation_of_the_device_that_runs(page, window, qtbot):
     result = page.result
     assert list(result.damping) == [0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
     assert (result.stiffness > result.linear).all()  # friction helps
-    assert page.verdict.words.text() == result.sentence
+    assert page.answer.words.text() == result.sentence
     conditions = {c.key: c.value for c in result.conditions}
     device = window.studio.engine.device
     assert (conditions["mass"], conditions["max_force"]) == (device.mass, device.max_force)
@@ -120,15 +120,15 @@ def test_the_points_are_a_table_to_copy(page):
 
 def test_where_nothing_stiffer_was_tried_it_says_at_least(page):
     page.show_result(made_up(capped=True, clamped=False))
-    assert page.verdict.words.text() == "At B = 2 N·s/m this Hapkit renders at least 1,340 N/m."
-    assert page.verdict._sign == ("check", "ok")
+    assert page.answer.words.text() == "At B = 2 N·s/m this Hapkit renders at least 1,340 N/m."
+    assert page.answer._sign == ("check", "ok")
 
 
 def test_a_limit_of_the_motor_is_said_and_no_success(page):
     page.show_result(made_up())
     words = "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N."
-    assert page.verdict.words.text() == words
-    assert page.verdict._sign == ("info", "ink2")
+    assert page.answer.words.text() == words
+    assert page.answer._sign == ("info", "ink2")
 
 
 def test_a_result_of_another_loop_is_out_of_date(page, window):
@@ -143,30 +143,30 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
     )
     for what, change, back in changes:
         change()
-        assert page.verdict.words.text() == f"Out of date: {what} changed. Measure again."
-        assert page.verdict._sign == ("circle", "ink2")
+        assert page.answer.words.text() == f"Out of date: {what} changed. Measure again."
+        assert page.answer._sign == ("circle", "ink2")
         assert page.chart.pale
         back()
-        assert page.verdict._sign == ("check", "ok")
+        assert page.answer._sign == ("check", "ok")
         assert not page.chart.pale
 
 
 def test_where_nothing_was_measured_nothing_is_shown(page):
     page.show_result(made_up())
     page.where.button(DEVICE).click()
-    assert page.verdict.words.text().startswith("Measure how stiff a wall")
+    assert page.answer.words.text().startswith("Measure how stiff a wall")
     assert not page.bar.export.isEnabled()
     assert page.walls.points == ()
     assert not page.table.isVisible()
     page.where.button(SIMULATION).click()
-    assert page.verdict.words.text().startswith("At B = 2")
+    assert page.answer.words.text().startswith("At B = 2")
     assert page.bar.export.isEnabled()
 
 
 def test_the_scene_shows_the_wall_that_is_tried(begun, window):
     assert window.studio.environment.key == "wall"
     begun.show_trial()
-    assert begun.verdict.words.text() == "Trying 200 N/m at B = 0 N·s/m"
+    assert begun.answer.words.text() == "Trying 200 N/m at B = 0 N·s/m"
     assert not begun.force.box.isEnabled()
     begun.bar.run.click()
     assert begun.bar.status.text() == "Cancelled"
@@ -176,7 +176,7 @@ def test_the_scene_shows_the_wall_that_is_tried(begun, window):
 def test_the_stop_stays_in_force_and_ends_it(begun, window, qtbot):
     with qtbot.waitSignal(begun.job.failed, timeout=PATIENCE_MS):
         window.studio.stop()
-    assert begun.verdict.words.text() == "Stopped. Force is zero. Release the E-stop, then measure again."
+    assert begun.answer.words.text() == "Stopped. Force is zero. Release the E-stop, then measure again."
     assert_over(begun, window)
     assert window.studio.engine.stopped
     reader = window.studio.engine.reader()
@@ -208,7 +208,7 @@ def test_a_person_is_told_what_to_do(page, window):
     page.said.emit("Press gently into the wall and hold.")
     page._mode = DEVICE
     page.show_trial()
-    assert page.verdict.words.text() == "Press gently into the wall and hold."
+    assert page.answer.words.text() == "Press gently into the wall and hold."
     page.job._wanted = None
 
 

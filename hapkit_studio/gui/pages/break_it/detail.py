@@ -126,7 +126,7 @@ class VerdictRow(QWidget):
         return " ".join(f"{part}." for part in [place, *rest])
 
 
-_LEAST = (560, 350)
+_LEAST, _LEAST_CHART = (560, 350), (200, 120)
 _READABLE = 440  # px: two traces and a chart that can be read
 
 
@@ -155,10 +155,10 @@ class Detail(QScrollArea):
 
     picked = Signal(float)
 
-    def __init__(self, record: Record):
+    def __init__(self, record: Record, chart: Drawing):
         super().__init__()
-        self.knob, self.verdict = KnobBar(record), VerdictRow()
-        self.chart = Drawing("Traces on both sides of the limit, and the failure over its knob", (200, 120))
+        self.knob, self.verdict, self.chart = KnobBar(record), VerdictRow(), chart
+        chart.setMinimumSize(*_LEAST_CHART)
         self.chart.clicked.connect(self._pick)
         self.chart.dragged.connect(self._pick)
         self._record = record

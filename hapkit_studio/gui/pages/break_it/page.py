@@ -4,17 +4,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.pages.base import Page, filled
 from hapkit_studio.gui.pages.break_it.detail import Detail
 from hapkit_studio.gui.pages.break_it.failure_list import NARROW, WIDE, FailureList
 from hapkit_studio.gui.pages.break_it.feel import Feel
 from hapkit_studio.gui.pages.break_it.record import HERE, FailureRunner, Part, Record
 from hapkit_studio.gui.pages.break_it.side import FailureSide
-from hapkit_studio.gui.pages.measuring import Export, RunBar
-from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.pages.measuring import MeasuringPage
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures.base import Shown
@@ -22,7 +20,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.studio import Studio
 
 
-def exports(record: Record) -> tuple[Callable[[str], object], Callable[[], dict]]:
+def record_exports(record: Record) -> tuple[Callable[[str], object], Callable[[], dict]]:
     """Return what draws a measured failure to a path, and what writes it as one object, SI."""
     from hapkit_studio.analysis.failures import base
 
@@ -51,28 +49,29 @@ _SETTLE_MS = 200
 _ROOM_FOR_LIST = 840
 
 
-class BreakItPage(Page):
+class BreakItPage(MeasuringPage):
     """A list of failures; the chosen one with its knob, verdict, two traces and the curve over the knob.
 
     ``felt``: the title of the failure that is in the scene now, or ""; ``marked`` says it.
     """
 
+    file = "break-it"
+    title = "Where methods fail"
+    drawn = "Traces on both sides of the limit, and the failure over its knob"
+    buttons = ("Run", "Run again")
     side: FailureSide
 
     def __init__(self, studio: "Studio", live: "Live"):
         from hapkit_studio.analysis.failures import failures
 
-        super().__init__()
-        self._studio = studio
+        super().__init__(studio, live)
         self.records = {key: Record(failure) for key, failure in failures().items()}
         self.record = next(iter(self.records.values()))
-        self.bench, self.feel = FailureRunner(self), Feel(studio, self)
-        self.bar = RunBar(self.bench.job, "Run", "Run again")
+        self.runner, self.feel = FailureRunner(self.job, self), Feel(studio, self)
         self.all = QPushButton("Run all", autoDefault=True)
         self.list = FailureList(self.records.values())
-        self.detail, self.side = Detail(self.record), FailureSide()
+        self.detail, self.side = Detail(self.record, self.chart), FailureSide()
         self.knob, self.verdict = self.detail.knob, self.detail.verdict
-        self._export = Export(self, "break-it", self.bar.say)
         self._busy = ""
         self._seen = False
         self._settle = QTimer(self, interval=_SETTLE_MS, singleShot=True)
@@ -98,20 +97,20 @@ class BreakItPage(Page):
         """Try the failure in sight and measure its curve."""
         self._settle.stop()
         self.record.stopped = False
-        self.bench.run(self.record)
+        self.runner.run(self.record)
 
     def run_all(self) -> None:
         """Try every failure that was not measured yet; all of them where none is left."""
         left = [record for record in self.records.values() if not record.complete]
         self._settle.stop()
-        self.bench.run_all(left or self.records.values())
+        self.runner.run_all(left or self.records.values())
 
     def turn(self, share: float) -> None:
         """Turn the knob to a share of the limit and see what that does."""
         self.record.turn(share)
         value = self.record.value
         if value is not None and self.record.ready:
-            self.bench.try_at(self.record, value)
+            self.runner.try_at(self.record, value)
         self._show_knob()
 
     def set_condition(self, key: str, value: float) -> None:
@@ -130,9 +129,8 @@ class BreakItPage(Page):
         except ParameterError as error:
             self._refuse(str(error))
 
-    def export(self) -> None:
-        """Save the failure in sight as a picture or as numbers."""
-        self._export.ask(*exports(self.record))
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        return record_exports(self.record)
 
     # the page's life
 
@@ -147,13 +145,13 @@ class BreakItPage(Page):
 
     def end(self) -> None:
         self._settle.stop()
-        self.bench.end()
-        self._export.job.end()
+        self.runner.end()
+        super().end()
 
     def _soon(self) -> None:
         """Measure what is in sight once the person has stopped walking along the list."""
-        key, job = self.record.failure.key, self.bench.job
-        under_way = job.running and (self.bench.many or self._busy == key)
+        key, job = self.record.failure.key, self.job
+        under_way = job.running and (self.runner.many or self._busy == key)
         if self._seen and not (self.record.complete or self.record.wrong or self.record.stopped or under_way):
             self._settle.start()
         else:
@@ -173,7 +171,7 @@ class BreakItPage(Page):
         if self.feel.felt == part.key and record.here is not None:
             self.feel_it()
 
-    def _finish(self, _count: object) -> None:
+    def show_result(self, _count: object) -> None:
         self._show_results()
         self._soon()
 
@@ -222,19 +220,16 @@ class BreakItPage(Page):
     # putting together
 
     def _join(self) -> None:
-        self.bar.run_pressed.connect(self.run)
-        self.bar.export_pressed.connect(self.export)
         self.all.clicked.connect(self.run_all)
         self.list.chosen.connect(self.choose)
         self.knob.turned.connect(self.turn)
         self.detail.picked.connect(self.turn)
         self.side.changed.connect(self.set_condition)
-        self.bench.arrived.connect(self._take)
-        self.bench.begun.connect(self._begin)
-        self.bench.wrong.connect(self._fail)
-        self.bench.job.running_changed.connect(self._stop)
-        self.bench.job.failed.connect(lambda _text: self.bar.say("Could not be tried", danger=True))
-        self.bench.job.finished.connect(self._finish)
+        self.runner.arrived.connect(self._take)
+        self.runner.begun.connect(self._begin)
+        self.runner.wrong.connect(self._fail)
+        self.job.running_changed.connect(self._stop)
+        self.job.failed.connect(lambda _text: self.bar.say("Could not be tried", danger=True))
         self.verdict.feel_pressed.connect(self.feel_it)
         self.verdict.back_pressed.connect(self.feel.take_back)
         self.feel.changed.connect(self._show_verdict)
@@ -243,9 +238,6 @@ class BreakItPage(Page):
         self._studio.engine_changed.connect(self._show_verdict)
 
     def _arrange(self) -> None:
-        title = QLabel("Where methods fail")
-        dress(title, "QLabel { font-size: 14px; font-weight: 650; }")
-        self.bar.add(title)
         self.bar.add(self.all)
         body = QWidget()
         row = QHBoxLayout(body)
@@ -253,4 +245,4 @@ class BreakItPage(Page):
         row.setSpacing(0)
         row.addWidget(self.list)
         row.addWidget(self.detail, 1)
-        self.column.addWidget(filled(self.bar, body))
+        self.build(body)

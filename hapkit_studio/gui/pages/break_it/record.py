@@ -167,6 +167,7 @@ def measure(failure: "Failure", case: dict[str, float], share: float, progress: 
 class FailureRunner(QObject):
     """Hands over every part as it arrives; ``wrong(key, text)`` where a failure could not be tried.
 
+    job does what takes long; what the knob asks for is done beside it.
     ``begun(key)``: a failure is being measured from now on; many: it is one of several.
     """
 
@@ -174,9 +175,9 @@ class FailureRunner(QObject):
     wrong = Signal(str, str)
     begun = Signal(str)
 
-    def __init__(self, parent: QObject | None = None):
+    def __init__(self, job: Job, parent: QObject | None = None):
         super().__init__(parent)
-        self.job = Job(self)
+        self.job = job
         self._quick = Job(self, needs="")  # a knob turns once its limit is known: all is compiled
         self._quick.finished.connect(self._deliver)
         self._quick.failed.connect(lambda text: self._deliver(text))

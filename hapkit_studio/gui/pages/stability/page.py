@@ -1,6 +1,7 @@
 """The stability map: every limit of the loop in force, and the rendered impedance as a dot in it."""
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -113,10 +114,8 @@ class StabilityPage(MeasuringPage):
         self.job.start(measuring(plane.setting, self.real.isChecked(), (plane.width, plane.top)))
         self._show_measured()
 
-    def export(self) -> None:
-        """Save the map, if there is one, as a picture or as numbers."""
-        if self.lines is None:
-            return
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        assert self.lines is not None
         plane = self.lines.plane if self.outdated else self.results.put_into(self.lines.plane)
         engine = self._studio.engine
         device = engine.device.title if engine is not None else ""
@@ -131,7 +130,7 @@ class StabilityPage(MeasuringPage):
 
             return as_json(plane)
 
-        self._export.ask(figure, numbers)
+        return figure, numbers
 
     # what is asked and answered
 
