@@ -8,7 +8,7 @@ import pytest
 from hapkit_studio.charts.accuracy import Frame, accuracy_figure
 from hapkit_studio.charts.style import spread
 from hapkit_studio.errors import ParameterError
-from tests.analysis.accuracy.points import accuracy, point, sheet
+from tests.analysis.accuracy.sheets import accuracy, point, sheet
 
 
 def middles(*wanted, height=10.0, sides=None):

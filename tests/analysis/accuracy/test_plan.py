@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hapkit_studio.analysis.accuracy.plan import beats, mark_front
 from hapkit_studio.analysis.accuracy.words import error_words, sentence, verdict
-from tests.analysis.accuracy.points import point, sheet
+from tests.analysis.accuracy.sheets import point, sheet
 
 ROW = {"chart", "scene", "method", "step_s", "error", "ns_per_simulated_s", "pareto"}
 # few values, so that equal errors, equal costs and equal points are common

@@ -11,7 +11,7 @@ from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.analysis.zwidth import simulation
 from hapkit_studio.analysis.zwidth.result import BUZZES, LEAVES, Protocol, text
 from hapkit_studio.errors import ParameterError
-from tests.analysis.plain_zwidth import plain_holds
+from tests.analysis.zwidth.plain_zwidth import plain_holds
 
 DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 ALPHA_02 = ("iir", {"cutoff": -math.log(0.8) / (2.0 * math.pi * 1e-3)})

@@ -1,4 +1,4 @@
-"""Stiffness limits against tables, closed forms, another state matrix, and the rendered spring."""
+"""Exact limits against tables, against each other, and against rendering."""
 
 import math
 import time
@@ -8,13 +8,66 @@ import pytest
 from scipy.linalg import expm
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.stability.limits import (
+    checked_loop,
+    damping_limit,
+    stiffness_limit,
+    stiffness_limits,
+)
 from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
+
+# delay in periods; damping and stiffness of the highest point, largest damping, as multiples of m/T, m/T²
+PEAKS = [(0.0, 0.828, 0.688, 2.00), (0.5, 0.552, 0.268, 1.144), (1.0, 0.425, 0.145, 0.829)]
+PEAKS += [(2.0, 0.291, 0.0628, 0.537)]
+# delay in periods, characteristic polynomial for 0.05 kg, 0.5 N·s/m, 1 ms, 500 N/m, 1 N·s/m
+POLYNOMIALS = [
+    (0.0, (1.0, -1.975099708998752, 0.9949834579176372, -0.009933582668053186)),
+    (
+        0.5,
+        (1.0, -1.9863060759444742, 1.0099418537299814, -0.011206356580991414, -0.002479254953683939),
+    ),
+    (1.0, (1.0, -1.990049833749168, 1.0049999584995841, 0.004933624168469068, -0.009933582668053186)),
+]
+
+
+@pytest.mark.parametrize(("late", "at", "highest", "most"), PEAKS)
+def test_the_highest_point_and_the_largest_damping_of_a_handle_without_its_own(late, at, highest, most):
+    loop = checked_loop(1.0, 1e-6, 0.0, 1.0, late, "difference", None)
+    damping = np.linspace(0.002, most, 2000)
+    limits = stiffness_limits(loop, damping)
+    assert damping[np.argmax(limits)] == pytest.approx(at, abs=0.003)
+    assert limits.max() == pytest.approx(highest, rel=0.007)
+    assert damping_limit(loop) == pytest.approx(most, rel=0.0025)
+
+
+@pytest.mark.parametrize("estimator", ["difference", ("iir", {"cutoff": 20.0}), "butterworth", "kalman"])
+@pytest.mark.parametrize("delay", [0.0, 0.4e-3, 1e-3, 7.7e-3])
+def test_many_dampings_together_give_what_each_gives_alone(estimator, delay):
+    loop = checked_loop(0.044, 0.5, 0.0, 1000.0, delay, estimator, "light")
+    damping = np.array([0.0, 0.3, 2.0, 9.0, 60.0, 300.0] * 7)
+    together = stiffness_limits(loop, damping)
+    alone = [
+        stiffness_limit(0.044, 0.5, damping=b, delay=delay, estimator=estimator, hand="light")
+        for b in damping[:6]
+    ]
+    assert list(together) == alone * 7
+
+
+@pytest.mark.parametrize(("late", "polynomial"), POLYNOMIALS)
+def test_a_rendered_spring_obeys_its_characteristic_polynomial(late, polynomial):
+    device = SimulatedHapkit(0.05, 0.5, 0.0, 0.0, math.inf, initial_position=1e-3)
+    values = {"stiffness": 500.0, "damping": 1.0, "center": 0.0}
+    loop = LoopSettings(1000.0, late * 1e-3)
+    out = headless.spring_rows(environments.named("spring"), values, device, loop, None, 300)
+    x = out[10:, rows.TRUE_POSITION]
+    left = np.convolve(x, polynomial, "valid")
+    assert np.abs(left).max() < 1e-15
+
 
 DAMPERS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 # delay in periods, period in ms, limit for each viscous damping of DAMPERS; 0.05 kg
@@ -298,3 +351,45 @@ def test_measuring_refuses_what_would_not_fit_into_memory():
 def test_refuses_loops_that_cannot_be(find, bad, names):
     with pytest.raises(ParameterError, match=names):
         find(**{"mass": 0.05, "viscous": 0.5, **bad})
+
+
+BUTTERWORTH = [
+    (60.0, 0, (1002, 1981, 2382, 2547, 1867, 0)),
+    (20.0, 0, (1002, 760, 624, 318, 0, 0)),
+    (20.0, 1, (334, 410, 382, 188, 0, 0)),
+]
+
+
+@pytest.mark.parametrize(("cutoff", "late", "limits"), BUTTERWORTH)
+def test_second_order_filter(cutoff, late, limits):
+    """0.05 kg, 0.5 N·s/m, 1 kHz: at 20 Hz, damping makes the stiffest spring softer."""
+    for damping, limit in zip(FILTERED, limits, strict=True):
+        found = stiffness_limit(
+            0.05, 0.5, damping=damping, delay=late * 1e-3, estimator=("butterworth", {"cutoff": cutoff})
+        )
+        assert found == pytest.approx(limit, rel=0.005, abs=0.5)
+
+
+@pytest.mark.parametrize("estimator", ["butterworth", ("butterworth", {"cutoff": 20.0}), "kalman"])
+@pytest.mark.parametrize("loop", [{"damping": 2.0, "delay": 0.6e-3}, {"damping": 5.0}, {"damping": 60.0}])
+def test_measured_limit_behind_a_filter_is_the_exact_one(estimator, loop):
+    assert measured_stiffness_limit(0.05, 0.5, estimator=estimator, **loop) == pytest.approx(
+        stiffness_limit(0.05, 0.5, estimator=estimator, **loop), rel=5e-4
+    )
+
+
+def test_adaptive_window_has_a_measured_limit_only():
+    with pytest.raises(ParameterError, match=r"foaw is not linear.*: measured_stiffness_limit finds it") as e:
+        stiffness_limit(0.05, 0.5, damping=1.0, estimator="foaw")
+    assert "\n" not in str(e.value)
+
+
+@pytest.mark.parametrize("late", [0.0, 1e-3])
+def test_adaptive_window_is_as_stiff_as_any_without_damping_and_softer_with_it(late):
+    """Without damping it has no say; with damping it lags behind the plain difference."""
+    alone = measured_stiffness_limit(0.05, 0.5, delay=late, estimator="foaw")
+    assert alone == pytest.approx(stiffness_limit(0.05, 0.5, delay=late), rel=0.01)
+    limits = [measured_stiffness_limit(0.05, 0.5, damping=b, delay=late, estimator="foaw") for b in (1, 2, 5)]
+    plain = [stiffness_limit(0.05, 0.5, damping=b, delay=late) for b in (1, 2, 5)]
+    assert alone < limits[0] < limits[1] < limits[2]
+    assert all(0.4 * most < limit < most for limit, most in zip(limits, plain, strict=True))
