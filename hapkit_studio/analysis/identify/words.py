@@ -5,7 +5,7 @@ import math
 from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.rendered import lag
-from hapkit_studio.formatting import MINUS, number
+from hapkit_studio.formatting import MINUS, number, on_screen
 
 # What a person reads: unit in the words, and how many of it are one SI unit.
 READ_UNITS = {"m": ("mm", 1e3), "kg": ("g", 1e3)}
@@ -131,7 +131,10 @@ def conditions(setup: Setup) -> list[tuple[str, str]]:
     """Return what had been set while a piece was recorded, as pairs of a name and its value."""
     known = setup.environment
     scene = [("Environment", known.title)] if known else []
-    values = [(p.label, p.text(setup.values[p.key])) for p in known.parameters] if known else []
+    values = []
+    for p in known.parameters if known else ():
+        value = setup.values[p.key]
+        values.append((p.label, p.text(value) if p.discrete else on_screen(value, p.unit)))
     grip = setup.grip
     hand = f"{1e3 * grip.mass:g} g, {grip.damping:g} N·s/m, {grip.stiffness:g} N/m" if grip else "not known"
     return [
