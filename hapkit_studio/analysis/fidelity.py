@@ -227,16 +227,16 @@ def peak_position(table: np.ndarray) -> float:
 
 
 def restitution(table: np.ndarray) -> float:
-    """Return the highest speed of a thrown handle on its way back over that on its way in, 0 if it stays.
+    """Return a thrown handle's highest speed back over its highest speed in, 0 if it stays.
 
     For a mass that meets a spring and damper it is exp(-2 zeta phi / sqrt(1 - zeta^2)), cos phi = zeta.
     """
     velocity = table[:, rows.TRUE_VELOCITY]
-    way = velocity * np.sign(velocity[np.argmax(np.abs(velocity) > STANDING)])
-    if not (way < -STANDING).any():
+    forward_speed = velocity * np.sign(velocity[np.argmax(np.abs(velocity) > STANDING)])
+    if not (forward_speed < -STANDING).any():
         return 0.0
-    turn = int(np.argmax(way < -STANDING))
-    return float(-way[turn:].min() / way[:turn].max())
+    turn = int(np.argmax(forward_speed < -STANDING))
+    return float(-forward_speed[turn:].min() / forward_speed[:turn].max())
 
 
 def given_energy(table: np.ndarray) -> float:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 
-from hapkit_studio.analysis.checks import whole
+from hapkit_studio.analysis.checks import whole_number
 from hapkit_studio.errors import StudioError
 
 Progress = Callable[[int, int], None]
@@ -35,8 +35,8 @@ class Cancelled(StudioError):
     """The work was cancelled; raised by a progress function, it comes out of what it watches."""
 
 
-def quiet(done: int, of: int) -> None:
-    """Tell nobody."""
+def no_progress(done: int, of: int) -> None:
+    """No-op callback."""
 
 
 def workers(executor: Executor | None = None) -> int:
@@ -51,7 +51,7 @@ def sweep(
     cells: Sequence,
     *,
     executor: Executor | None = None,
-    progress: Progress = quiet,
+    progress: Progress = no_progress,
     chunk: int | None = None,
 ) -> list:
     """Return task's result of every cell, in the order of the cells.
@@ -63,7 +63,7 @@ def sweep(
     chunk: how many cells travel together, None for what takes about 0.1 s. Raise ParameterError.
     """
     if chunk is not None:
-        chunk = whole(chunk, "A chunk", 1)
+        chunk = whole_number(chunk, "A chunk", 1)
     if executor is not None:
         return _Sweep(task, cells, executor, progress, chunk).run()
     with _own_threads(min(workers(), max(len(cells), 1))) as threads:
@@ -119,10 +119,10 @@ class _Sweep:
 
     def _send(self) -> None:
         """Submit chunks up to the bound; an executor that computes at once is collected from at once."""
-        crew = workers(self._executor)
-        while self._sent < len(self._cells) and len(self._at) < _AHEAD * crew:
+        worker_count = workers(self._executor)
+        while self._sent < len(self._cells) and len(self._at) < _AHEAD * worker_count:
             left = len(self._cells) - self._sent
-            size = self._chunk or min(self._size, -(-left // (_AHEAD * crew)))
+            size = self._chunk or min(self._size, -(-left // (_AHEAD * worker_count)))
             first, self._sent = self._sent, min(self._sent + size, len(self._cells))
             if self._submit(first, self._sent).done():
                 return

@@ -20,7 +20,7 @@ from hapkit_studio.analysis.accuracy.words import (
     step_words,
     verdict,
 )
-from hapkit_studio.charts.style import DASH, TEXT, Colors, Label, dress, save, whole, write_labels
+from hapkit_studio.charts.style import DASH, TEXT, Colors, Label, save, style_axes, unbroken, write_labels
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 
@@ -53,7 +53,7 @@ _INTEGRATORS = {
 _SERVO = {"prompt": ("o", "velocity"), "late": ("v", "hold")}
 
 
-def look(method: str) -> tuple[str, str]:
+def marker_and_color(method: str) -> tuple[str, str]:
     """Return the marker and the colour's token of a method."""
     if method in _INTEGRATORS | _SERVO:
         return (_INTEGRATORS | _SERVO)[method]
@@ -71,7 +71,7 @@ _MOST, _INSIDE = 1e6, 0.97
 _WIDE, _NARROW = 1e8, 300.0
 
 
-class Frame:
+class AccuracyAxes:
     """Error in % or mm/s or µm/s over cost in µs; errors of nothing stand on a row of their own, named 0."""
 
     def __init__(self, sheet: "Sheet"):
@@ -102,7 +102,7 @@ class Frame:
         error = self._zero if point.error <= self._nothing else min(point.error * self.factor, edge)
         return point.ns_per_simulated_s * _NS, error
 
-    def dress(self, axes: Any, c: Colors) -> None:
+    def set_up(self, axes: Any, c: Colors) -> None:
         """Set ranges, ticks, grid and titles."""
         error = f"{self._sheet.scene.error}{self.unit} (less is better)"
         axes.set_xscale("log")
@@ -111,7 +111,7 @@ class Frame:
         axes.set_ylim(self.bottom, self.top)
         self._across(axes)
         self._up(axes)
-        dress(axes, c, "computing time per simulated second (less is faster)", error)
+        style_axes(axes, c, "computing time per simulated second (less is faster)", error)
 
     def _across(self, axes: Any) -> None:
         from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
@@ -179,7 +179,7 @@ def accuracy_figure(result: "Accuracy", path: str | Path) -> None:
 
 
 def _conditions(sheet: "Sheet") -> str:
-    return whole([f"{name} {value}" for name, value in sheet.scene.conditions])
+    return unbroken([f"{name} {value}" for name, value in sheet.scene.conditions])
 
 
 def computer() -> str:
@@ -204,8 +204,8 @@ def _head(sheet: "Sheet", letters: int) -> str:
 
 
 def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
-    frame = Frame(sheet)
-    frame.dress(axes, c)
+    frame = AccuracyAxes(sheet)
+    frame.set_up(axes, c)
     limit = sheet.scene.tolerance * frame.factor
     axes.axhspan(frame.bottom, limit, color=c.stable, alpha=0.45, linewidth=0.0, zorder=0.5)
     axes.axhline(limit, color=c.danger, linewidth=1.8, linestyle=DASH, zorder=2.5)
@@ -220,7 +220,7 @@ def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
         )  # fmt: skip
 
 
-def _front(axes: Any, c: Colors, front: Sequence["Point"], frame: Frame) -> None:
+def _front(axes: Any, c: Colors, front: Sequence["Point"], frame: AccuracyAxes) -> None:
     """Draw the edge beyond which no point lies: a staircase as a band with kerbs."""
     if not front:
         return
@@ -230,10 +230,10 @@ def _front(axes: Any, c: Colors, front: Sequence["Point"], frame: Frame) -> None
         axes.step(x, y, where="post", color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
 
 
-def _line(axes: Any, c: Colors, sheet: "Sheet", frame: Frame, method: str, width: float) -> None:
+def _line(axes: Any, c: Colors, sheet: "Sheet", frame: AccuracyAxes, method: str, width: float) -> None:
     """Draw a method's points, those that compete filled, joined by a line."""
     sound = [p for p in sheet.line(method) if math.isfinite(p.error)]
-    shape, token = look(method)
+    shape, token = marker_and_color(method)
     color = getattr(c, token)
     if sound:
         axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=width, zorder=3)
@@ -248,7 +248,7 @@ def _line(axes: Any, c: Colors, sheet: "Sheet", frame: Frame, method: str, width
 
 def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
     """Name default, methods, options and rates beside their points, tolerance and front at the edge."""
-    frame, default = Frame(sheet), sheet.answer.default
+    frame, default = AccuracyAxes(sheet), sheet.answer.default
     found = [Label(frame.right, sheet.scene.tolerance * frame.factor, limit_words(sheet.scene), c.danger)]
     if sheet.front:
         found.append(Label(frame.right, frame.place(sheet.front[-1])[1], "Pareto front", c.ink3))
@@ -256,7 +256,7 @@ def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
         found.append(Label(*frame.place(default), _default_words(sheet, default), c.accent, bold=True))
     for method in sheet.methods:
         points = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
-        color = getattr(c, look(method.key)[1])
+        color = getattr(c, marker_and_color(method.key)[1])
         others = [p for p in points if p is not default]
         if points and len({p.step_s for p in points}) == 1:  # they differ in their options
             found += [Label(*frame.place(p), p.label, color) for p in others]

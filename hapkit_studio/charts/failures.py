@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, dress, legend, pale, rim, save, whole
+from hapkit_studio.charts.style import (
+    DOT,
+    TEXT,
+    TICK,
+    Colors,
+    legend,
+    pale,
+    save,
+    style_axes,
+    text_outline,
+    unbroken,
+)
 from hapkit_studio.formatting import on_screen
 
 if TYPE_CHECKING:
@@ -70,7 +81,7 @@ def failure_figure(shown: "Shown", path: str | Path) -> None:
     picture = Picture(failure, shown.limit, inside, outside, shown.chart)
     conditions = [f"{p.label} {p.text(shown.case[p.key])}" for p in failure.options]
     title = f"{failure.title}: {failure.formula}"
-    save(lambda figure, c: draw(figure, c, picture), path, _SIZE, title, whole(conditions))
+    save(lambda figure, c: draw(figure, c, picture), path, _SIZE, title, unbroken(conditions))
 
 
 def draw(figure: Any, c: Colors, picture: Picture) -> "Knob | None":
@@ -85,7 +96,7 @@ def draw(figure: Any, c: Colors, picture: Picture) -> "Knob | None":
     axes = figure.add_subplot(grid[:, 1])
     if picture.chart is None:
         axes.set_navigate(False)
-        dress(axes, c, "", "")
+        style_axes(axes, c, "", "")
         axes.tick_params(labelbottom=False, labelleft=False)
         return None
     _curve(axes, pale(c) if picture.old else c, picture, picture.chart)
@@ -112,7 +123,7 @@ def clauses(words: str) -> list[str]:
 def _trace(axes: Any, c: Colors, picture: Picture, one: Tried | None, word: str) -> None:
     letters = int(0.4 * 72.0 * axes.figure.get_figwidth() / _LETTER)
     if one is None:
-        dress(axes, c, "", "")
+        style_axes(axes, c, "", "")
         axes.tick_params(labelbottom=False, labelleft=False)
         axes.set_title(f"{word.capitalize()}: not tried yet", size=TEXT, color=c.ink3, loc="left")
         return
@@ -128,7 +139,7 @@ def _trace(axes: Any, c: Colors, picture: Picture, one: Tried | None, word: str)
     place = f"{word}, {value_text(picture, one.value)}" if letters > _LONG else _value(picture, one.value)
     title = fill(f"{sign} {place}: {clauses(found.words)[0].lower()}", letters)
     axes.set_title(title, size=TEXT if letters > _LONG else TICK, color=color, loc="left")
-    dress(axes, c, _unit(one), name.replace("  ", " "))
+    style_axes(axes, c, _unit(one), name.replace("  ", " "))
     axes.locator_params(axis="y", nbins=4)
 
 
@@ -160,7 +171,7 @@ def _curve(axes: Any, c: Colors, picture: Picture, chart: "Chart") -> None:
     if chart.level is not None:
         axes.axhline(chart.level, color=c.ink3, linewidth=1.2, zorder=2, label=chart.level_label or None)
     letters = int(0.55 * 72.0 * axes.figure.get_figheight() / _LETTER)
-    dress(axes, c, chart.x_label, fill(chart.y_label, letters))
+    style_axes(axes, c, chart.x_label, fill(chart.y_label, letters))
     _limits(axes, c, picture, chart)
     legend(axes, c)
 
@@ -203,7 +214,7 @@ def _limits(axes: Any, c: Colors, picture: Picture, chart: "Chart") -> None:
         axes.annotate(
             mark.label.replace("_", ""), (mark.x, 1.0), xycoords=("data", "axes fraction"),
             xytext=(-5 if right else 5, -4 - _LINE * index), textcoords="offset points", va="top",
-            ha="right" if right else "left", size=TICK, color=color, zorder=5, path_effects=rim(c),
+            ha="right" if right else "left", size=TICK, color=color, zorder=5, path_effects=text_outline(c),
             weight="normal" if index else "bold", annotation_clip=True,
         )  # fmt: skip
 

@@ -17,12 +17,12 @@ from hapkit_studio.charts.style import (
     TEXT,
     Colors,
     Label,
-    dress,
     legend,
     pale,
-    rim,
     save,
-    whole,
+    style_axes,
+    text_outline,
+    unbroken,
     write_labels,
 )
 
@@ -91,9 +91,9 @@ def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
         path,
         _SIZE,
         title + sentence(margin),
-        whole([f"{name}: {words}" for name, words in shown.lines().values()])
+        unbroken([f"{name}: {words}" for name, words in shown.lines().values()])
         + "\n"
-        + whole([" ".join(pair) for pair in pairs]),
+        + unbroken([" ".join(pair) for pair in pairs]),
     )
 
 
@@ -101,7 +101,7 @@ def draw(figure: Any, c: Colors, shown: Map) -> "Dot":
     """Draw regions, lines and what was measured; return the dot, which moves."""
     plane, axes = shown.plane, figure.add_subplot()
     measured = pale(c) if shown.outdated else c
-    dress(axes, c, "damping B, N·s/m", "stiffness K, N/m")
+    style_axes(axes, c, "damping B, N·s/m", "stiffness K, N/m")
     axes.set_xlim(0.0, plane.width)
     axes.set_ylim(0.0, plane.top)
     axes.locator_params(nbins=6)
@@ -211,7 +211,7 @@ class Dot:
         self._c = c
         words = {
             "textcoords": "offset points", "size": TEXT, "weight": "bold", "va": "center", "zorder": 8,
-            "path_effects": rim(c), "annotation_clip": False,
+            "path_effects": text_outline(c), "annotation_clip": False,
         }  # fmt: skip
         (self._feet,) = axes.plot([], [], linewidth=1.4, linestyle=":")
         (self._dot,) = axes.plot([], [], "o", markersize=15, color=c.accent, clip_on=False, zorder=8)

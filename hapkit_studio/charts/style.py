@@ -62,12 +62,12 @@ def save(
     figure.savefig(path, dpi=_DPI, facecolor=light.surface)
 
 
-def whole(parts: list[str]) -> str:
-    """Return conditions as one line that breaks between two of them only."""
+def unbroken(parts: list[str]) -> str:
+    """Join conditions to one line that may break between two of them only."""
     return " · ".join(words.replace(" ", "\u00a0") for words in parts)
 
 
-def dress(axes: Any, c: Colors, across: str, up: str) -> None:
+def style_axes(axes: Any, c: Colors, across: str, up: str) -> None:
     """Title the axes; give them a quiet frame and grid."""
     axes.set_facecolor(c.plot)
     axes.set_xlabel(across, size=TICK, color=c.axis)
@@ -94,7 +94,7 @@ def legend(axes: Any, c: Colors) -> None:
             return
 
 
-def rim(c: Colors) -> list:
+def text_outline(c: Colors) -> list:
     """Return what draws words readable across a line."""
     from matplotlib.patheffects import withStroke
 
@@ -128,14 +128,14 @@ def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
     sides = [(box.x0, box.x1) for box in boxes]
     points = 72.0 / axes.figure.dpi
     for words, moved, tall in zip(
-        made, spread(middles, heights, sides, (frame.y0, frame.y1)) - middles, heights, strict=True
+        made, move_apart(middles, heights, sides, (frame.y0, frame.y1)) - middles, heights, strict=True
     ):
         words.xyann = (words.xyann[0], points * moved)
         if abs(moved) > 0.6 * tall:
             words.arrow_patch.set_visible(True)
 
 
-def spread(
+def move_apart(
     middles: np.ndarray, heights: np.ndarray, sides: Sequence[tuple[float, float]], frame: tuple[float, float]
 ) -> np.ndarray:
     """Return the middles (n,) of boxes moved apart inside a frame (bottom, top); their order stays."""

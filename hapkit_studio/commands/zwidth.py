@@ -6,8 +6,8 @@ import sys
 
 from hapkit_studio import devices
 from hapkit_studio.analysis.zwidth import (
-    CARE_FORCE,
     DEVICE_DAMPING,
+    DEVICE_FORCE,
     MAX_FORCE,
     PUSH,
     SIMULATED_DAMPING,
@@ -15,7 +15,7 @@ from hapkit_studio.analysis.zwidth import (
     on_device,
     simulation,
 )
-from hapkit_studio.analysis.zwidth.guarded_device import Care
+from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 from hapkit_studio.analysis.zwidth.result import Protocol, ZWidth, text
 from hapkit_studio.charts.zwidth import zwidth_figure
 from hapkit_studio.commands.base import (
@@ -42,7 +42,7 @@ def options(command: argparse.ArgumentParser) -> None:
     numbers = (
         ("speed", "m/s", f"at which the wall is hit; {SPEED.default:g}"),
         ("push", "N", f"into the wall; {PUSH.default:g}"),
-        ("max-force", "N", f"the motor's limit; none, on a device {CARE_FORCE.default:g}"),
+        ("max-force", "N", f"the motor's limit; none, on a device {DEVICE_FORCE.default:g}"),
     )
     command.add_argument("--device", metavar="DEVICE", help="simulated, virtual, a port; without: simulation")
     command.add_argument("--damping", metavar="B,B,…", help="virtual dampings in N·s/m, e.g. 0,1,2,5")
@@ -75,7 +75,7 @@ def _simulated(options: argparse.Namespace) -> ZWidth:
 def _on_device(options: argparse.Namespace) -> ZWidth:
     """Measure on a device of its own; Ctrl+C, too, leaves it with a zero command."""
     hit = {"hit": options.speed} if options.speed is not None else {}
-    care = Care(**of_options(options, ("max_force", "push")), **hit)
+    limits = TrialLimits(**of_options(options, ("max_force", "push")), **hit)
     levels = dampings(options.damping, DEVICE_DAMPING)
     device = _device(options)
     engine = Engine(device, "wall")
@@ -87,7 +87,7 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
         engine.set_loop(**loop, controller=options.controller)
         engine.set_model("everything")
         watch = progress_line("trial")
-        return on_device.measure(engine, levels, care, progress=watch, say=_say)
+        return on_device.measure(engine, levels, limits, progress=watch, say=_say)
     finally:
         engine.close()
 

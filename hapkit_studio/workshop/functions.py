@@ -159,19 +159,19 @@ def _plain(value: Any) -> Any:
 
 def main(path: str) -> None:
     """Execute a text, whose file has this path, then answer calls of its functions until nobody asks."""
-    heard, said = isolated.pipes()
-    isolated.take_little_memory()
+    heard, said = isolated.take_pipes()
+    isolated.limit_memory()
     from hapkit_studio.workshop import reading
 
     try:
-        isolated.last_for(2 * START_SECONDS)
+        isolated.exit_after(2 * START_SECONDS)
         environment = reading.execute(source.typed(Path(path), json.loads(heard.readline())))
         answer: Any = ""
         while True:
             said.write(json.dumps(answer).encode() + b"\n")
-            isolated.last_for(None)
+            isolated.exit_after(None)
             asked = json.loads(heard.readline())
-            isolated.last_for(2 * CALL_SECONDS)
+            isolated.exit_after(2 * CALL_SECONDS)
             answer = _called(environment, *asked)
     finally:
         os._exit(0)  # also where memory runs out or nobody is left to ask

@@ -32,8 +32,8 @@ def end(process: subprocess.Popen) -> None:
         os.killpg(process.pid, signal.SIGKILL)
 
 
-def pipes() -> tuple[BinaryIO, BinaryIO]:
-    """Return the ways from and to the program that started this one; what the file prints goes nowhere."""
+def take_pipes() -> tuple[BinaryIO, BinaryIO]:
+    """Return the streams from and to the process that started this one; what the file prints is discarded."""
     heard, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", 0)
     nothing = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
@@ -41,14 +41,14 @@ def pipes() -> tuple[BinaryIO, BinaryIO]:
     return heard, said
 
 
-def last_for(seconds: float | None) -> None:
+def exit_after(seconds: float | None) -> None:
     """End this program so long from now, in s, even where nobody is left to kill it; None: let it go on."""
     faulthandler.cancel_dump_traceback_later()
     if seconds is not None:
         faulthandler.dump_traceback_later(seconds, exit=True)
 
 
-def take_little_memory() -> None:
+def limit_memory() -> None:
     """Let this program take 2 GB more than it has; only Linux keeps to that."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource

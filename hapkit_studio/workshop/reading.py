@@ -46,13 +46,13 @@ def without_line(error: LawError) -> str:
     return str(error).removeprefix(f"Line {error.line}: ")
 
 
-def of_syntax(error: SyntaxError, lines: int) -> LawError:
+def syntax_error(error: SyntaxError, lines: int) -> LawError:
     """Return what Python cannot read, with its line in a file of so many lines."""
     words = f"Python cannot read this line: {error.msg}"
     return LawError(_short(words), min(error.lineno or 1, max(lines, 1)))
 
 
-def of_exception(error: BaseException, file: str, otherwise: int = 0) -> LawError:
+def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
     """Return what went wrong while a file was executed, with the last line of that file that took part.
 
     otherwise is the line where none of the file did.
@@ -251,9 +251,9 @@ def execute(source: Source) -> Environment:
         return checked_environment(module, tree, len(lines))
     except SyntaxError as error:
         if error.filename not in (name, None):
-            raise of_exception(error, name) from None
-        raise of_syntax(error, len(lines)) from None
+            raise law_error(error, name) from None
+        raise syntax_error(error, len(lines)) from None
     except (Exception, SystemExit) as error:
-        raise of_exception(error, name) from None
+        raise law_error(error, name) from None
     finally:
         sys.modules.pop(file, None)

@@ -135,11 +135,11 @@ def _verdict(words: bytes, otherwise: str) -> TrialResult:
 
 def main(path: str) -> None:
     """Print the verdict on a text, whose file has this path, as JSON; before it, a line for each function."""
-    heard, said = isolated.pipes()
-    isolated.last_for(2 * TIMEOUT)
+    heard, said = isolated.take_pipes()
+    isolated.exit_after(2 * TIMEOUT)
     if sys.platform != "win32":
         os.nice(10)
-    isolated.take_little_memory()
+    isolated.limit_memory()
 
     def tell(found: dict) -> None:
         said.write(json.dumps(found).encode() + b"\n")

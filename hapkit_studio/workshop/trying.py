@@ -212,7 +212,7 @@ def _try(environment: Environment, path: Path, tell: Callable[[str, int], object
     except LawError as error:
         raise LawError(reading.without_line(error), error.line or law_line) from None
     except (Exception, SystemExit) as error:  # whatever a person's functions, or a compiler, raise
-        raise reading.of_exception(error, str(path), law_line) from None
+        raise reading.law_error(error, str(path), law_line) from None
 
 
 def _try_function(environment: Environment, name: str) -> None:

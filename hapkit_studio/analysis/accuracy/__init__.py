@@ -20,7 +20,7 @@ from hapkit_studio.analysis.accuracy.plan import (
     Scene,
     Sheet,
 )
-from hapkit_studio.analysis.sweeps import Progress, quiet
+from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
 
@@ -40,7 +40,9 @@ def named(key: str) -> Plan:
     return discovery.named(plans(), key, "accuracy chart")
 
 
-def compute(charts: Iterable[str] = (), scene: str | None = None, *, progress: Progress = quiet) -> Accuracy:
+def compute(
+    charts: Iterable[str] = (), scene: str | None = None, *, progress: Progress = no_progress
+) -> Accuracy:
     """Return the charts of these keys, none for all, with all their scenes or one alone.
 
     progress is told after every scene how many of how many are done. Costs are timed in the calling thread,

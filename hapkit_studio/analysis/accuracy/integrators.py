@@ -98,7 +98,7 @@ def stirred(mass: float, damping: float, stiffness: float, contact: float) -> Fu
 
 
 def bounced(mass: float, wall: float) -> Function:
-    """Return the puck's way: straight on, half a turn of a sine in a wall, straight back, for ever."""
+    """Return the puck's path: straight on, half a turn of a sine in a wall, straight back, for ever."""
     omega = math.sqrt(wall / mass)
     inside, across = math.pi / omega, 2.0 * REACH / SHOVED
 
@@ -140,11 +140,11 @@ def driven() -> Motion:
     values = _object("mass_spring_damper")
     numbers = [values[key] for key in ("mass", "damping", "stiffness", "contact_stiffness")]
     reference = stirred(*numbers)
-    way = reference(samples(1.0, 1e-4))
-    judge = against(reference, float(np.abs(way - way[0]).max()))
+    path = reference(samples(1.0, 1e-4))
+    judge = against(reference, float(np.abs(path - path[0]).max()))
     turn = 2.0 * math.pi * STIRRING
     return Motion(
-        Body(*numbers), float(way[0]), 0.0, 1.0, judge, touch=lambda t: HANDLE + STIRRED * np.sin(turn * t)
+        Body(*numbers), float(path[0]), 0.0, 1.0, judge, touch=lambda t: HANDLE + STIRRED * np.sin(turn * t)
     )
 
 
@@ -209,7 +209,7 @@ def _scenes() -> tuple[Scene, ...]:
             ("Handle", "±5 mm at 2 Hz, known at samples"), closed,
         ),
         Scene(
-            "contact", "Puck between two walls", "largest error / way between the walls", 0.02, THIRD,
+            "contact", "Puck between two walls", "largest error / distance between the walls", 0.02, THIRD,
             _default("puck"),
             conditions=(
                 ("Mass", f"{puck['mass']:g} kg"), ("Walls", f"{puck['wall_stiffness']:g} N/m, 70 mm apart"),

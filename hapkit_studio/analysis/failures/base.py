@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.sweeps import Progress, quiet
+from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.settings_writer import RATE
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
@@ -20,7 +20,7 @@ __all__ += [
     "Try",
     "as_json",
     "live_rate",
-    "quiet",
+    "no_progress",
     "short",
     "show",
     "try_json",
@@ -132,9 +132,9 @@ class Failure:
     span: tuple[float, float] = (0.5, 1.5)
     order: int = 100
 
-    def case(self, given: Mapping[str, object] | None = None) -> dict[str, float]:
+    def case(self, options: Mapping[str, object] | None = None) -> dict[str, float]:
         """Return every option's number, defaults filled in; raise ParameterError."""
-        numbers = resolve(self.options, given or {}, self.title)
+        numbers = resolve(self.options, options or {}, self.title)
         return {p.key: n for p, n in zip(self.options, numbers, strict=True)}
 
     def inside(self, case: Case) -> float:
@@ -145,9 +145,9 @@ class Failure:
         """Return the knob's value just outside the limit, where the method fails."""
         return self.limit(case) * (1.0 + self.margin)
 
-    def try_at(self, value: object, given: Mapping[str, object] | None = None) -> Evidence:
+    def try_at(self, value: object, options: Mapping[str, object] | None = None) -> Evidence:
         """Return what happens at one value of the knob; raise ParameterError for what cannot be tried."""
-        case = self.case(given)
+        case = self.case(options)
         return self.probe(self.knob.check(value), case)
 
 
@@ -160,9 +160,9 @@ def within(key: str, values: Mapping[str, float]) -> dict[str, float]:
 def short(value: float, bound: float = math.inf) -> float:
     """Return a value in four figures, or in as many as keep it on its side of the bound."""
     for digits in range(4, 17):
-        near = float(f"{value:.{digits}g}")
-        if (near < bound) == (value < bound) and (near > bound) == (value > bound):
-            return near
+        rounded = float(f"{value:.{digits}g}")
+        if (rounded < bound) == (value < bound) and (rounded > bound) == (value > bound):
+            return rounded
     return value
 
 
@@ -198,13 +198,13 @@ class Shown:
 
 def show(
     failure: Failure,
-    given: Mapping[str, object] | None = None,
+    options: Mapping[str, object] | None = None,
     *,
     chart: bool = True,
-    progress: Progress = quiet,
+    progress: Progress = no_progress,
 ) -> Shown:
     """Return a failure tried on both sides of its limit; raise ParameterError for options without a limit."""
-    case = failure.case(given)
+    case = failure.case(options)
     if not 0.0 < failure.limit(case) < math.inf:
         what = "fails" if failure.limit(case) else "holds"
         raise ParameterError(f"{failure.title}: nothing {what} with these options, change one of them.")

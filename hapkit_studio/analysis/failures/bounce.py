@@ -92,24 +92,24 @@ def exact_gain(
     Exact motion under the held force, entry and exit located within a period: nothing of the tick is in it.
     """
     period = 1.0 / rate
-    whole = math.floor(delay * rate + 1e-9)
-    rest = max(delay - whole * period, 0.0)
-    forces = [0.0] * (whole + 2)
+    whole_periods = math.floor(delay * rate + 1e-9)
+    fraction = max(delay - whole_periods * period, 0.0)
+    forces = [0.0] * (whole_periods + 2)
     x, v = -phase * SPEED * period, SPEED
     for _ in range(_MOST_SAMPLES):
         forces = [-stiffness * max(x, 0.0), *forces[:-1]]
-        old, new = forces[whole + 1], forces[whole]
+        old, new = forces[whole_periods + 1], forces[whole_periods]
         if x <= 0.0 and v < 0.0 and not any(forces):
             return (v / SPEED) ** 2
-        x, v = _piece(mass, damping, x, v, old, rest)
-        x, v = _piece(mass, damping, x, v, new, period - rest)
+        x, v = _piece(mass, damping, x, v, old, fraction)
+        x, v = _piece(mass, damping, x, v, new, period - fraction)
     return math.inf
 
 
 def gain_formula(mass: float, damping: float, stiffness: float, rate: float, delay: float) -> float:
     """Return exp(π (K (T/2 + td) − b)/(m ω)), ω = √(K/m)."""
-    given = stiffness * (0.5 / rate + delay) - damping
-    return math.exp(math.pi * given / math.sqrt(stiffness * mass))
+    surplus = stiffness * (0.5 / rate + delay) - damping
+    return math.exp(math.pi * surplus / math.sqrt(stiffness * mass))
 
 
 def phases(count: int) -> np.ndarray:
@@ -145,16 +145,16 @@ def damper(lateness: float, case: base.Case, balance: float) -> tuple[float, flo
 def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
     """Return energy out over energy in by the tick, the mean over the sampling phases."""
     k, delay, damping = damper(lateness, case, balance)
-    given = (case["mass"], k, case["rate"], delay)
-    gains = [rendered_gain(*given, p, damping) for p in phases(PHASES)]
+    arguments = (case["mass"], k, case["rate"], delay)
+    gains = [rendered_gain(*arguments, p, damping) for p in phases(PHASES)]
     return float(np.mean(gains))
 
 
 def exact(lateness: float, case: base.Case, balance: float) -> float:
     """Return the same by exact motion between events, the damper acting in contact alone."""
     k, delay, damping = damper(lateness, case, balance)
-    given = (case["mass"], damping, k, case["rate"], delay)
-    return float(np.mean([exact_gain(*given, p) for p in phases(PHASES)]))
+    arguments = (case["mass"], damping, k, case["rate"], delay)
+    return float(np.mean([exact_gain(*arguments, p) for p in phases(PHASES)]))
 
 
 def off(lateness: float, case: base.Case, gain: float, balance: float = 0.0) -> float:

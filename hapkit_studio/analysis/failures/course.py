@@ -40,9 +40,9 @@ def limit(case: base.Case) -> float:
 
 def values(method: str) -> dict[str, float]:
     """Return the course's numbers as the environment takes them."""
-    given = {"mass": MASS, "damping": DAMPING, "stiffness": SPRING, "contact_stiffness": CONTACT}
-    given |= {"contact_damping": 0.0, "rest_position": REST}
-    return {**given, "integrator": float(INTEGRATORS.index(method))}
+    arguments = {"mass": MASS, "damping": DAMPING, "stiffness": SPRING, "contact_stiffness": CONTACT}
+    arguments |= {"contact_damping": 0.0, "rest_position": REST}
+    return {**arguments, "integrator": float(INTEGRATORS.index(method))}
 
 
 def _held(time: float) -> float:

@@ -80,8 +80,8 @@ def live(damping: float, case: base.Case) -> base.Live:
     loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
 
     def make(value: float) -> base.Live:
-        given = {"stiffness": case["stiffness"], "damping": base.short(value, most), "center": 0.0}
-        return base.Live("spring", base.within("spring", given), loop_)
+        arguments = {"stiffness": case["stiffness"], "damping": base.short(value, most), "center": 0.0}
+        return base.Live("spring", base.within("spring", arguments), loop_)
 
     return pulled(make, damping, most, "damping", "N·s/m")
 

@@ -28,8 +28,8 @@ def spec(case: base.Case) -> Spec:
 
 def bound(case: base.Case, damping: float, estimator: Spec, find=stiffness_limit) -> float:
     """Return the limit in N/m of a case with another virtual damping and estimator."""
-    given = {"rate": case["rate"], "delay": case["delay"], "estimator": estimator}
-    return find(case["mass"], case["viscous"], damping=damping, **given)
+    arguments = {"rate": case["rate"], "delay": case["delay"], "estimator": estimator}
+    return find(case["mass"], case["viscous"], damping=damping, **arguments)
 
 
 def limit(case: base.Case) -> float:
@@ -63,8 +63,8 @@ def curve(case: base.Case, progress: base.Progress) -> base.Chart:
 
 def options_of(estimator: Spec) -> dict[str, object]:
     """Return an estimator as the window's loop takes it."""
-    given = () if isinstance(estimator, str) else tuple(estimator[1].items())
-    return {"estimator": parse(estimator)[0].key, "options": given}
+    arguments = () if isinstance(estimator, str) else tuple(estimator[1].items())
+    return {"estimator": parse(estimator)[0].key, "options": arguments}
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
@@ -73,8 +73,8 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
 
     def make(value: float) -> base.Live:
-        given = {"stiffness": base.short(value, most), "damping": case["damping"], "center": 0.0}
-        return base.Live("spring", base.within("spring", given), loop_)
+        arguments = {"stiffness": base.short(value, most), "damping": case["damping"], "center": 0.0}
+        return base.Live("spring", base.within("spring", arguments), loop_)
 
     return pulled(make, stiffness, most, "stiffness", "N/m")
 

@@ -66,9 +66,9 @@ def _pull(t: np.ndarray, pointer: float) -> np.ndarray:
 
 
 def _loop(live: Live) -> LoopSettings:
-    wish: dict[str, Any] = dict(live.loop)
-    options, estimator = dict(wish.pop("options", ())), wish.pop("estimator", None)
-    loop = LoopSettings().changed(**wish)
+    settings: dict[str, Any] = dict(live.loop)
+    options, estimator = dict(settings.pop("options", ())), settings.pop("estimator", None)
+    loop = LoopSettings().changed(**settings)
     return loop.changed(estimator=(estimator, options) if options else estimator) if estimator else loop
 
 

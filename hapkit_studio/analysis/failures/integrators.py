@@ -98,7 +98,7 @@ def limit(case: base.Case) -> float:
 
 def swing(step: float, case: base.Case, count: int = STEPS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return time, position and size (its swing with its speed), each (n,), until it is lost or has died."""
-    given = {
+    arguments = {
         "mass": 1.0,
         "damping": 2.0 * _ratio(case) * OMEGA,
         "stiffness": OMEGA**2,
@@ -107,7 +107,7 @@ def swing(step: float, case: base.Case, count: int = STEPS) -> tuple[np.ndarray,
     }
     dt = step / OMEGA
     with np.errstate(over="ignore", invalid="ignore"):
-        time, x, v = integrate(_method(case), dt=dt, seconds=count * dt, **given)
+        time, x, v = integrate(_method(case), dt=dt, seconds=count * dt, **arguments)
         size = np.hypot(x, v / OMEGA)
     n = before_lost(size, LOST * START)
     n = alive(size[:n], DEAD * START)
@@ -149,9 +149,15 @@ def live(step: float, case: base.Case) -> base.Live:
     omega = 200.0 / ratio  # the fastest that the window's mass swings with as much damping
     values = {"mass": 0.05, "stiffness": 0.05 * omega**2, "damping": 0.1 * _ratio(case) * omega}
     method = float(INTEGRATORS.index(_method(case)))
-    given = {**base.within("mass_spring_damper", values), "integrator": method, "contact_stiffness": 100.0}
+    arguments = {
+        **base.within("mass_spring_damper", values),
+        "integrator": method,
+        "contact_stiffness": 100.0,
+    }
     rate = base.live_rate(base.short(omega / step, omega / limit(case)))
-    return base.Live("mass_spring_damper", given, {"rate": rate}, advice=_advice(omega / rate, step, case))
+    return base.Live(
+        "mass_spring_damper", arguments, {"rate": rate}, advice=_advice(omega / rate, step, case)
+    )
 
 
 def _advice(turn: float, step: float, case: base.Case) -> str:

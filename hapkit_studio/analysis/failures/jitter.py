@@ -156,8 +156,8 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     }
 
     def make(value: float) -> base.Live:
-        given = {"stiffness": base.short(value, bound), "damping": 0.0, "center": 0.0}
-        return base.Live("spring", base.within("spring", given), loop_)
+        arguments = {"stiffness": base.short(value, bound), "damping": 0.0, "center": 0.0}
+        return base.Live("spring", base.within("spring", arguments), loop_)
 
     found = pulled(make, stiffness, bound, "stiffness", "N/m")
     return replace(found, advice=f"Here every period is the long one. {found.advice}")

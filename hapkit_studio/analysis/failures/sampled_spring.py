@@ -51,8 +51,8 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     loop_ = {"rate": case["rate"], "delay": case["delay"], "estimator": "difference", "options": ()}
 
     def make(value: float) -> base.Live:
-        given = {"stiffness": base.short(value, bound), "damping": case["damping"], "center": 0.0}
-        return base.Live("spring", base.within("spring", given), loop_)
+        arguments = {"stiffness": base.short(value, bound), "damping": case["damping"], "center": 0.0}
+        return base.Live("spring", base.within("spring", arguments), loop_)
 
     return pulled(make, stiffness, bound, "stiffness", "N/m")
 

@@ -74,19 +74,19 @@ def step_matrix(mass: float, viscous: float, stiffness: float, damping: float, p
     The spring with the plain difference for its damper; the force of a sample acts ``delay`` s later and is
     held. From the equations of motion alone: nothing of the tick is in it.
     """
-    whole = math.floor(delay / period + 1e-9)
-    rest = max(delay - whole * period, 0.0)
-    first, second = _map(mass, viscous, rest), _map(mass, viscous, period - rest)
-    size = whole + 4
+    whole_periods = math.floor(delay / period + 1e-9)
+    fraction = max(delay - whole_periods * period, 0.0)
+    first, second = _map(mass, viscous, fraction), _map(mass, viscous, period - fraction)
+    size = whole_periods + 4
     out = np.zeros((size, size))
     asked = np.zeros(size)
     asked[0], asked[2] = -stiffness - damping / period, damping / period
     commands = [asked, *np.eye(size)[3:]]
     out[:2, :2] = second[:, :2] @ first[:, :2]
-    out[:2] += np.outer(second[:, 2], commands[whole])
-    out[:2] += np.outer(second[:, :2] @ first[:, 2], commands[whole + 1])
+    out[:2] += np.outer(second[:, 2], commands[whole_periods])
+    out[:2] += np.outer(second[:, :2] @ first[:, 2], commands[whole_periods + 1])
     out[2, 0] = 1.0
-    for index in range(whole + 1):
+    for index in range(whole_periods + 1):
         out[3 + index] = commands[index]
     return out
 
@@ -97,9 +97,9 @@ def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
     return np.array([[a, b, g0], [c, d, g1]])
 
 
-def exact_rate(whole: np.ndarray, seconds: float) -> float:
+def exact_rate(matrix: np.ndarray, seconds: float) -> float:
     """Return the growth in 1/s of a loop that repeats this map every ``seconds``."""
-    return math.log(np.abs(np.linalg.eigvals(whole)).max()) / seconds
+    return math.log(np.abs(np.linalg.eigvals(matrix)).max()) / seconds
 
 
 RESTS, CYCLES, GROWS = "rests", "cycles", "grows"
@@ -128,9 +128,9 @@ def released_with_friction(
 
 def judged(x: np.ndarray, start: float, rate: float) -> tuple[str, float]:
     """Return what a motion (n,) comes to, and the p-p of its last half second in m."""
-    whole = len(x) == round(FRICTION_SECONDS * rate)
+    complete = len(x) == round(FRICTION_SECONDS * rate)
     last = float(np.ptp(x[-round(0.5 * rate) :])) if len(x) else math.inf
     # what still moves beyond its beginning after all that time is on its way out
-    if not whole or np.abs(x[-round(0.5 * rate) :]).max() > abs(start):
+    if not complete or np.abs(x[-round(0.5 * rate) :]).max() > abs(start):
         return GROWS, last
     return (RESTS if last == 0.0 else CYCLES), last

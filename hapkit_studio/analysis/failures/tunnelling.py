@@ -115,10 +115,10 @@ def _theory(speeds: np.ndarray, case: base.Case) -> np.ndarray:
 
 def live(speed: float, case: base.Case) -> base.Live:
     """Return the bump in the window, as narrow as it can be set."""
-    given = {"peak_force": 1.0, "width": case["width"], "profile": _COSINE}
+    arguments = {"peak_force": 1.0, "width": case["width"], "profile": _COSINE}
     advice = swipe(speed)
     return base.Live(
-        "bump_valley", base.within("bump_valley", given), {"rate": case["rate"]}, "medium", advice
+        "bump_valley", base.within("bump_valley", arguments), {"rate": case["rate"]}, "medium", advice
     )
 
 

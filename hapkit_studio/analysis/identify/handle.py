@@ -202,10 +202,10 @@ def _jerks(grid: Grid, setup: Setup) -> np.ndarray:
     if setup.grip is None:
         return np.zeros(len(grid))
     late = setup.delay / grid.period
-    whole = int(late + 1e-9)
-    u = late - whole
+    whole_periods = int(late + 1e-9)
+    u = late - whole_periods
     motor = np.zeros(len(grid))
-    motor[whole + 1 :] = np.diff(grid.commands)[: max(len(grid) - whole - 1, 0)]
+    motor[whole_periods + 1 :] = np.diff(grid.commands)[: max(len(grid) - whole_periods - 1, 0)]
     own = np.diff(grid.hand_held, prepend=grid.hand_held[0])
     bends = (u * u - u + 1.0 / 6.0) * motor + own / 6.0
     return np.where(grid.held, -0.5 * setup.grip.damping * grid.period * bends, 0.0)

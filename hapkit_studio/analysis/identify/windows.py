@@ -133,8 +133,8 @@ def _steps(recording: Recording) -> tuple[np.ndarray, float]:
     gaps = np.diff(recording.time)
     usual = float(np.median(gaps[gaps > 0.0])) if (gaps > 0.0).any() else 1.0 / recording.setup.rate
     steps = np.rint(gaps / usual).astype(int)
-    near = steps == 1
-    return steps, float(gaps[near].mean()) if near.any() else usual
+    adjacent = steps == 1
+    return steps, float(gaps[adjacent].mean()) if adjacent.any() else usual
 
 
 def slope(position: np.ndarray, period: float) -> np.ndarray:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, row, whole
+from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.axes import round_axes
 from hapkit_studio.analysis.stability.limits import (
@@ -96,7 +96,7 @@ def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
 
     Raise ParameterError for an estimator that is not linear.
     """
-    return stiffness_limits(_loop(setting), row(damping, DAMPING))
+    return stiffness_limits(_loop(setting), checked_row(damping, DAMPING))
 
 
 def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
@@ -104,7 +104,7 @@ def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
 
     Raise ParameterError for an estimator that is not linear.
     """
-    columns = row(damping, DAMPING)
+    columns = checked_row(damping, DAMPING)
     return passive_stiffness(setting.viscous, columns, *_sampling(setting))
 
 
@@ -153,7 +153,7 @@ def plane(
     """
     stiffness, damping = RENDERED_STIFFNESS.check(stiffness), RENDERED_DAMPING.check(damping)
     width, top = WIDTH.check(width or 0.0), TOP.check(top or 0.0)
-    columns = whole(columns, "The number of columns", 2)
+    columns = whole_number(columns, "The number of columns", 2)
     around = hands(setting, damping)
     bound = around[setting.hand]
     wide, high = (width, top) if width and top else _axes(setting, stiffness, damping, bound)

@@ -78,8 +78,8 @@ def checked_loop(
         ("delay", delay, "s", False),
         ("sensor quantum", quantum, "m", False),
     ):
-        checks.number(value, name, unit, above)
-    checks.lateness(rate, delay)
+        checks.check_number(value, name, unit, above)
+    checks.check_delay(rate, delay)
     if isinstance(hand, str):
         hand = GRIPS[hand] if hand in GRIPS else hand_named(hand)
     if hand is not None and not isinstance(hand, Hand | Grip):
@@ -95,18 +95,18 @@ def _inverse_plant(loop: Loop, w: np.ndarray) -> np.ndarray:
     """
     m, c, k = loop.mass, loop.viscous, loop.hand.stiffness
     period = 1.0 / loop.rate
-    whole = math.floor(loop.delay * loop.rate + 1e-9)
-    rest = max(loop.delay - whole * period, 0.0)
+    whole_periods = math.floor(loop.delay * loop.rate + 1e-9)
+    fraction = max(loop.delay - whole_periods * period, 0.0)
     g0, g1 = transition(m, c, k, period)[4:7:2]
-    a, b, c_, d, new0, _, new1, _ = transition(m, c, k, period - rest)
-    first0, first1 = transition(m, c, k, rest)[4:7:2]
+    a, b, c_, d, new0, _, new1, _ = transition(m, c, k, period - fraction)
+    first0, first1 = transition(m, c, k, fraction)[4:7:2]
     old0, old1 = a * first0 + b * first1, c_ * first0 + d * first1
     z = np.exp(1j * w)
     step = -2.0 * np.sin(0.5 * w) ** 2 + 1j * np.sin(w)
     slow = step + c * g1 + k * g0
     poles = (step + k * g0) * slow + m * k * g1 * g1
     zeros = slow * (new0 * z + old0) + m * g1 * (new1 * z + old1)
-    return np.exp(1j * w * (whole + 1)) * poles / zeros
+    return np.exp(1j * w * (whole_periods + 1)) * poles / zeros
 
 
 def _frequencies(loop: Loop) -> np.ndarray:

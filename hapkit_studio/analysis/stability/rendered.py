@@ -28,11 +28,11 @@ from functools import partial
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, row
+from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import Cells, Points
 from hapkit_studio.analysis.stability.limits import checked_loop
-from hapkit_studio.analysis.sweeps import Progress, quiet, sweep
+from hapkit_studio.analysis.sweeps import Progress, no_progress, sweep
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
@@ -212,13 +212,13 @@ def classes(
     *,
     real: bool = False,
     executor: Executor | None = None,
-    progress: Progress = quiet,
+    progress: Progress = no_progress,
 ) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
     Raise ParameterError, and what progress raises.
     """
-    columns, lines = row(damping, DAMPING), row(stiffness, STIFFNESS)
+    columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     cells = [(k, b) for k in lines.tolist() for b in columns.tolist()]
     task = partial(_classes, rendered(setting, real))
     found = sweep(task, cells, executor=executor, progress=progress)
@@ -232,13 +232,13 @@ def maps(
     *,
     real: bool = False,
     executor: Executor | None = None,
-    progress: Progress = quiet,
+    progress: Progress = no_progress,
 ) -> np.ndarray:
     """Return the ``classes`` (s, m, n) int8 of many settings: one sweep, whose cell is a line of a map.
 
     Raise ParameterError, and what progress raises.
     """
-    columns, lines = row(damping, DAMPING), row(stiffness, STIFFNESS)
+    columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     cells = [(rendered(setting, real), k) for setting in settings for k in lines.tolist()]
     found = sweep(partial(_lines, columns), cells, executor=executor, progress=progress)
     return np.array(found, dtype=np.int8).reshape(len(settings), lines.size, columns.size)
@@ -250,14 +250,14 @@ def boundary(
     *,
     real: bool = False,
     executor: Executor | None = None,
-    progress: Progress = quiet,
+    progress: Progress = no_progress,
 ) -> np.ndarray:
     """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
 
     Found by bisection; 0 where no spring of ``softest`` is stable, inf beyond 1 GN/m. Raise
     ParameterError, and what progress raises.
     """
-    columns = row(damping, DAMPING).tolist()
+    columns = checked_row(damping, DAMPING).tolist()
     task = partial(_limits, rendered(setting, real))
     return np.array(sweep(task, columns, executor=executor, progress=progress), dtype=float)
 
@@ -336,7 +336,7 @@ def measure_points(
     *,
     real: bool = False,
     executor: Executor | None = None,
-    progress: Progress = quiet,
+    progress: Progress = no_progress,
 ) -> Points:
     """Return the boundary as rendering finds it, by bisection in each column."""
     found = boundary(setting, damping, real=real, executor=executor, progress=progress)
@@ -350,7 +350,7 @@ def measure_cells(
     *,
     real: bool = False,
     executor: Executor | None = None,
-    progress: Progress = quiet,
+    progress: Progress = no_progress,
 ) -> Cells:
     """Return what rendering does in every cell of the plane."""
     found = classes(setting, damping, stiffness, real=real, executor=executor, progress=progress)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.zwidth import CARE_FORCE, DAMPING, PUSH, SPEED
+from hapkit_studio.analysis.zwidth import DAMPING, DEVICE_FORCE, PUSH, SPEED
 from hapkit_studio.analysis.zwidth.result import FAST, LEAVES
 from hapkit_studio.errors import DeviceError, ParameterError, StudioError
 from hapkit_studio.haptics import rows
@@ -34,14 +34,14 @@ _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
 
 
 @dataclass(frozen=True)
-class Care:
+class TrialLimits:
     """How gently a device is tried: force N, speed m/s and travel m from the surface that end a trial.
 
     A wall fails that keeps moving by more than so many counts. Stiffness N/m goes from the softest up by a
     factor, to the highest at most, and is found to a share of itself. Raise ParameterError.
     """
 
-    max_force: float = CARE_FORCE.default
+    max_force: float = DEVICE_FORCE.default
     push: float = PUSH.default
     hit: float = SPEED.default
     max_speed: float = 1.0
@@ -53,7 +53,7 @@ class Care:
     precision: float = 0.05
 
     def __post_init__(self) -> None:
-        CARE_FORCE.check(self.max_force)
+        DEVICE_FORCE.check(self.max_force)
         PUSH.check(self.push)
         SPEED.check(self.hit)
         if self.push > 0.6 * self.max_force:
@@ -83,8 +83,10 @@ class GuardedDevice:
     clamped: set where a judged sample reached the force limit.
     """
 
-    def __init__(self, engine: Engine, care: Care, say: Callable[[str], None], look: Callable[[], None]):
-        self.engine, self.care, self.say, self._look = engine, care, say, look
+    def __init__(
+        self, engine: Engine, limits: TrialLimits, say: Callable[[str], None], look: Callable[[], None]
+    ):
+        self.engine, self.limits, self.say, self._look = engine, limits, say, look
         self._before = engine.environment, engine.values, engine.grip
         self._place = engine.values if engine.environment is _PERSONS else WALL.values()
         self.surface = self._place["position"]
@@ -94,7 +96,7 @@ class GuardedDevice:
         self.clamped = False
 
     def __enter__(self) -> "GuardedDevice":
-        self.engine.limit_force(self.care.max_force)
+        self.engine.limit_force(self.limits.max_force)
         self._reader = self.engine.reader()
         try:
             self.calm()
@@ -179,24 +181,24 @@ class GuardedDevice:
 
     def _judge(self, new: np.ndarray) -> None:
         self.clamped = self.clamped or bool((new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())
-        if np.abs(new[:, rows.VELOCITY]).max() > self.care.max_speed:
+        if np.abs(new[:, rows.VELOCITY]).max() > self.limits.max_speed:
             raise Unsafe(FAST)
-        if np.abs(new[:, rows.POSITION] - self.surface).max() > self.care.max_travel:
+        if np.abs(new[:, rows.POSITION] - self.surface).max() > self.limits.max_travel:
             raise Unsafe(LEAVES)
 
     def _wait_for_force(self) -> None:
         """Wait until the loop renders: after connecting it holds the force at zero for a while."""
         end = time.monotonic() + _SILENCE_SECONDS
-        while useless(self.collect(0.02, judged=False)):
+        while force_withheld(self.collect(0.02, judged=False)):
             if time.monotonic() > end:
                 raise Interrupted("The device renders no force. The measurement ended.")
 
 
-def pressing(found: np.ndarray, into: float) -> float:
+def pressing_force(found: np.ndarray, into: float) -> float:
     """Return the mean force in N with which the wall is pressed in some rows."""
     return float(-into * found[:, rows.APPLIED].mean())
 
 
-def useless(found: np.ndarray) -> bool:
+def force_withheld(found: np.ndarray) -> bool:
     """Return whether rows hold samples whose force was held back."""
     return bool((found[:, rows.FLAGS].astype(np.int64) & _USELESS).any())

@@ -13,15 +13,15 @@ from typing import Protocol as Interface
 import numpy as np
 
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.sweeps import Progress, quiet
+from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.analysis.zwidth import DEVICE_DAMPING
 from hapkit_studio.analysis.zwidth.guarded_device import (
-    Care,
     GuardedDevice,
     Interrupted,
+    TrialLimits,
     Unsafe,
-    pressing,
-    useless,
+    force_withheld,
+    pressing_force,
 )
 from hapkit_studio.analysis.zwidth.result import (
     BUZZES,
@@ -36,7 +36,7 @@ from hapkit_studio.analysis.zwidth.result import (
     loop_conditions,
     stiffest,
 )
-from hapkit_studio.analysis.zwidth.simulation import Arrived, nobody
+from hapkit_studio.analysis.zwidth.simulation import Arrived, ignore_point
 from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
@@ -59,31 +59,31 @@ ASK = "Press gently into the wall and hold"
 USUAL_GRIP = "medium"
 
 
-def silent(words: str) -> None:
-    """Tell nobody."""
+def ignore_words(words: str) -> None:
+    """No-op callback."""
 
 
 def measure(
     engine: Engine,
     damping: Sequence[float] = DEVICE_DAMPING,
-    care: Care | None = None,
+    limits: TrialLimits | None = None,
     *,
     person: bool | None = None,
-    progress: Progress = quiet,
-    arrived: Arrived = nobody,
-    say: Callable[[str], None] = silent,
+    progress: Progress = no_progress,
+    arrived: Arrived = ignore_point,
+    say: Callable[[str], None] = ignore_words,
 ) -> ZWidth:
     """Return the Z-width of a running engine's device, its loop as it is set.
 
     person: a person presses; None: where the device has no simulated hand. say is told what to do next.
     Raise ParameterError, Interrupted, and what progress raises; the old settings are back then too.
     """
-    care, levels = care or Care(), levels_of(damping)
+    limits, levels = limits or TrialLimits(), levels_of(damping)
     if person is None:
         person = not (engine.device.simulated or getattr(engine.device, "hand", False))
-    steps = _Steps(care, len(levels), progress)
+    steps = _Steps(limits, len(levels), progress)
     points: list[Point] = []
-    with GuardedDevice(engine, care, say, steps.look) as guarded:
+    with GuardedDevice(engine, limits, say, steps.look) as guarded:
         hand: Presser = Person(guarded) if person else SimulatedHand(guarded)
         for level in levels:
             points.append(_Trials(guarded, hand, level, steps).point())
@@ -105,13 +105,13 @@ def setting_of(engine: Engine, grip: str) -> Setting:
 
 
 def _conditions(guarded: GuardedDevice, setting: Setting) -> tuple[Condition, ...]:
-    """Return device and loop as they are, how fast the loop really went, and the care taken."""
-    rate, care = guarded.rate, guarded.care
+    """Return device and loop as they are, how fast the loop really went, and the limits of a trial."""
+    rate, limits = guarded.rate, guarded.limits
     return (
         *loop_conditions(setting, friction=guarded.engine.modelled is not None),
         Condition("measured_rate_Hz", rate, "Rate measured", f"{rate:.0f} Hz"),
-        Condition("max_force", care.max_force, "Force limit", f"{care.max_force:g} N"),
-        Condition("precision", care.precision, "Stiffness to", f"{100.0 * care.precision:g} %"),
+        Condition("max_force", limits.max_force, "Force limit", f"{limits.max_force:g} N"),
+        Condition("precision", limits.precision, "Stiffness to", f"{100.0 * limits.precision:g} %"),
     )
 
 
@@ -152,11 +152,11 @@ class SimulatedHand:
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
-        care = self._guarded.care
+        limits = self._guarded.limits
         return (
             Condition("hand", self._grip, "Hand", f"simulated, {self._grip}"),
-            Condition("speed", care.hit, "Hit at", f"{care.hit:g} m/s", "v₀"),
-            Condition("push", care.push, "Push", f"{care.push:g} N"),
+            Condition("speed", limits.hit, "Hit at", f"{limits.hit:g} m/s", "v₀"),
+            Condition("push", limits.push, "Push", f"{limits.push:g} N"),
         )
 
     def begin(self) -> None:
@@ -174,18 +174,18 @@ class SimulatedHand:
         """Move the hand at its speed to where wall and grip balance at the push."""
         grip = GRIPS[self._grip]
         assert isinstance(grip, Grip)
-        guarded, care = self._guarded, self._guarded.care
-        goal = care.push / grip.stiffness + care.push / stiffness
+        guarded, limits = self._guarded, self._guarded.limits
+        goal = limits.push / grip.stiffness + limits.push / stiffness
         start, depth = guarded.collect(_STEP_SECONDS)[-1, rows.BOARD_TIME], -_AWAY
         while depth < goal:
             now = guarded.collect(_STEP_SECONDS)[-1, rows.BOARD_TIME]
-            depth = min(care.hit * (now - start) - _AWAY, goal)
+            depth = min(limits.hit * (now - start) - _AWAY, goal)
             guarded.engine.move_hand(guarded.surface + guarded.into * depth)
 
     def presses(self, found: np.ndarray) -> bool:
         """Return whether it does: in a window somebody may have taken the handle away."""
-        least = _LEAST_SHARE * self._guarded.care.push
-        return not useless(found) and pressing(found, self._guarded.into) >= least
+        least = _LEAST_SHARE * self._guarded.limits.push
+        return not force_withheld(found) and pressing_force(found, self._guarded.into) >= least
 
 
 class Person:
@@ -195,8 +195,8 @@ class Person:
 
     def __init__(self, guarded: GuardedDevice):
         self._guarded = guarded
-        care = guarded.care
-        self._least, self._most = _LEAST_SHARE * care.push, _MOST_SHARE * care.max_force
+        limits = guarded.limits
+        self._least, self._most = _LEAST_SHARE * limits.push, _MOST_SHARE * limits.max_force
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
@@ -223,21 +223,24 @@ class Person:
         """Leave it to the person."""
 
     def presses(self, found: np.ndarray) -> bool:
-        return not useless(found) and self._least <= pressing(found, self._guarded.into) <= self._most
+        return (
+            not force_withheld(found)
+            and self._least <= pressing_force(found, self._guarded.into) <= self._most
+        )
 
     def _words(self, found: np.ndarray) -> str:
-        force = pressing(found, self._guarded.into)
+        force = pressing_force(found, self._guarded.into)
         if force <= self._most:
             return f"{ASK}."
-        return f"Press more gently: {force:.1f} N now, {self._guarded.care.push:g} N is enough."
+        return f"Press more gently: {force:.1f} N now, {self._guarded.limits.push:g} N is enough."
 
 
 class _Steps:
     """Counts trials for progress; how many a level takes is known only roughly."""
 
-    def __init__(self, care: Care, levels: int, progress: Progress):
-        raised = math.log(care.highest / care.softest) / math.log(care.raised)
-        self.halvings = max(1, math.ceil(math.log2((care.raised - 1.0) / care.precision)))
+    def __init__(self, limits: TrialLimits, levels: int, progress: Progress):
+        raised = math.log(limits.highest / limits.softest) / math.log(limits.raised)
+        self.halvings = max(1, math.ceil(math.log2((limits.raised - 1.0) / limits.precision)))
         self._each = math.ceil(raised) + 1 + self.halvings
         self._of, self._progress = levels * self._each, progress
         self._level = self._done = 0
@@ -266,9 +269,9 @@ class _Trials:
 
     def point(self) -> Point:
         """Return the stiffest wall that held."""
-        care = self._guarded.care
+        limits = self._guarded.limits
         self._guarded.calm()
-        return stiffest(self._held_at, care.softest, care.raised, care.highest, self._steps.halvings)
+        return stiffest(self._held_at, limits.softest, limits.raised, limits.highest, self._steps.halvings)
 
     def _held_at(self, stiffness: float) -> TrialOutcome:
         """Try one wall; after it the last one that held is in force."""
@@ -294,7 +297,7 @@ class _Trials:
 
     def _watched(self, stiffness: float) -> str:
         """Watch until the motion has died out, or does not any more; return why the wall fails."""
-        limit = self._guarded.care.counts * self._guarded.quantum
+        limit = self._guarded.limits.counts * self._guarded.quantum
         calm, before = 0, math.inf
         for window in range(_MOST_WINDOWS):
             found = self._window(stiffness)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hapkit_studio.analysis.checks import row
+from hapkit_studio.analysis.checks import checked_row
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
@@ -226,7 +226,7 @@ def samples_of(setting: Setting, protocol: Protocol) -> int:
 
 def levels_of(damping: Sequence[float]) -> list[float]:
     """Return checked virtual dampings in N·s/m, each once, rising; raise ParameterError."""
-    levels = sorted(set(row(damping, DAMPING).tolist()))
+    levels = sorted(set(checked_row(damping, DAMPING).tolist()))
     if not levels:
         raise ParameterError("A Z-width takes one damping or more, e.g. 0,1,2,5.")
     return levels

@@ -15,7 +15,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.sweeps import Progress, quiet, sweep, workers
+from hapkit_studio.analysis.sweeps import Progress, no_progress, sweep, workers
 from hapkit_studio.analysis.zwidth import SIMULATED_DAMPING
 from hapkit_studio.analysis.zwidth.result import (
     BUZZES,
@@ -43,8 +43,8 @@ _STIFFEST = 1e6
 Arrived = Callable[[float, Point], None]
 
 
-def nobody(damping: float, point: Point) -> None:
-    """Tell nobody."""
+def ignore_point(damping: float, point: Point) -> None:
+    """No-op callback."""
 
 
 def compute(
@@ -52,9 +52,9 @@ def compute(
     damping: Sequence[float] = SIMULATED_DAMPING,
     protocol: Protocol | None = None,
     *,
-    progress: Progress = quiet,
+    progress: Progress = no_progress,
     executor: Executor | None = None,
-    arrived: Arrived = nobody,
+    arrived: Arrived = ignore_point,
 ) -> ZWidth:
     """Return the Z-width of a setting; arrived is told every point as soon as it is there.
 
@@ -64,9 +64,9 @@ def compute(
     levels = levels_of(damping)
     samples_of(setting, protocol)
     points: list[Point] = []
-    crew = workers(executor)
-    for first in range(0, len(levels), crew):
-        cells = [(setting, protocol, level) for level in levels[first : first + crew]]
+    worker_count = workers(executor)
+    for first in range(0, len(levels), worker_count):
+        cells = [(setting, protocol, level) for level in levels[first : first + worker_count]]
         watch = _from(progress, first, len(levels))
         points += sweep(points_of, cells, executor=executor, progress=watch, chunk=1)
         for level, point in zip(levels[first:], points[first:], strict=False):

@@ -50,7 +50,7 @@ def answer_words(sheet: "Sheet") -> str:
 def columns(sheet: "Sheet") -> tuple[Column, ...]:
     """Return the columns of the points that compete: what is chosen between, cost, error in one unit."""
     from hapkit_studio.analysis.accuracy.words import name_words
-    from hapkit_studio.charts.accuracy import look
+    from hapkit_studio.charts.accuracy import marker_and_color
     from hapkit_studio.formatting import significant
 
     scene, default = sheet.scene, sheet.answer.default
@@ -62,7 +62,8 @@ def columns(sheet: "Sheet") -> tuple[Column, ...]:
     return (
         Column(
             "Rate" if scene.step_s is None else "Method", lambda p: name_words(scene, p), right=False,
-            sign=lambda p: sign(*look(p.method)), token=lambda p: "accent" if p is default else "ink",
+            sign=lambda p: sign(*marker_and_color(p.method)),
+            token=lambda p: "accent" if p is default else "ink",
         ),
         Column("µs\nper s", cost, lambda p: p.ns_per_simulated_s),
         Column(
@@ -217,13 +218,13 @@ class AccuracyPage(MeasuringPage):
     def show_near(self, event: "MouseEvent | None") -> None:
         """Say in words what the point under the pointer is."""
         from hapkit_studio.analysis.accuracy import words
-        from hapkit_studio.charts.accuracy import Frame
+        from hapkit_studio.charts.accuracy import AccuracyAxes
 
         self.point.setText("")
         sheet = self.sheet
         if event is None or sheet is None:
             return
-        index = self.chart.near(event, *zip(*map(Frame(sheet).place, sheet.points), strict=True))
+        index = self.chart.near(event, *zip(*map(AccuracyAxes(sheet).place, sheet.points), strict=True))
         if index is not None:
             point = sheet.points[index]
             error = words.error_words(point.error, sheet.scene.unit)

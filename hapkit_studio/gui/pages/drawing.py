@@ -163,7 +163,7 @@ class Drawing(QWidget):
         left, low = event.x > 0.62 * box.x1, event.y < box.y0 + 0.3 * box.height
         away = _BESIDE * self.canvas.device_pixel_ratio
         x, y = event.x + (-away if left else away), event.y + (away if low else -away)
-        made = Text(x, y, words, size=style.TICK, color=colors.ink, path_effects=style.rim(colors))
+        made = Text(x, y, words, size=style.TICK, color=colors.ink, path_effects=style.text_outline(colors))
         made.set(ha="right" if left else "left", va="bottom" if low else "top")
         cross = Line2D([event.x], [event.y], marker="+", markersize=11, color=colors.ink2)
         for artist in (cross, made):

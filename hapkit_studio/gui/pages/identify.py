@@ -13,7 +13,7 @@ from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.job import Progress
-from hapkit_studio.gui.pages.measuring import Fresh, MeasuringPage, loop_facts
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import dress
@@ -197,7 +197,7 @@ class IdentifyPage(MeasuringPage):
         self.shaking.setToolTip("The simulated hand moves so that every term shows, then it is identified")
         for widget in (self.pieces, self.shaking, self.parts):
             self.bar.add(widget)
-        self._fresh = Fresh(self._facts, self.buttons[1])
+        self._fresh = Freshness(self._facts, self.buttons[1])
         self.released = QCheckBox("No hand on the handle")
         self.how, self._body = how_to(), QStackedWidget()
         self._body.addWidget(self.how)

@@ -258,7 +258,7 @@ def loop_facts(studio: "Studio", model: bool = True) -> dict[str, object]:
     return {"device": device, "loop": loop, "hand": studio.grip}
 
 
-class Fresh:
+class Freshness:
     """Remembers what one result was for; facts gives, by name, what it would be for now."""
 
     def __init__(self, facts: Callable[[], Facts], again: str = "Measure again"):

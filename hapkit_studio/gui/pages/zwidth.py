@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
-from hapkit_studio.analysis.zwidth import CARE_FORCE, DEVICE_DAMPING, SIMULATED_DAMPING
+from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, DEVICE_FORCE, SIMULATED_DAMPING
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.job import Progress, Work
-from hapkit_studio.gui.pages.measuring import Fresh, MeasuringPage, loop_facts
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.side import hint
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.panel.limits import LoopFacts
@@ -32,7 +32,7 @@ _WALL = "wall"
 _LOOK_MS = 100
 _BOX_WIDTH = 92
 _HIGHEST = {SIMULATION: SIMULATED_DAMPING[-1], DEVICE: DEVICE_DAMPING[-1]}
-_CARE = (
+_HOW_IT_IS_TRIED = (
     "A hand presses into walls of rising stiffness until one keeps buzzing. Nothing stiffer is tried. Force, "
     "speed and travel are limited, Esc stops at once, and your settings come back."
 )
@@ -50,23 +50,23 @@ class ForceRow(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.limit = CARE_FORCE.default
+        self.limit = DEVICE_FORCE.default
         self.refusal = hint()
-        self.box = NumberBox(Quantity.of(CARE_FORCE))
-        self.box.show_value(CARE_FORCE.default)
+        self.box = NumberBox(Quantity.of(DEVICE_FORCE))
+        self.box.show_value(DEVICE_FORCE.default)
         self.box.setFixedWidth(_BOX_WIDTH)
         self.box.setAccessibleName("Force limit, N")
         self.box.entered.connect(self._take)
         across = QHBoxLayout(self)
         across.setContentsMargins(0, 0, 0, 0)
-        across.addWidget(QLabel(CARE_FORCE.label), 1)
+        across.addWidget(QLabel(DEVICE_FORCE.label), 1)
         across.addWidget(self.box)
         across.addWidget(QLabel("N"))
         self.refusal.hide()
 
     def _take(self, value: float) -> None:
         try:
-            self.limit = CARE_FORCE.check(value)
+            self.limit = DEVICE_FORCE.check(value)
             self.refusal.hide()
         except ParameterError as error:
             self.refusal.setText(str(error))
@@ -95,8 +95,8 @@ class ZWidthPage(MeasuringPage):
         live.health.connect(self._facts.note_health)
         self._results: dict[int, ZWidth] = {}
         self._fresh = {
-            SIMULATION: Fresh(lambda: loop_facts(studio, model=False)),
-            DEVICE: Fresh(lambda: loop_facts(studio)),
+            SIMULATION: Freshness(lambda: loop_facts(studio, model=False)),
+            DEVICE: Freshness(lambda: loop_facts(studio)),
         }
         self.walls, self._waits = Walls(), False
         self._mode, self._scene, self._asked = SIMULATION, "", False
@@ -108,7 +108,7 @@ class ZWidthPage(MeasuringPage):
         self.force = ForceRow()
         self.build()
         self.side.section("On this device")
-        for part in (self.force, self.force.refusal, hint(_CARE)):
+        for part in (self.force, self.force.refusal, hint(_HOW_IT_IS_TRIED)):
             self.side.add(part)
         self._join()
         self._show(self.walls)
@@ -155,10 +155,10 @@ class ZWidthPage(MeasuringPage):
 
         def work(progress: Progress) -> "ZWidth":
             from hapkit_studio.analysis.zwidth import on_device
-            from hapkit_studio.analysis.zwidth.guarded_device import Care
+            from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 
-            care, arrived, say = Care(max_force=limit), self.arrived.emit, self.said.emit
-            return on_device.measure(engine, care=care, progress=progress, arrived=arrived, say=say)
+            limits, arrived, say = TrialLimits(max_force=limit), self.arrived.emit, self.said.emit
+            return on_device.measure(engine, limits=limits, progress=progress, arrived=arrived, say=say)
 
         return work
 

@@ -6,7 +6,7 @@ import pytest
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth import on_device, simulation
-from hapkit_studio.analysis.zwidth.guarded_device import Care
+from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 from hapkit_studio.analysis.zwidth.result import Protocol
 from hapkit_studio.cli import main
 from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -74,8 +74,8 @@ def measured(monkeypatch):
     """Stand in for a minute of pressing; keep what it was asked."""
     asked = {}
 
-    def measure(engine, levels, care, **more):
-        asked.update(engine=engine, levels=levels, care=care, loop=engine.loop, grip=engine.grip)
+    def measure(engine, levels, limits, **more):
+        asked.update(engine=engine, levels=levels, limits=limits, loop=engine.loop, grip=engine.grip)
         if asked.get("raises"):
             raise asked["raises"]
         return simulation.compute(Setting(), levels, Protocol(seconds=0.6, halvings=1))
@@ -90,7 +90,7 @@ def test_a_device_gets_what_was_asked_and_is_closed(capsys, measured):
     code, _, err = run(capsys, *words.split())
     assert (code, err) == (0, "")
     assert measured["levels"] == (0.0, 1.0)
-    assert measured["care"] == Care(max_force=1.5, push=0.5, hit=0.05)
+    assert measured["limits"] == TrialLimits(max_force=1.5, push=0.5, hit=0.05)
     assert measured["engine"].device == SimulatedHapkit(mass=0.06)
     assert measured["loop"] == LoopSettings(500.0, 2e-3, ("iir", {"cutoff": 20.0}))
     assert measured["grip"] == "firm"

@@ -8,7 +8,7 @@ import pytest
 
 from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.analysis.zwidth import on_device, simulation
-from hapkit_studio.analysis.zwidth.guarded_device import Care, Interrupted
+from hapkit_studio.analysis.zwidth.guarded_device import Interrupted, TrialLimits
 from hapkit_studio.analysis.zwidth.on_device import ripple
 from hapkit_studio.analysis.zwidth.result import BUZZES, FAST, GROWS, HIGHEST, Protocol
 from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -21,7 +21,7 @@ from tests.firmware.vb import needs_board
 from tests.haptics.engine_support import rest
 
 BEFORE = {"stiffness": 123.0, "damping": 4.0}
-ONE_TRIAL = Care(softest=300.0, highest=300.0)
+ONE_TRIAL = TrialLimits(softest=300.0, highest=300.0)
 
 
 @pytest.fixture
@@ -77,9 +77,9 @@ def after(calls, act):
 
 def test_the_live_device_agrees_with_the_simulation(running):
     engine, arrived = running(), []
-    care = Care(softest=1600.0, raised=1.6, precision=0.3)
+    limits = TrialLimits(softest=1600.0, raised=1.6, precision=0.3)
     found = on_device.measure(
-        engine, (1.0,), care, arrived=lambda b, point: arrived.append((b, point.stiffness))
+        engine, (1.0,), limits, arrived=lambda b, point: arrived.append((b, point.stiffness))
     )
     setting = on_device.setting_of(engine, "light")
     reference = simulation.compute(setting, (1.0,), Protocol(max_force=2.0))
@@ -101,7 +101,7 @@ def test_the_live_device_agrees_with_the_simulation(running):
 def test_the_virtual_board(running):
     engine = running(VirtualBoard("lockstep"), delay=1e-3)
     reader = engine.reader()
-    found = on_device.measure(engine, (0.0,), Care(softest=1000.0, raised=1.5, precision=0.1))
+    found = on_device.measure(engine, (0.0,), TrialLimits(softest=1000.0, raised=1.5, precision=0.1))
     assert hits(reader.read()) == pytest.approx(0.1, rel=0.3)
     conditions = {c.key: c.value for c in found.conditions}
     assert 1e-3 < conditions["delay"] < 2.5e-3  # what was asked for, and what the line takes
@@ -178,7 +178,7 @@ def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch
     monkeypatch.setattr(
         on_device.GuardedDevice, "wall", lambda self, k, b: (tried.append(k), wall(self, k, b))[1]
     )
-    found = on_device.measure(engine, (0.0,), Care(max_speed=0.06, precision=0.29))
+    found = on_device.measure(engine, (0.0,), TrialLimits(max_speed=0.06, precision=0.29))
     assert (found.stiffness[0], found.ends[0]) == (0.0, FAST)
     assert found.sentence == "No wall was rendered without buzzing."
     assert max(tried) == 200.0
@@ -188,8 +188,8 @@ def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch
 def test_the_force_limit_holds_and_is_said(running):
     engine = running(delay=0.0)
     reader = engine.reader()
-    care = Care(max_force=0.5, push=0.3, hit=0.15, softest=1500.0, highest=1500.0)
-    found = on_device.measure(engine, (0.0,), care)
+    limits = TrialLimits(max_force=0.5, push=0.3, hit=0.15, softest=1500.0, highest=1500.0)
+    found = on_device.measure(engine, (0.0,), limits)
     assert np.abs(reader.read()[:, rows.APPLIED]).max() <= 0.5 + 1e-12
     assert (found.ends, found.clamped) == ((HIGHEST,), (True,))
     assert found.sentence.endswith("at least 1,500 N/m, at the motor's limit of 0.5 N.")
@@ -246,4 +246,4 @@ def test_ripple_is_what_a_hand_cannot_do(hertz, least, most):
 
 def test_a_push_near_the_limit_is_refused():
     with pytest.raises(ParameterError, match=r"force limit of 3.33 N or more, not 2 N"):
-        Care(push=2.0)
+        TrialLimits(push=2.0)

@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet
 from hapkit_studio.analysis.accuracy.plan import mark_front
-from hapkit_studio.charts.accuracy import Frame, look
+from hapkit_studio.charts.accuracy import AccuracyAxes, marker_and_color
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
@@ -79,7 +79,7 @@ def test_the_point_under_the_pointer_is_told(page):
 
 def test_every_error_is_drawn_somewhere_in_the_frame_and_told(page):
     page.show_result(made_up("verlet"))
-    frame = Frame(page.sheet)
+    frame = AccuracyAxes(page.sheet)
     for found in page.sheet.points:
         point_at(page.chart, *frame.place(found))
         assert page.point.text().startswith(f"{found.label} at "), found
@@ -91,7 +91,7 @@ def test_a_row_of_the_table_lets_its_line_stand_out(page):
         row = page.table.visualRect(page.table.model().index(0, 0)).center()
         QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=row)
         (axes,) = drawn(page.chart)
-        color = theme.color(look("rk4")[1]).name()
+        color = theme.color(marker_and_color("rk4")[1]).name()
         widths = {line.get_linewidth() for line in axes.lines if line.get_color() == color.upper()}
         assert width in widths
 
@@ -190,6 +190,6 @@ def test_nothing_is_cut_off(idle_window, page, qapp, size):
 
 def test_methods_of_a_chart_differ_in_marker_or_colour():
     for family in (INTEGRATORS, tuple(ESTIMATORS), tuple(MODELS)):
-        looks = [look(method) for method in family]
+        looks = [marker_and_color(method) for method in family]
         assert len(set(looks)) == len(looks)
         assert {token for _, token in looks} <= set(TOKENS)

@@ -8,7 +8,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from hapkit_studio.gui.pages.break_it.knob import KnobBar
-from hapkit_studio.gui.pages.break_it.record import ABOVE, BELOW, CHART, HERE, Record, Try, reading
+from hapkit_studio.gui.pages.break_it.record import ABOVE, BELOW, CHART, HERE, Record, Try, knob_text
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.style import dress
@@ -117,9 +117,9 @@ class VerdictRow(QWidget):
         if record.wrong or not record.ready or record.value is None or record.limit is None:
             return f"{record.failure.summary}."
         knob = record.failure.knob
-        limit = reading(record.limit, knob)
+        limit = knob_text(record.limit, knob)
         name = "" if knob.unit else f"{knob.symbol or knob.label} = "
-        place = f"{name}{reading(record.value, knob)}, {record.share:.2f} of the limit {limit}"
+        place = f"{name}{knob_text(record.value, knob)}, {record.share:.2f} of the limit {limit}"
         from hapkit_studio.charts.failures import clauses
 
         rest = clauses(record.here.evidence.words)[1:] if record.here else []

@@ -6,7 +6,7 @@ from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSize, Qt
 from PySide6.QtGui import QFontMetrics, QPainter, QPen
 from PySide6.QtWidgets import QAbstractItemView, QListWidget, QListWidgetItem, QStyle, QStyledItemDelegate
 
-from hapkit_studio.gui.pages.break_it.record import LIMIT, Record, reading
+from hapkit_studio.gui.pages.break_it.record import LIMIT, Record, knob_text
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.theme import theme
@@ -141,4 +141,4 @@ def _words(record: Record, busy: bool) -> str:
         return "Not tried yet"
     knob = record.failure.knob
     name = "" if knob.unit else f"{knob.symbol if 0 < len(knob.symbol) <= _SHORT else knob.label.lower()} "
-    return f"Limit {name}{reading(record.limit, knob)}"
+    return f"Limit {name}{knob_text(record.limit, knob)}"

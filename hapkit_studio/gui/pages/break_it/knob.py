@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
-from hapkit_studio.gui.pages.break_it.record import Record, figures
+from hapkit_studio.gui.pages.break_it.record import Record, short_number
 from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity, ValueSlider
 from hapkit_studio.gui.widgets.style import dress, mark
 from hapkit_studio.gui.widgets.theme import theme
@@ -34,7 +34,7 @@ class KnobQuantity(Quantity):
 
     def text(self, value: float) -> str:
         """Write a value in four figures."""
-        return figures(value) if abs(value) >= 1000.0 else f"{value:.4g}".replace("-", "−")
+        return short_number(value) if abs(value) >= 1000.0 else f"{value:.4g}".replace("-", "−")
 
 
 class BoundarySlider(ValueSlider):

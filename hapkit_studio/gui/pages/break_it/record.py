@@ -120,13 +120,13 @@ class Record:
             self.old.discard(HERE)
 
 
-def reading(value: float, parameter: Parameter) -> str:
+def knob_text(value: float, parameter: Parameter) -> str:
     """Write a value of a knob in the unit on the screen, three figures or whole numbers."""
     quantity = Quantity.of(parameter)
-    return f"{figures(value * quantity.factor)} {quantity.unit}".rstrip()
+    return f"{short_number(value * quantity.factor)} {quantity.unit}".rstrip()
 
 
-def figures(value: float) -> str:
+def short_number(value: float) -> str:
     """Write a number in three figures; from a hundred on as a whole number."""
     text = f"{value:.0f}" if 100.0 <= abs(value) < 1e7 else f"{value:.3g}"
     return text.replace("-", "−")
@@ -141,7 +141,7 @@ Say = Callable[[Part], None]
 _FINE = 1000
 
 
-def attempt(failure: "Failure", value: float, case: dict[str, float]) -> Try:
+def try_value(failure: "Failure", value: float, case: dict[str, float]) -> Try:
     """Return what one value of the knob shows."""
     return Try(value, failure.probe(value, case), failure.live(value, case) if failure.live else None)
 
@@ -160,7 +160,7 @@ def measure(failure: "Failure", case: dict[str, float], share: float, progress: 
     here = min(max(share * limit, failure.knob.low), failure.knob.high)
     beside = (1.0 - failure.margin) * limit, (1.0 + failure.margin) * limit
     for value in dict.fromkeys((*beside, here)):
-        tell(tried=attempt(failure, value, case))
+        tell(tried=try_value(failure, value, case))
     tell(chart=failure.curve(case, progress))
 
 
@@ -233,7 +233,7 @@ class FailureRunner(QObject):
         (record, value), self._next = self._next, None
         failure, case = record.failure, dict(record.case)
         self._key = failure.key
-        self._quick.start(lambda _progress: Part(failure.key, case, tried=attempt(failure, value, case)))
+        self._quick.start(lambda _progress: Part(failure.key, case, tried=try_value(failure, value, case)))
 
     def _deliver(self, found: Part | str) -> None:
         if isinstance(found, Part):
