@@ -15,7 +15,7 @@ from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import Hand, Prescribed, hand_named
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import faults, headless, rows
+from hapkit_studio.haptics import headless, health, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 from hapkit_studio.parameters import Parameter
 
@@ -118,8 +118,8 @@ def simulate(
     if max_speed != math.inf:
         max_speed = SPEED.check(max_speed)
     scene = headless.Scene(chosen, values, device, loop, max_speed)
-    out, rig = headless.render(scene, moving, count)
-    fault = faults.describe(int(rig.control[headless.FAULT]), rig)
+    out, arrays = headless.render(scene, moving, count)
+    fault = health.describe_fault(int(arrays.control[headless.FAULT]), arrays)
     pairs = [(p, values[p.key]) for p in chosen.parameters]
     settings = {
         "environment": chosen.key,
@@ -163,7 +163,7 @@ def _as_run(
     out: np.ndarray,
     chosen: Environment,
     rate: float,
-    fault: faults.Fault | None,
+    fault: health.Fault | None,
     warnings: tuple[str, ...],
     settings: dict,
 ) -> Run:

@@ -2,9 +2,9 @@
 
 import time
 
-from hapkit_studio.haptics import rig
+from hapkit_studio.haptics import arrays
 
-LATENESS = (rig.STALE_SENSOR, rig.RUNAWAY)
+LATENESS = (arrays.STALE_SENSOR, arrays.RUNAWAY)
 """Frames 20 ms late, three times in 10 s; passes that never wait, as where board and loop share a core."""
 ATTEMPTS = 8
 """How often what a busy machine may spoil is done at most."""

@@ -27,8 +27,8 @@ SECONDS, FILES = 400, 5
 """s after which tests that hang have seen a mutation; files of tests that are asked."""
 AREAS = {
     "laws": (("environments", "laws"), ("tests/environments", "tests/laws")),
-    "tick": (("haptics/tick.py", "haptics/batch.py", "dynamics"), ("tests/haptics", "tests/dynamics")),
-    "safety": (("haptics/faults.py", "haptics/overrun.py", "haptics/observer.py"), ("tests/haptics",)),
+    "tick": (("haptics/tick.py", "haptics/headless.py", "dynamics"), ("tests/haptics", "tests/dynamics")),
+    "safety": (("haptics/health.py", "haptics/overrun.py", "haptics/passivity.py"), ("tests/haptics",)),
     "codec": (("protocol",), ("tests/protocol",)),
     "analysis": (("analysis",), ("tests/analysis",)),
     "window": (("gui",), ("tests/gui",)),

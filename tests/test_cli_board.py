@@ -18,10 +18,9 @@ from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.probing import probe
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
-from hapkit_studio.haptics import rig
+from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.faults import Fault
-from hapkit_studio.haptics.health import Link
+from hapkit_studio.haptics.health import Fault, LinkCounts
 from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import FakeKit
@@ -110,7 +109,7 @@ class Gone:
     @property
     def fault(self):
         self.looks += 1
-        return Fault(rig.DEVICE_GONE, "The device is gone.") if self.looks > 3 else None
+        return Fault(arrays.DEVICE_GONE, "The device is gone.") if self.looks > 3 else None
 
     def read(self):
         return np.zeros((2, 3))
@@ -190,7 +189,7 @@ def test_run_on_the_simulated_device(capsys):
 def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
     words = ("run", "wall", "--device", "simulated", "--seconds", "0.2")
     assert run(capsys, *words)[0] == 0
-    fault = Fault(rig.OVER_SPEED, "Fault: over-speed, 5.2 m/s (limit 5.0 m/s).")
+    fault = Fault(arrays.OVER_SPEED, "Fault: over-speed, 5.2 m/s (limit 5.0 m/s).")
     monkeypatch.setattr(Engine, "fault", property(lambda engine: fault if engine.heard else None))
     monkeypatch.setattr(Engine, "heard", False, raising=False)
     play = live_run.play
@@ -220,7 +219,7 @@ def test_a_slower_rate_than_was_wished_is_said(rate, wish, said):
     assert [line.split(":")[0] for line in lines] == said
 
 
-QUIET = Link(
+QUIET = LinkCounts(
     lost_frames=0, crc_errors=0, board_errors=0, stale_forces=0, no_sample=0, away=0, held_up=0, cut=0
 )
 

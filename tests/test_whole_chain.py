@@ -9,9 +9,9 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.window import MainWindow
-from hapkit_studio.haptics import rig, rows
+from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.ring import RingReader
+from hapkit_studio.haptics.rows import RingReader
 from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import Force
 from tests.firmware.vb import FULL_FORCE, QUANTUM, needs_board
@@ -150,9 +150,9 @@ def test_unplugged_under_real_time_priority_the_loop_ends_with_a_zero_command(tm
         wait_until(lambda: pushing.append(reader.read()) or np.any(pushing[-1][:, rows.APPLIED] > 0.5))
         board.unplug()
         wait_until(lambda: engine.fault is not None)
-        assert engine.fault.code == rig.DEVICE_GONE
+        assert engine.fault.code == arrays.DEVICE_GONE
         wait_until(lambda: not engine.health().connected)
-        wait_until(lambda: engine.arrays.control[rig.DONE] == 1)
+        wait_until(lambda: engine.arrays.control[arrays.DONE] == 1)
         before, begin = time.process_time(), time.perf_counter()
         wait_until(lambda: time.perf_counter() - begin > 0.5)
         assert time.process_time() - before < 0.1

@@ -8,8 +8,8 @@ import numpy as np
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed, hand_named
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.board_offer import Offer, Wish
-from hapkit_studio.haptics.settings_writer import BoardWay, LoopSettings
+from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner, PlanRequest
+from hapkit_studio.haptics.settings_writer import LoopSettings
 from hapkit_studio.parameters import Choice
 
 FELT = 0.06
@@ -23,8 +23,8 @@ SECONDS = 3.0
 class Question:
     """A wish that a board has refused."""
 
-    offer: Offer
-    wish: Wish
+    offer: BoardPlanner
+    wish: PlanRequest
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Cheaper:
     question: Question
     choice: Choice
     option: int
-    way: BoardWay
+    way: BoardPlan
     apart: float = 0.0
     force: float = 0.0
 
@@ -74,12 +74,12 @@ def _options(question: Question) -> Iterator[Cheaper]:
     for choice in (p for p in wish.environment.parameters if isinstance(p, Choice)):
         for option in range(len(choice.options)):
             values = {**wish.values, choice.key: float(option)}
-            way = question.offer.answer(replace(wish, values=values))
-            if isinstance(way, BoardWay) and not wish.environment.check(values):
+            way = question.offer.plan(replace(wish, values=values))
+            if isinstance(way, BoardPlan) and not wish.environment.check(values):
                 yield Cheaper(question, choice, option, way)
 
 
-def _forces(wish: Wish, rate: float) -> np.ndarray:
+def _forces(wish: PlanRequest, rate: float) -> np.ndarray:
     """Return the averaged force (n,) in N of a law at a rate in Hz while a hand moves as its scene says."""
     device = SimulatedHapkit(quantum=wish.quantum)
     scene = headless.Scene(wish.environment, wish.values, device, LoopSettings(rate), true_velocity=True)

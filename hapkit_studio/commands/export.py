@@ -8,7 +8,7 @@ from hapkit_studio.commands.base import Command, Result, environment_named, esti
 from hapkit_studio.devices import profiles
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.dynamics.estimators import USUAL
-from hapkit_studio.haptics.board_offer import ESTIMATORS
+from hapkit_studio.haptics.board_plan import ESTIMATORS
 from hapkit_studio.protocol.messages import Origin
 from hapkit_studio.workshop import sketch
 from hapkit_studio.workshop.own import switched_off

@@ -15,12 +15,10 @@ from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import DeviceError, ParameterError
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.faults import Fault
-from hapkit_studio.haptics.health import Link
-from hapkit_studio.haptics.rendering import BOARD, COMPUTER, WAYS
-from hapkit_studio.haptics.rig import DEVICE_GONE, SLOW_LINK
-from hapkit_studio.haptics.ring import RingReader
+from hapkit_studio.haptics.arrays import DEVICE_GONE, SLOW_LINK
+from hapkit_studio.haptics.engine import BOARD, COMPUTER, RENDERERS, Engine
+from hapkit_studio.haptics.health import Fault, LinkCounts
+from hapkit_studio.haptics.rows import RingReader
 
 FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
@@ -35,7 +33,7 @@ _ENOUGH = 100
 
 def options(command: argparse.ArgumentParser) -> None:
     """Declare who renders."""
-    command.add_argument("--render", choices=WAYS, default=COMPUTER, help="who computes the force")
+    command.add_argument("--render", choices=RENDERERS, default=COMPUTER, help="who computes the force")
     command.add_argument(
         "--board-rate", type=float, metavar="Hz", help="of the board, by default the law's fastest"
     )
@@ -157,7 +155,7 @@ def remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[s
     return said
 
 
-def reasons(counted: Link) -> list[str]:
+def reasons(counted: LinkCounts) -> list[str]:
     """Return why the force went to zero for a while, a sentence each."""
     causes = {
         "The line brought no sample for 20 ms": counted.no_sample,
@@ -189,7 +187,7 @@ def both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
     table: the rows of the run.
     """
     found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.overruns}
-    for where in WAYS:
+    for where in RENDERERS:
         delay = engine.delay_of(where)
         found[where] = {
             "rate_Hz": on_board.rendering_rate(engine, where),
@@ -219,7 +217,7 @@ def both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
 def words(found: dict[str, Any]) -> list[str]:
     """Return the ways that were measured, and the link, a line each."""
     lines = []
-    for where in WAYS:
+    for where in RENDERERS:
         way = found[where]
         if way["delay_us"] is None:
             continue

@@ -1,6 +1,6 @@
 """How compiled code is compiled: cached, without the GIL, and with nothing in it that can raise.
 
-Without numba's reference counting too: it allocates nothing, and counting the arrays of a rig at every
+Without numba's reference counting too: it allocates nothing, and counting the arrays of a loop at every
 call took ten times as long as a tick itself. Nothing calls it as a C function, so none is made.
 """
 
@@ -36,5 +36,5 @@ _options = partial(njit, cache=True, nogil=True, error_model="numpy", _nrt=False
 compiled = _options()
 # For what only compiled code calls: a way in from Python costs as much compiling as the function itself.
 internal = _options(no_cpython_wrapper=True)
-# A call hands over every array of a rig, a hundred words: what runs at every tick is copied into its caller.
+# A call hands over every array of a loop, a hundred words: what runs at every tick is copied into its caller.
 inlined = _options(forceinline=True)

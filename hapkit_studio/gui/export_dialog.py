@@ -11,7 +11,7 @@ from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.dialogs import FormSheet
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.text import plain
-from hapkit_studio.haptics.board_offer import spec_on_board
+from hapkit_studio.haptics.board_plan import spec_on_board
 from hapkit_studio.protocol.messages import Origin
 from hapkit_studio.workshop import sketch
 from hapkit_studio.workshop.sketch import Kit
@@ -147,7 +147,7 @@ class ExportSheet(FormSheet):
 def connected_kit(studio: Studio) -> Kit | None:
     """Return the kit of the board in use, as its settings say; None where nobody says."""
     driver = studio.engine.driver if studio.engine is not None else None
-    settings = driver.offer.settings if driver is not None and driver.offer is not None else None
+    settings = driver.planner.settings if driver is not None and driver.planner is not None else None
     if settings is None:
         return None
     return Kit(profiles.of_settings(settings), settings.origin in (Origin.STORED, Origin.UNSAVED))

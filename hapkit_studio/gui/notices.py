@@ -17,11 +17,10 @@ from hapkit_studio.gui.panel.limits import Answer
 from hapkit_studio.gui.panel.stability_card import StabilityCard, margin_notice, sign_of
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
-from hapkit_studio.haptics import rig, rows
+from hapkit_studio.haptics import arrays, rows
 
 if TYPE_CHECKING:
-    from hapkit_studio.haptics.faults import Fault
-    from hapkit_studio.haptics.health import Health
+    from hapkit_studio.haptics.health import Fault, Health
 
 _STOP, _FAULT, _DEVICE, _LIMIT = range(4)
 NO_DATA_MS = 2000
@@ -96,7 +95,7 @@ class Notices(QObject):
         if fault is None or self._studio.link.state == "gone":
             self._banners.set("fault", None)
             return
-        slow = fault.code == rig.SLOW_LINK
+        slow = fault.code == arrays.SLOW_LINK
         buttons = (*(self._on_board() if slow else ()), ("Clear fault", self._studio.clear_fault))
         self._banners.set(
             "fault", Notice("fault", _FAULT, "danger", "triangle", fault.text, fault.detail, buttons)
@@ -132,7 +131,12 @@ class Notices(QObject):
     def _on_board(self) -> tuple[Button, ...]:
         """Return the way out of a slow link, where there is one."""
         engine = self._studio.engine
-        if engine is None or engine.where == "board" or engine.offered_way is None or engine.board_refusal():
+        if (
+            engine is None
+            or engine.where == "board"
+            or engine.possible_plan is None
+            or engine.board_refusal()
+        ):
             return ()
         return (("Render on the board", self._render_on_board),)
 

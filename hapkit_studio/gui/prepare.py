@@ -88,13 +88,13 @@ def compile_loop(key: str) -> None:
     """Compile the loop on the simulated device, on two processors: paddle and laws aside, the tick here."""
     from hapkit_studio.devices.simulated import SimulatedHapkit
     from hapkit_studio.environments import named
-    from hapkit_studio.haptics import headless, ring
+    from hapkit_studio.haptics import headless, rows
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.tick import tick
 
     with _program("paddle", key):
         r, _ = headless.Scene(named("free"), {}).prepare()
-        tick(r, 0.0, 1e-3, 0.0, ring.new_ring(r.control, 2).rows[0])
+        tick(r, 0.0, 1e-3, 0.0, rows.new_ring(r.control, 2).rows[0])
     engine = Engine(SimulatedHapkit(), realtime=False)
     reader = engine.reader()
     engine.start()
@@ -108,18 +108,18 @@ def compile_paddle(key: str) -> None:
     """Compile the simulated paddle, what else the loop calls beside the tick, and the laws it begins with."""
     from hapkit_studio.devices import simulated
     from hapkit_studio.environments import named
-    from hapkit_studio.haptics import headless, histogram, plant, priority, ring, sleep
+    from hapkit_studio.haptics import clock, headless, health, priority, rows, simulated_loop
 
     priority.probe()
     r, body = headless.Scene(named("free"), {}).prepare()
     r.values[:] = r.block_values
-    plant.follow_settings(body, r)
-    plant.write_truth(body, plant.measure(body), ring.new_ring(r.control, 2).rows[0])
+    simulated_loop.follow_settings(body, r)
+    simulated_loop.write_truth(body, simulated_loop.measure(body), rows.new_ring(r.control, 2).rows[0])
     simulated.command(body.dev, body.queue, 0.0)
-    simulated.advance(body.dev, body.queue, 0.0, plant.next_target(body, 0.0, 1e-3))
-    plant.cut(body)
-    histogram.add(histogram.new_histogram(), 0.0)
-    sleep.until(sleep.now())
+    simulated.advance(body.dev, body.queue, 0.0, simulated_loop.next_target(body, 0.0, 1e-3))
+    simulated_loop.cut_motor(body)
+    health.add_lateness(health.new_histogram(), 0.0)
+    clock.until(clock.now())
     compile_laws(*ALWAYS, key)
 
 
@@ -139,12 +139,12 @@ def compile_laws(*keys: str) -> None:
 
 def compile_boards(*_keys: str) -> None:
     """Compile the loop on a serial port, by calling it with the quit word set and no port."""
-    from hapkit_studio.haptics import block, histogram, line, rig, ring, serial_loop
+    from hapkit_studio.haptics import arrays, block, health, link, rows, serial_loop
 
-    r = rig.new_rig(*block.new_block())
-    r.control[rig.QUIT] = 1
-    out, late = ring.new_ring(r.control, 2), histogram.new_histogram()
-    serial_loop.run(r, line.new_line(_QUANTUM), out, late, _NO_FILE, serial_loop.new_spec())
+    r = arrays.new_arrays(*block.new_block())
+    r.control[arrays.QUIT] = 1
+    out, late = rows.new_ring(r.control, 2), health.new_histogram()
+    serial_loop.run(r, link.new_link(_QUANTUM), out, late, _NO_FILE, serial_loop.new_spec())
 
 
 def compile_analysis(*_keys: str) -> None:

@@ -11,8 +11,7 @@ from hapkit_studio.gui.device_link import Build, Linked, LoopWish, build_engine
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
     from hapkit_studio.haptics.engine import Engine
-    from hapkit_studio.haptics.faults import Fault
-    from hapkit_studio.haptics.health import Health
+    from hapkit_studio.haptics.health import Fault, Health
 
 ANSWER_MS = 30
 """How often it is looked for what the board says to a law that is being translated for it."""
@@ -110,7 +109,7 @@ class Studio(Linked):
         if not self.board_answered:
             self._answer.start()
             return
-        way = engine.offered_way
+        way = engine.possible_plan
         said = (engine.where, way and (way.rate, way.share), engine.board_refusal())
         if said != self._board_said:
             self._board_said = said
@@ -122,8 +121,8 @@ class Studio(Linked):
         engine = self.engine
         if engine is None or engine.board_refusal():
             return engine is not None
-        way = engine.offered_way
-        return way is not None and (engine.where != "board" or engine.board_way == way)
+        way = engine.possible_plan
+        return way is not None and (engine.where != "board" or engine.board_plan == way)
 
     @property
     def simulated(self) -> bool:

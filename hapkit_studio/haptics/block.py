@@ -11,7 +11,8 @@ from hapkit_studio.haptics.fences import fence, load_acquire, store_release
 
 PARAMS = 0
 INITIAL_STATE = 32
-COEFS = 48
+STATES = 16  # numbers that a law may keep
+COEFS = INITIAL_STATE + STATES
 PERIOD = 56
 DELAY = 57
 MAX_FORCE = 58

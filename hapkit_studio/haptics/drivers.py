@@ -9,16 +9,14 @@ from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import DeviceError
-from hapkit_studio.haptics import block, board_offer, delays, line, plant, rig, serial_loop, simulated_loop
-from hapkit_studio.haptics import way as ways
-from hapkit_studio.haptics.board_offer import Offer
-from hapkit_studio.haptics.delays import Measured
-from hapkit_studio.haptics.faults import silent
+from hapkit_studio.haptics import arrays, block, board_plan, link, serial_loop, simulated_loop
+from hapkit_studio.haptics.arrays import LoopArrays
+from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner
 from hapkit_studio.haptics.fences import store_release
-from hapkit_studio.haptics.portable_loop import PortableLoop, warm_up
-from hapkit_studio.haptics.rig import Rig
-from hapkit_studio.haptics.ring import Ring, new_ring
-from hapkit_studio.haptics.settings_writer import BoardWay
+from hapkit_studio.haptics.health import silent
+from hapkit_studio.haptics.link import MeasuredDelay
+from hapkit_studio.haptics.rows import Ring, new_ring
+from hapkit_studio.haptics.serial_loop import PortableLoop, warm_up
 
 # After connecting, force stays zero that long while the delay of the line is measured.
 HOLD_SECONDS = 0.5
@@ -27,28 +25,28 @@ LATELY = 2000
 
 
 class Driver(Protocol):
-    """Owns one connection; ``run`` keeps its thread until the rig is told to quit."""
+    """Owns one connection; ``run`` keeps its thread until the control words say quit."""
 
     hold_seconds: float
-    offer: Offer | None
+    planner: BoardPlanner | None
     """What the device can render by itself."""
-    no_offer: str
+    no_planner: str
     """Why that is nothing, in one line."""
 
     @property
     def rate(self) -> float | None:
         """Return the rate in Hz that the device itself sets, None where the loop does."""
 
-    def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
+    def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         """Render until told to quit; whatever ends it, the last act is a zero command."""
 
-    def delay(self, r: Rig) -> float:
+    def delay(self, r: LoopArrays) -> float:
         """Return the measured delay in s from a sample to its force, of whoever renders."""
 
-    def measured(self, board: bool) -> Measured | None:
+    def measured(self, board: bool) -> MeasuredDelay | None:
         """Return the delay of one way as measured lately; None where it was not yet, or cannot be."""
 
-    def refusal(self, way: BoardWay) -> str:
+    def refusal(self, plan: BoardPlan) -> str:
         """Return in one line why the device has refused to render what it was sent, "" if it has not."""
 
     def on_board(self) -> bool:
@@ -69,22 +67,22 @@ class SimulatedDriver:
 
     hold_seconds = 0.0
     rate = None
-    offer: Offer | None = None
-    no_offer = "The simulated Hapkit has no board: the computer renders."
+    planner: BoardPlanner | None = None
+    no_planner = "The simulated Hapkit has no board: the computer renders."
 
     def __init__(self, device: SimulatedHapkit):
-        self.body = plant.new_plant(device)
+        self.body = simulated_loop.new_plant(device)
 
-    def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
+    def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         simulated_loop.run(r, self.body, out, late)
 
-    def delay(self, r: Rig) -> float:
+    def delay(self, r: LoopArrays) -> float:
         return float(r.values[block.DELAY])
 
-    def measured(self, board: bool) -> Measured | None:
+    def measured(self, board: bool) -> MeasuredDelay | None:
         return None
 
-    def refusal(self, way: BoardWay) -> str:
+    def refusal(self, plan: BoardPlan) -> str:
         return ""
 
     def on_board(self) -> bool:
@@ -109,42 +107,42 @@ class SerialDriver:
         device.open()
         self.device = device
         self.rate = device.rate
-        self.conn = line.new_line(device.quantum, 1e-3 * device.hello.watchdog_ms)
-        found = board_offer.offered(device)
-        self.offer: Offer | None = None if isinstance(found, str) else found
-        self.no_offer = found if isinstance(found, str) else ""
-        if self.offer is not None and self.offer.settings is not None:
-            board_offer.tell(self.conn, self.offer.settings, device.hello.pwm_top)
+        self.conn = link.new_link(device.quantum, 1e-3 * device.hello.watchdog_ms)
+        found = board_plan.planner_for(device)
+        self.planner: BoardPlanner | None = None if isinstance(found, str) else found
+        self.no_planner = found if isinstance(found, str) else ""
+        if self.planner is not None and self.planner.settings is not None:
+            board_plan.tell_link(self.conn, self.planner.settings, device.hello.pwm_top)
         self._spec = serial_loop.new_spec()
 
-    def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
-        if not r.control[rig.QUIT]:
+    def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
+        if not r.control[arrays.QUIT]:
             self.device.start_stream()
         serial_loop.run(r, self.conn, out, late, self.device.fileno(), self._spec)
         self._complain()
 
     def _complain(self) -> None:
         """Raise DeviceError where the loop ended because the board fell silent."""
-        if self.conn.numbers[line.QUIET] >= line.GONE_AFTER:
-            words = silent(self.device.name, line.GONE_AFTER)
+        if self.conn.numbers[link.QUIET] >= link.GONE_AFTER:
+            words = silent(self.device.name, link.GONE_AFTER)
             raise DeviceError(f"{words} Force is zero. Looking again every second.")
 
-    def delay(self, r: Rig) -> float:
+    def delay(self, r: LoopArrays) -> float:
         found = self.measured(self.on_board())
         return 0.0 if found is None else found.mean
 
-    def measured(self, board: bool) -> Measured | None:
-        return delays.measured(self.conn.delays, delays.BOARD if board else delays.COMPUTER, LATELY)
+    def measured(self, board: bool) -> MeasuredDelay | None:
+        return link.measured_delay(self.conn.delays, link.OF_BOARD if board else link.OF_COMPUTER, LATELY)
 
-    def refusal(self, way: BoardWay) -> str:
+    def refusal(self, plan: BoardPlan) -> str:
         words = self.conn.words
-        return board_offer.refused(int(words[ways.REFUSAL])) if words[ways.REFUSED] == way.form else ""
+        return board_plan.refusal_text(int(words[link.REFUSAL])) if words[link.REFUSED] == plan.form else ""
 
     def on_board(self) -> bool:
-        return int(self.conn.words[ways.WAY]) == ways.THERE
+        return int(self.conn.words[link.HANDOVER]) == link.ON_BOARD
 
     def overruns(self) -> int:
-        return int(self.conn.words[ways.SKIPPED])
+        return int(self.conn.words[link.SKIPPED])
 
     def move_hand(self, target: float | None, grip: str) -> None:
         if isinstance(self.device, VirtualBoard):
@@ -158,8 +156,8 @@ class SerialDriver:
 class PortableDriver(SerialDriver):
     """The same in a plain Python thread, for systems whose ports are no file descriptors."""
 
-    def run(self, r: Rig, out: Ring, late: np.ndarray) -> None:
-        if r.control[rig.QUIT]:
+    def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
+        if r.control[arrays.QUIT]:
             warm_up()
             return
         self.device.start_stream()
@@ -167,11 +165,11 @@ class PortableDriver(SerialDriver):
         self._complain()
 
 
-def compile_ahead(driver: Driver, r: Rig, late: np.ndarray) -> None:
+def compile_ahead(driver: Driver, r: LoopArrays, late: np.ndarray) -> None:
     """Compile or load the driver's loop by running it with the quit word set: no sample is rendered."""
-    store_release(r.control, rig.QUIT, 1)
+    store_release(r.control, arrays.QUIT, 1)
     driver.run(r, new_ring(r.control, 2), late)
-    store_release(r.control, rig.QUIT, 0)
+    store_release(r.control, arrays.QUIT, 0)
 
 
 def driver_for(device) -> Driver:

@@ -1,36 +1,68 @@
 """The engine: the one object the window talks to. It sends parameters, never forces, and never waits."""
 
+import math
 import threading
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.terms import MODELS
 from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.errors import StudioError
-from hapkit_studio.haptics import block, faults, histogram, observer, priority, rig
-from hapkit_studio.haptics.controls import Controls
-from hapkit_studio.haptics.drivers import Driver, compile_ahead, driver_for
+from hapkit_studio.errors import ParameterError, StudioError
+from hapkit_studio.haptics import arrays, block, board_plan, health, passivity, priority
+from hapkit_studio.haptics.arrays import LoopArrays
+from hapkit_studio.haptics.board_plan import BackgroundPlanner, BoardPlan, BoardPlanner, PlanRequest
+from hapkit_studio.haptics.drivers import Driver, SimulatedDriver, compile_ahead, driver_for
 from hapkit_studio.haptics.fences import load_acquire, store_release
-from hapkit_studio.haptics.health import Health, Watch, link
+from hapkit_studio.haptics.health import Fault, Health, Watch
+from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.haptics.priority import Priority
-from hapkit_studio.haptics.ring import RingReader, new_ring
+from hapkit_studio.haptics.rows import RingReader, new_ring
+from hapkit_studio.haptics.settings_writer import LoopSettings, SettingsWriter, Wanted
 
+RENDERERS = COMPUTER, BOARD = "computer", "board"
 STARTING = Priority("Starting", False, "")
 JOIN_SECONDS = 2.0
+# Ticks whose energies are kept: what a window reads late is not known any more.
+ENERGIES = 1 << 13
 
 
-class Engine(Controls):
+def _environment(named: str | Environment) -> Environment:
+    return named if isinstance(named, Environment) else environments.named(named)
+
+
+class Engine:
     """Runs one device's loop in a thread of its own and passes settings to it."""
 
-    def __init__(self, device, environment: str | Environment = "wall", realtime: bool = True):
-        super().__init__(device, environment)
-        self._ring = new_ring(self._rig.control)
-        self._late = histogram.new_histogram()
+    def __init__(self, device: Any, environment: str | Environment = "wall", realtime: bool = True):
+        self.device = device
+        self._realtime = realtime
+        # the loop
+        parameters = block.new_block()
+        self._arrays = arrays.new_arrays(*parameters, energies=ENERGIES)
+        self._ring = new_ring(self._arrays.control)
+        self._late = health.new_histogram()
         self._watch = Watch()
+        self._driver: Driver | None = None
         self._thread: threading.Thread | None = None
         self._priority = STARTING
-        self._realtime = realtime
         self._message = ""
+        # the settings
+        self._lock = threading.RLock()
+        self._writer = SettingsWriter(parameters)
+        self._grip = "medium"
+        self._target: float | None = None
+        self._model = MODELS[0]
+        self._where = COMPUTER
+        self._board_rate: float | None = None
+        self._planning = BackgroundPlanner(self._planned)
+        chosen = _environment(environment)
+        self._wanted = Wanted(chosen, chosen.values())
 
     # --- life
     def start(self) -> None:
@@ -48,10 +80,10 @@ class Engine(Controls):
         loop = self.loop.changed(rate=driver.rate)
         device = self.device
         known = {"mass": device.mass, "viscous": device.viscous, "quantum": device.quantum}
-        self._changed(max_force=device.max_force, loop=loop, **known)
-        compile_ahead(driver, self._rig, self._late)
+        self._change(max_force=device.max_force, loop=loop, **known)
+        compile_ahead(driver, self._arrays, self._late)
         self._late[:] = 0
-        rig.restart(self._rig, driver.hold_seconds)
+        arrays.restart(self._arrays, driver.hold_seconds)
         self._watch.forget()
         self._thread = threading.Thread(
             target=self._own_thread, args=(driver,), name="hapkit-loop", daemon=True
@@ -61,17 +93,17 @@ class Engine(Controls):
     def _own_thread(self, driver: Driver) -> None:
         self._priority = priority.obtain() if self._realtime else Priority("Normal priority", False, "")
         try:
-            driver.run(self._rig, self._ring, self._late)
+            driver.run(self._arrays, self._ring, self._late)
         except StudioError as error:
             if self.fault is None:
-                store_release(self._rig.control, rig.FAULT, rig.DEVICE_GONE)
+                store_release(self._arrays.control, arrays.FAULT, arrays.DEVICE_GONE)
             self._message = str(error)
         finally:
             priority.release()
 
     def close(self) -> None:
         """Stop the loop with a zero command and let go of the device."""
-        store_release(self._rig.control, rig.QUIT, 1)
+        store_release(self._arrays.control, arrays.QUIT, 1)
         if self._thread is not None:
             self._thread.join(JOIN_SECONDS)
             self._thread = None
@@ -79,11 +111,73 @@ class Engine(Controls):
             self._driver.close()
             self._driver = None
 
-    def use(self, device) -> None:
+    def use(self, device: Any) -> None:
         """Change to another device, settings and readers kept; raise DeviceError with the force at zero."""
         self.close()
         self.device = device
         self.start()
+
+    # --- settings: checked here, in force at the next tick
+    def _change(self, **changes: Any) -> None:
+        """Publish the settings in force with some of them replaced."""
+        with self._lock:
+            self._publish(Wanted(**{**vars(self._wanted), **changes}))
+
+    def _publish(self, wanted: Wanted) -> None:
+        wanted.generation = self._wanted.generation + 1
+        wanted.grip, wanted.target = grip_named(self._grip), self._target
+        device = self._modelled(wanted.environment)
+        if device is not None:
+            wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
+            wanted.quantum, wanted.mass = device.quantum, device.mass
+        wanted.board = self._plan_for(wanted)
+        self._writer.write(wanted, int(load_acquire(self._arrays.control, arrays.ACCEPTED)))
+        self._wanted = wanted
+
+    @property
+    def environment(self) -> Environment:
+        return self._wanted.environment
+
+    @property
+    def values(self) -> dict[str, float]:
+        return dict(self._wanted.values)
+
+    @property
+    def loop(self) -> LoopSettings:
+        return self._wanted.loop
+
+    @property
+    def grip(self) -> str:
+        return self._grip
+
+    @property
+    def model(self) -> str:
+        return self._model
+
+    @property
+    def modelled(self) -> SimulatedHapkit | None:
+        """Return the simulated device as the loop models it now, None for a board."""
+        return self._modelled(self.environment)
+
+    def _modelled(self, environment: Environment) -> SimulatedHapkit | None:
+        if not isinstance(self.device, SimulatedHapkit):
+            return None
+        return self.device if self._model == "everything" else self.device.reduced(environment.needs)
+
+    @property
+    def max_force(self) -> float:
+        """Return the clamp in force in N: the device's own limit, or one below it."""
+        return float(self._wanted.max_force)
+
+    def set_environment(self, key: str | Environment, values: Mapping[str, object] | None = None) -> None:
+        """Switch to an environment, cross-faded over 30 ms; raise ParameterError."""
+        chosen = _environment(key)
+        self._change(environment=chosen, values=chosen.values(values))
+
+    def set_parameter(self, key: str, value: object) -> None:
+        """Change one parameter; raise ParameterError, and the loop keeps the last good value."""
+        current = {p.key: self._wanted.values[p.key] for p in self.environment.parameters}
+        self._change(values=self.environment.values({**current, key: value}))
 
     def set_loop(
         self,
@@ -92,80 +186,244 @@ class Engine(Controls):
         estimator: Spec | None = None,
         controller: bool | None = None,
     ) -> None:
-        super().set_loop(rate, delay, estimator, controller)
+        """Change rate in Hz, added delay in s, velocity estimator, controller; raise ParameterError."""
+        own_rate = self._driver.rate if self._driver is not None else None
+        if rate is not None and own_rate not in (None, rate):
+            raise ParameterError(f"{self.device.title} sets the rate: {own_rate:g} Hz, not {rate:g} Hz.")
+        self._change(loop=self.loop.changed(rate, delay, estimator, controller))
         if rate is not None:
             self._watch.forget()
+
+    def set_model(self, name: str) -> None:
+        """Model what the scene needs ("scene"), or "everything"; raise ParameterError."""
+        if name not in MODELS:
+            raise ParameterError(f"The model is one of {', '.join(MODELS)}, not {name!r}.")
+        with self._lock:
+            self._model = name
+            self._change()
+
+    def limit_force(self, newtons: float) -> None:
+        """Clamp the force to so many N, the device's own limit at most; raise ParameterError, DeviceError."""
+        most = self.device.max_force
+        if not 0.0 < newtons <= most:
+            raise ParameterError(f"The force limit goes from 0 to {most:g} N, not {newtons:g} N.")
+        self._change(max_force=newtons)
+
+    def set_grip(self, name: str) -> None:
+        """Choose how firmly the hand holds: released, light, medium, firm; raise ParameterError."""
+        grip_named(name)
+        self._grip = name
+        self._hand_moved()
+
+    def move_hand(self, target: float | None) -> None:
+        """Move the hand's target to a position in m, None lets go; raise ParameterError."""
+        if target is not None and not math.isfinite(target):
+            raise ParameterError(f"The hand's target must be a finite number of m, not {target:g}.")
+        self._target = target
+        self._hand_moved()
+
+    def _hand_moved(self) -> None:
+        self._change()
+        if self._driver is not None:
+            self._driver.move_hand(self._target, self._grip)
+
+    # --- who renders, the computer or the board: in force once the loop has handed over
+    @property
+    def where(self) -> str:
+        """Return who is to render, "computer" or "board"; what the board cannot render stays here."""
+        if self._where == BOARD and self.renders_on_boards and not self.board_refusal():
+            return BOARD
+        return COMPUTER
+
+    @property
+    def where_wanted(self) -> str:
+        """Return who is to render wherever that is possible."""
+        return self._where
+
+    @property
+    def rendering(self) -> str:
+        """Return who renders at this moment; while one hands over to the other, the computer."""
+        return BOARD if self._driver is not None and self._driver.on_board() else COMPUTER
+
+    @property
+    def renders_on_boards(self) -> bool:
+        """Return whether the open device is a board that renders laws."""
+        return self._driver is not None and self._driver.planner is not None
+
+    def set_where(self, where: str, rate: float | None = None) -> None:
+        """Let the "computer" or the "board" render, the latter at a rate in Hz or the law's fastest.
+
+        The force fades out and in again. Raise ParameterError where the board is known not to be able to.
+        """
+        if where not in RENDERERS:
+            raise ParameterError(f"{' or '.join(RENDERERS)} renders, not {where!r}.")
+        refusal = self.board_refusal() if where == BOARD else ""
+        if refusal:
+            raise ParameterError(refusal)
+        self.prefer(where, rate)
+        if where == BOARD and self._arrays.control[arrays.FAULT] == arrays.SLOW_LINK:
+            self.clear_fault()  # the board needs no fast link
+
+    def prefer(self, where: str, rate: float | None = None) -> None:
+        """Let one of them render every scene that it can; raise ParameterError for a rate no board has."""
+        board_plan.check_rate(rate)
+        with self._lock:
+            self._where, self._board_rate = where, rate
+            self._change()
+
+    @property
+    def board_plan(self) -> BoardPlan | None:
+        """Return how the board is to render the scene in force, None while the computer renders."""
+        plan = self._wanted.board
+        refused = plan is not None and self._driver is not None and self._driver.refusal(plan)
+        return None if refused else plan
+
+    @property
+    def possible_plan(self) -> BoardPlan | None:
+        """Return how the board would render the scene in force; None where it cannot, or nobody knows yet."""
+        planner = self._planner()
+        found = None if isinstance(planner, str) else self._answer(planner, self._wanted)
+        return found if isinstance(found, BoardPlan) else None
+
+    def board_refusal(self, wait: bool = False) -> str:
+        """Return in one line why the board cannot render the scene in force; "" if it can.
+
+        A law that is new to it is compiled in the background: "" until that is done, unless one can wait.
+        """
+        planner, driver = self._planner(), self._driver
+        if isinstance(planner, str):
+            return planner
+        found = self._answer(planner, self._wanted, wait)
+        if isinstance(found, BoardPlan):
+            return "" if driver is None else driver.refusal(found)
+        return found or ""
+
+    def _planner(self) -> BoardPlanner | str:
+        """Return what plans laws for the open board, or in one line why the board can render none."""
+        driver = self._driver
+        if driver is None:
+            return SimulatedDriver.no_planner if self.device.simulated else "No device is open."
+        if driver.planner is None:
+            return driver.no_planner
+        if self._wanted.max_force < self.device.max_force:
+            return "The force limit is lowered, which only the computer keeps to."
+        return driver.planner
+
+    def _plan_for(self, wanted: Wanted) -> BoardPlan | None:
+        """Return how the board is to render what is wanted, None where the computer does.
+
+        While a law is compiled the board goes on with the one that it has.
+        """
+        planner = self._planner()
+        if self._where != BOARD or isinstance(planner, str) or wanted.max_force < self.device.max_force:
+            return None
+        found = self._answer(planner, wanted)
+        if found is None:
+            return self._wanted.board
+        return found if isinstance(found, BoardPlan) else None
+
+    def _answer(self, planner: BoardPlanner, wanted: Wanted, wait: bool = False) -> BoardPlan | str | None:
+        """Return how the board renders what is wanted, or why not; None while that is being worked out."""
+        request = PlanRequest(
+            wanted.environment, wanted.values, wanted.loop.estimator, self.device.quantum, self._board_rate
+        )
+        return planner.plan(request) if wait else self._planning.plan(planner, request)
+
+    def _planned(self, planner: BoardPlanner) -> None:
+        """Take over what the background has worked out."""
+        with self._lock:
+            if self._where == BOARD and self._planner() is planner:
+                self._change()
+
+    def delay_of(self, where: str) -> MeasuredDelay | None:
+        """Return the delay in s as measured lately where one of them renders, None where it was not yet."""
+        return None if self._driver is None else self._driver.measured(where == BOARD)
+
+    @property
+    def overruns(self) -> int:
+        """Return how many ticks the board has skipped since it was opened."""
+        return 0 if self._driver is None else self._driver.overruns()
+
+    def missed_of(self, where: str) -> int:
+        """Return how many ticks one of them has missed: answers too late, or ticks that the board skipped."""
+        total = int(self._arrays.control[arrays.MISSED])
+        return self.overruns if where == BOARD else max(total - self.overruns, 0)
 
     # --- the board
     def zero_here(self) -> None:
         """Make the present position the zero of a real board; the force fades in again."""
-        self._count_up(rig.ZERO)
+        self._count_up(arrays.ZERO)
 
     def flip_direction(self) -> None:
         """Turn the positive direction of a real board around; the force fades in again."""
-        self._count_up(rig.FLIP)
+        self._count_up(arrays.FLIP)
 
     def _count_up(self, word: int) -> None:
-        store_release(self._rig.control, word, int(self._rig.control[word]) + 1)
+        store_release(self._arrays.control, word, int(self._arrays.control[word]) + 1)
 
     # --- safety
     def stop(self) -> None:
         """E-stop: zero force from the next tick until released on purpose."""
-        store_release(self._rig.control, rig.STOP, 1)
+        store_release(self._arrays.control, arrays.STOP, 1)
 
     def release_stop(self) -> None:
         """Release the E-stop; the force fades in from zero."""
-        store_release(self._rig.control, rig.STOP, 0)
+        store_release(self._arrays.control, arrays.STOP, 0)
 
     @property
     def stopped(self) -> bool:
-        return bool(load_acquire(self._rig.control, rig.STOP))
+        return bool(load_acquire(self._arrays.control, arrays.STOP))
 
     @property
-    def fault(self) -> faults.Fault | None:
-        return faults.describe(int(load_acquire(self._rig.control, rig.FAULT)), self._rig)
+    def fault(self) -> Fault | None:
+        code = int(load_acquire(self._arrays.control, arrays.FAULT))
+        return health.describe_fault(code, self._arrays)
 
     def clear_fault(self) -> None:
         """Clear a latched fault; the law starts anew, the force fades in from zero."""
-        self._count_up(rig.CLEAR)
+        self._count_up(arrays.CLEAR)
 
     # --- what comes back
     def reader(self) -> RingReader:
         """Return a reader of all rows from now on, with a cursor of its own."""
         return RingReader(self._ring)
 
+    def renders(self, environment: Environment) -> bool:
+        """Return whether the newest rows hold this environment's state: a switch takes until a tick."""
+        law = int(self._arrays.laws[self._arrays.word[arrays.SLOT]])
+        return environment is self.environment and law == environment.force.compiled().address
+
     def energies(self, ticks: np.ndarray) -> np.ndarray:
         """Return (n, 2): the energy given and its limit in J at ticks (n,), nan where unknown."""
-        kept = self._rig.energies
+        kept = self._arrays.energies
         ticks = ticks.astype(np.int64)
         found = kept[ticks & (len(kept) - 1)]
-        found[int(self._rig.word[rig.TICK]) - ticks >= len(kept)] = np.nan
+        found[int(self._arrays.word[arrays.TICK]) - ticks >= len(kept)] = np.nan
         return found
 
     @property
     def excess(self) -> tuple[float, float]:
         """Return the energy in J given beyond its limit, and how much of it means something."""
-        watch, quantum = self._rig.watch, float(self._rig.values[block.QUANTUM])
-        return float(watch[observer.EXCESS]), observer.FELT + observer.COUNTS * quantum * float(
-            watch[observer.PEAK]
-        )
+        watch, quantum = self._arrays.watch, float(self._arrays.values[block.QUANTUM])
+        felt = passivity.FELT + passivity.COUNTS * quantum * float(watch[passivity.PEAK])
+        return float(watch[passivity.EXCESS]), felt
 
     def health(self) -> Health:
         """Return how the loop is doing; call it at a few hertz."""
-        control = self._rig.control
+        control = self._arrays.control
         rate, late, missed_lately = self._watch.look(control, self._late)
         running = self._thread is not None and self._thread.is_alive()
         return Health(
             rate=rate,
             lateness_us=late,
-            missed=int(control[rig.MISSED]),
-            lost_frames=int(control[rig.LOST_FRAMES]),
-            crc_errors=int(control[rig.CRC_ERRORS]),
-            stale_count=int(control[rig.STALE_COUNT]),
-            stale=bool(self._rig.word[rig.STALE]),
-            link=link(control),
+            missed=int(control[arrays.MISSED]),
+            lost_frames=int(control[arrays.LOST_FRAMES]),
+            crc_errors=int(control[arrays.CRC_ERRORS]),
+            stale_count=int(control[arrays.STALE_COUNT]),
+            stale=bool(self._arrays.word[arrays.STALE]),
+            link=health.count_link(control),
             priority=self._priority_now(),
-            delay=self._driver.delay(self._rig) if self._driver else self.loop.delay,
+            delay=self._driver.delay(self._arrays) if self._driver else self.loop.delay,
             running=running,
             connected=running,  # a loop that the device has left ends at once, its words are there by then
             message=self._message,
@@ -179,9 +437,9 @@ class Engine(Controls):
         return priority.held(self._priority, thread.native_id)
 
     @property
-    def arrays(self) -> rig.Rig:
+    def arrays(self) -> LoopArrays:
         """Return the loop's arrays, for tests and benchmarks."""
-        return self._rig
+        return self._arrays
 
     @property
     def driver(self) -> Driver | None:

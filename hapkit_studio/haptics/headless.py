@@ -6,14 +6,75 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Grip, Hand, Prescribed
+from hapkit_studio.dynamics.jit import compiled, inlined
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import batch, block, plant, rig, rows
+from hapkit_studio.haptics import arrays, block, rows, simulated_loop
+from hapkit_studio.haptics.arrays import LoopArrays
+from hapkit_studio.haptics.fences import load_acquire
 from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
+from hapkit_studio.haptics.tick import tick
 
-FAULT = rig.FAULT
+
+@inlined
+def simulate_sample(r, body, row, target, after, shown):
+    """Fill one row, whose time is set, and move the device on as the hand's target goes on to `after` m.
+
+    shown is the target in the row, nan where no hand holds.
+    """
+    simulated_loop.write_truth(body, shown, row)
+    force = tick(
+        r, simulated_loop.measure(body), r.block_values[block.PERIOD], body.dev[simulated.EFFECT], row
+    )
+    simulated.command(body.dev, body.queue, force)
+    simulated.advance(body.dev, body.queue, target, after)
+
+
+@compiled
+def run_batch(r, body, hand, targets, holding, out):
+    """Fill one row a sample; return how many were done (fewer only where the run was told to quit).
+
+    hand is mass, damping, stiffness; targets (n + 1,) in m, linear between samples; holding (n,) says
+    whether the hand holds from sample k on; out is (n, ROW_WIDTH), row 0 the initial state.
+    """
+    settings = r.block_values
+    period = settings[block.PERIOD]
+    for k in range(out.shape[0]):
+        if load_acquire(r.control, arrays.QUIT):
+            return k
+        on = holding[k] != 0
+        simulated_loop.configure(
+            body, settings, hand[0] if on else 0.0, hand[1] if on else 0.0, hand[2] if on else 0.0
+        )
+        row = out[k]
+        row[rows.BOARD_TIME] = k * period
+        simulate_sample(r, body, row, targets[k], targets[k + 1], targets[k] if on else math.nan)
+    return out.shape[0]
+
+
+@compiled
+def run_prescribed(r, body, positions, velocities, out):
+    """Fill one row a sample of a motion imposed on the handle: positions, velocities (n,) in m, m/s."""
+    period = r.block_values[block.PERIOD]
+    simulated_loop.configure(body, r.block_values, 0.0, 0.0, 0.0)
+    for k in range(out.shape[0]):
+        body.dev[simulated.X] = positions[k]
+        body.dev[simulated.V] = velocities[k]
+        row = out[k]
+        row[rows.BOARD_TIME] = k * period
+        simulate_sample(r, body, row, positions[k], positions[k], positions[k])
+    return out.shape[0]
+
+
+def new_rows(count: int) -> np.ndarray:
+    """Return room for count rows."""
+    return np.zeros((count, rows.ROW_WIDTH))
+
+
+FAULT = arrays.FAULT
 # The hand's speed in a prescribed motion comes from its positions this far apart.
 _DIFFERENCE_SECONDS = 1e-6
 
@@ -36,8 +97,8 @@ class Scene:
     controller: bool = False
     designed_for: float | None = None
 
-    def prepare(self) -> tuple[rig.Rig, plant.Plant]:
-        """Return a rig at full parameters, and the device at its initial motion."""
+    def prepare(self) -> tuple[LoopArrays, simulated_loop.Plant]:
+        """Return the arrays at full parameters, and the device at its initial motion."""
         wanted = Wanted(
             self.environment,
             self.values,
@@ -52,19 +113,19 @@ class Scene:
             designed_for=self.designed_for,
         )
         shared = block.new_block()
-        r = rig.new_rig(*shared)
+        r = arrays.new_arrays(*shared)
         block.publish(*shared, *wanted.encode())
-        r.real[rig.GAIN] = 1.0
+        r.real[arrays.GAIN] = 1.0
         periods = math.ceil(self.loop.delay * self.loop.rate) + 2
-        return r, plant.new_plant(self.device, periods)
+        return r, simulated_loop.new_plant(self.device, periods)
 
 
 @dataclass(frozen=True)
 class Stage:
     """A scene and the hand on it, made ready: ``run`` is compiled code alone, and happens once."""
 
-    rig: rig.Rig
-    body: plant.Plant
+    arrays: LoopArrays
+    body: simulated_loop.Plant
     grip: np.ndarray
     targets: np.ndarray
     holding: np.ndarray
@@ -72,7 +133,7 @@ class Stage:
 
     def run(self) -> np.ndarray:
         """Render; return the telemetry rows (count, ROW_WIDTH)."""
-        batch.run(self.rig, self.body, self.grip, self.targets, self.holding, self.out)
+        run_batch(self.arrays, self.body, self.grip, self.targets, self.holding, self.out)
         return self.out
 
 
@@ -83,11 +144,11 @@ def stage(scene: Scene, hand: Hand, count: int) -> Stage:
     holding = (times[:-1] < hand.release).astype(np.int64)
     targets = _sampled(hand.target, times, hand.vectorised) if holding.any() else np.zeros(count + 1)
     numbers = np.array([hand.mass, hand.damping, hand.stiffness])
-    return Stage(r, body, numbers, targets, holding, batch.new_rows(count))
+    return Stage(r, body, numbers, targets, holding, new_rows(count))
 
 
-def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np.ndarray, rig.Rig]:
-    """Return count telemetry rows and the rig they left; raise ParameterError for a motion not finite."""
+def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np.ndarray, LoopArrays]:
+    """Return count telemetry rows and the arrays they left; raise ParameterError for a motion not finite."""
     if isinstance(hand, Prescribed):
         return _render_prescribed(hand, scene, count)
     hand = hand or Hand(release=0.0)
@@ -97,16 +158,16 @@ def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np
         away, rate = targets[0] - scene.device.initial_position, (targets[1] - targets[0]) * scene.loop.rate
         pull = hand.stiffness * away + hand.damping * (rate - scene.device.initial_velocity)
         out[0, rows.HAND_FORCE] = pull
-    return out, made.rig
+    return out, made.arrays
 
 
-def _render_prescribed(hand: Prescribed, scene: Scene, count: int) -> tuple[np.ndarray, rig.Rig]:
+def _render_prescribed(hand: Prescribed, scene: Scene, count: int) -> tuple[np.ndarray, LoopArrays]:
     r, body = scene.prepare()
-    times, out = np.arange(count) / scene.loop.rate, batch.new_rows(count)
+    times, out = np.arange(count) / scene.loop.rate, new_rows(count)
     positions = _sampled(hand.position, times)
     after, before = times + _DIFFERENCE_SECONDS, np.maximum(times - _DIFFERENCE_SECONDS, 0.0)
     velocities = (_sampled(hand.position, after) - _sampled(hand.position, before)) / (after - before)
-    batch.run_prescribed(r, body, positions, velocities, out)
+    run_prescribed(r, body, positions, velocities, out)
     device = scene.device
     pull = device.mass * np.gradient(velocities) * scene.loop.rate if len(times) > 1 else np.zeros(1)
     friction = device.damping * velocities + device.coulomb_force * np.sign(velocities)

@@ -1,8 +1,18 @@
-"""The telemetry row: what every tick writes, and where in the row it stands. SI units.
+"""Telemetry: the row that every tick writes, in SI units, and the ring of rows that readers follow.
 
 HOST_TIME is the computer's monotonic clock (time.perf_counter), so rows before and after a lost connection
-stand on one axis; BOARD_TIME is the device's own clock since it started.
+stand on one axis; BOARD_TIME is the device's own clock since it started. The loop writes and never waits;
+each reader follows with its own cursor.
 """
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics.block import STATES
+from hapkit_studio.haptics.fences import fence, load_acquire, store_release
 
 TICK = 0
 HOST_TIME = 1
@@ -21,7 +31,6 @@ HAND_FORCE = 13
 HAND_TARGET = 14
 PERIOD = 15
 STATE = 16
-STATES = 16
 ROW_WIDTH = STATE + STATES
 
 CLAMPED = 1
@@ -33,3 +42,74 @@ GAP = 32
 # the passivity observer: more was given than could be stored; the controller adds damping
 ACTIVE = 64
 DAMPED = 128
+
+
+CAPACITY = 1 << 16
+
+
+class Ring(NamedTuple):
+    """Rows (capacity, ROW_WIDTH), and the control words that hold the count of rows ever written."""
+
+    rows: np.ndarray
+    control: np.ndarray
+
+
+def new_ring(control: np.ndarray, capacity: int = CAPACITY) -> Ring:
+    """Return an empty ring; capacity is a power of two."""
+    return Ring(np.zeros((capacity, ROW_WIDTH)), control)
+
+
+@compiled
+def next_index(ring):
+    """Return the index of the row to fill next."""
+    return ring.control[arrays.HEAD] & (ring.rows.shape[0] - 1)
+
+
+@compiled
+def publish(ring):
+    """Hand the filled row to the readers; what comes after is written after."""
+    store_release(ring.control, arrays.HEAD, ring.control[arrays.HEAD] + 1)
+    fence()
+
+
+@compiled
+def _head(ring):
+    fence()
+    return load_acquire(ring.control, arrays.HEAD)
+
+
+class RingReader:
+    """Reads every row once; rows overwritten before they were read are counted in ``lost``."""
+
+    def __init__(self, ring: Ring):
+        self._ring = ring
+        self._cursor = int(_head(ring))
+        self.lost = 0
+
+    def rewind(self, count: int) -> None:
+        """Go back, so that the next call of read gives up to so many rows more, as far as they are kept."""
+        oldest = max(int(_head(self._ring)) - self._ring.rows.shape[0] + 1, 0)
+        self._cursor = max(self._cursor - count, oldest)
+
+    def read(self) -> np.ndarray:
+        """Return the rows written since the last call, shape (n, ROW_WIDTH), oldest first."""
+        capacity = self._ring.rows.shape[0]
+        # The writer may be filling the oldest row this very moment, so that one is given up as well.
+        head = int(_head(self._ring))
+        first = max(self._cursor, head - capacity + 1)
+        block = self._copy(first, head)
+        oldest = int(_head(self._ring)) - capacity + 1
+        if oldest > first:
+            block = block[min(oldest - first, len(block)) :]
+        self.lost += head - self._cursor - len(block)
+        self._cursor = head
+        return block
+
+    def _copy(self, first: int, end: int) -> np.ndarray:
+        capacity = self._ring.rows.shape[0]
+        low, high = first % capacity, end % capacity
+        if first == end:
+            return np.empty((0, ROW_WIDTH))
+        if low < high:
+            return self._ring.rows[low:high].copy()
+        return np.concatenate((self._ring.rows[low:], self._ring.rows[:high]))

@@ -1,19 +1,151 @@
 """The live loop on a serial port: wakes on a frame, answers at once, never spins.
 
+One chunk of bytes comes in, one answer goes out: the functions for that serve the compiled loop and the
+plain Python thread for systems whose ports are no file descriptors. They leave the bytes to send at the start
+of the link's ``frame`` and return how many they are.
+
 What hangs up, errs or ends (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a latched fault, and
 so does a board that sends nothing any more: one that began anew in mid-motion has forgotten to stream.
 """
 
+import contextlib
 import errno
 
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import block, clib, exchange, line, rig, settings, sleep
+from hapkit_studio.haptics import arrays, block, board_rendering, clib, clock, health, link, rows, transitions
+from hapkit_studio.haptics.arrays import LoopArrays, new_arrays
 from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.link import Link, new_link
 from hapkit_studio.haptics.priority import demote
+from hapkit_studio.haptics.rows import Ring, new_ring
 from hapkit_studio.haptics.simulated_loop import MOST_PASSES_WITHOUT_WAITING
-from hapkit_studio.haptics.tick import STALE_AFTER, latch
+from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale, note_time
+from hapkit_studio.protocol import codec
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import Sample
+
+
+@compiled
+def take(r, conn, out, late, size):
+    """Render every sample in the first size bytes of the line's data, answer the newest.
+
+    Older samples of the same chunk count as missed: their answers would come too late. Telemetry is shown.
+    """
+    count = codec.feed(conn.reader, conn.buffer, conn.data, size, conn.samples)
+    now, length = clock.now(), 0
+    if count > 0:
+        conn.numbers[link.QUIET] = 0.0
+    begun = now
+    for k in range(count):
+        if k == count - 1:
+            link.note_gap(r, conn, now)
+        shown = fill_row(r, conn, out, k, now)
+        if k == count - 1:
+            length = answer(r, conn, k, now)
+        if not shown:
+            continue
+        row = out.rows[rows.next_index(out)]
+        done = clock.now()
+        row[rows.COMPUTE] = done - now
+        note_time(r, done - begun)
+        begun = done
+        health.add_lateness(late, row[rows.LATENESS])
+        rows.publish(out)
+    if count > 1 and link.computer_answers(conn):
+        store_release(r.control, arrays.MISSED, r.control[arrays.MISSED] + count - 1)
+    return length
+
+
+@compiled
+def fill_row(r, conn, out, k, now):
+    """Fill the ring's next row from frame k; return whether it is one to be shown.
+
+    What comes while the board takes over another zero is not: nobody knows which zero it counts from.
+    """
+    words = conn.words
+    count_errors(r, conn, conn.samples[k])
+    if conn.samples[k, codec.KIND] == codec.TELEMETRY:
+        words[link.LAST_WAS_SAMPLE] = 0
+        board_rendering.show(r, conn, out, k, now)
+        return True
+    if words[link.HANDOVER] == link.SENDING_SETTINGS or words[link.HANDOVER] == link.SENDING_LAW:
+        # a board that takes over settings or checks a law leaves a sample out: the line lost none
+        conn.reader[codec.LOST_FRAMES] -= int(conn.samples[k, codec.LOST])
+    if words[link.HANDOVER] == link.SENDING_SETTINGS:
+        words[link.LEFT_OUT], words[link.LAST_WAS_SAMPLE] = 1, 0
+        return False
+    if words[link.HANDOVER] == link.RETURNING:
+        words[link.HANDOVER], words[link.LAST_WAS_SAMPLE] = link.ON_COMPUTER, 0
+    elif words[link.HANDOVER] == link.ON_BOARD:  # the board has lost its law
+        words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
+    if not words[link.LAST_WAS_SAMPLE]:
+        board_rendering.come_back(r, conn, conn.samples[k, codec.COUNT])
+        words[link.LAST_WAS_SAMPLE] = 1
+    link.render(r, conn, out, k, now)
+    return True
+
+
+@internal
+def count_errors(r, conn, sample):
+    """Add up what the board counts in a byte: forces refused as too old, frames that it could not read."""
+    words = conn.words
+    errors, stale = int(sample[codec.RX_ERRORS]), int(sample[codec.STALE])
+    if words[link.STARTED] and sample[codec.KIND] == codec.SAMPLE:
+        more = (stale - words[link.STALE_TOLD]) & 0xFF
+        store_release(r.control, arrays.STALE_FORCES, r.control[arrays.STALE_FORCES] + more)
+    if words[link.STARTED]:
+        more = (errors - words[link.ERRORS_TOLD]) & 0xFF
+        store_release(r.control, arrays.BOARD_ERRORS, r.control[arrays.BOARD_ERRORS] + more)
+    words[link.ERRORS_TOLD] = errors
+    if sample[codec.KIND] == codec.SAMPLE:
+        words[link.STALE_TOLD] = stale
+
+
+@compiled
+def answer(r, conn, k, now):
+    """Encode what answers frame k: a changed E-stop first, then force, or a word where the board renders."""
+    word = link.stop_word(r, conn)
+    length = codec.encode_simple(conn.frame, word) if word else 0
+    if link.computer_answers(conn):
+        return length + link.answer(r, conn, k, now, conn.frame[length:])
+    return length + board_rendering.answer(r, conn, k, now, conn.frame[length:])
+
+
+@compiled
+def board_gone(r, conn):
+    """Return whether the board has been silent for too long; that is latched as gone, with how long in s."""
+    if not link.silent_too_long(conn, clock.now()):
+        return False
+    latch(r, arrays.DEVICE_GONE, link.GONE_AFTER, r.real[arrays.LAST_POSITION])
+    return True
+
+
+@compiled
+def answer_silence(r, conn):
+    """Where nothing was answered for STALE_AFTER, mark the sensor stale and encode a zero force.
+
+    A board that renders hears a question: without a word that the computer is there it switches off.
+    """
+    now = clock.now()
+    if now - conn.numbers[link.LAST_ANSWER] < STALE_AFTER:
+        return 0
+    if conn.words[link.STARTED]:
+        mark_stale(r, now, link.cause_of_silence(r, conn, now))
+    conn.numbers[link.LAST_ANSWER] = now
+    if conn.words[link.HANDOVER] < link.SENDING_LAW:
+        return encode_zero(conn)
+    return board_rendering.hello(conn.frame)
+
+
+@compiled
+def encode_zero(conn):
+    """Encode a zero force, the last act of every loop."""
+    if conn.words[link.HANDOVER] >= link.SENDING_LAW:
+        return board_rendering.take_law_away(conn, conn.frame)
+    return codec.encode_force(conn.frame, 0, 0, 0.0)
+
 
 _POLLIN = 1
 _POLL_ENDED = 8 | 16 | 32
@@ -51,41 +183,89 @@ def hold_back(r, before, hurried):
     clearing begins the count anew: else no board at its own rate could ever be cleared.
     """
     if hurried == MOST_PASSES_WITHOUT_WAITING + 1:
-        latch(r, rig.RUNAWAY, 1.0 / r.values[block.PERIOD], 0.0)
+        latch(r, arrays.RUNAWAY, 1.0 / r.values[block.PERIOD], 0.0)
         demote()
-    sleep.until(before + r.values[block.PERIOD])
-    return hurried if load_acquire(r.control, rig.FAULT) else 0
+    clock.until(before + r.values[block.PERIOD])
+    return hurried if load_acquire(r.control, arrays.FAULT) else 0
 
 
 @compiled
 def run(r, conn, out, late, fd, spec):
     """Own the calling thread until told to quit or the line ends; the last act is a zero command."""
-    settings.adopt(r, 0.0)
-    conn.numbers[line.LAST_ANSWER] = sleep.now()
+    transitions.adopt(r, 0.0)
+    conn.numbers[link.LAST_ANSWER] = clock.now()
     hurried = 0
-    while load_acquire(r.control, rig.QUIT) == 0:
-        before = sleep.now()
+    while load_acquire(r.control, arrays.QUIT) == 0:
+        before = clock.now()
         state = wait(fd, spec)
-        hurried = hurried + 1 if sleep.now() - before < _NO_WAIT else 0
+        hurried = hurried + 1 if clock.now() - before < _NO_WAIT else 0
         size = 0
         if state > 0:
             size = clib.read(fd, conn.data.ctypes.data, conn.data.size)
             if size == 0 or (size < 0 and clib.last_error() not in (_EAGAIN, _EINTR)):
                 state = -1
         if state < 0:
-            latch(r, rig.DEVICE_GONE, 0.0, r.real[rig.LAST_POSITION])
+            latch(r, arrays.DEVICE_GONE, 0.0, r.real[arrays.LAST_POSITION])
             break
         if size > 0:
-            send(fd, conn.frame, exchange.take(r, conn, out, late, size))
-        send(fd, conn.frame, exchange.silence(r, conn))
-        if exchange.given_up(r, conn):
+            send(fd, conn.frame, take(r, conn, out, late, size))
+        send(fd, conn.frame, answer_silence(r, conn))
+        if board_gone(r, conn):
             break
         if hurried > MOST_PASSES_WITHOUT_WAITING:
             hurried = hold_back(r, before, hurried)
-    send(fd, conn.frame, exchange.zero(conn))
-    store_release(r.control, rig.DONE, 1)
+    send(fd, conn.frame, encode_zero(conn))
+    store_release(r.control, arrays.DONE, 1)
 
 
 def new_spec() -> np.ndarray:
     """Return room for one pollfd structure."""
     return np.zeros(1, dtype=np.int64)
+
+
+def warm_up() -> None:
+    """Compile or load all that a sample needs, by rendering one under a latched fault, that calls no law."""
+    r, conn = new_arrays(*block.new_block()), new_link(1.0)
+    r.control[arrays.FAULT] = arrays.RUNAWAY
+    frame = np.frombuffer(encode(Sample(*13 * (0,))), dtype=np.uint8)
+    conn.data[: len(frame)] = frame
+    take(r, conn, new_ring(r.control, 2), health.new_histogram(), len(frame))
+    answer_silence(r, conn)
+    board_gone(r, conn)
+    encode_zero(conn)
+
+
+class PortableLoop:
+    """Runs one connection through callables: read(seconds) -> bytes, write(bytes); both may raise OSError."""
+
+    def __init__(self, conn: Link, read, write):
+        self.conn, self.read, self.write = conn, read, write
+
+    def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
+        """Render until told to quit or the port fails; the last act is a zero command."""
+        transitions.adopt(r, 0.0)
+        self.conn.numbers[link.LAST_ANSWER] = clock.now()
+        try:
+            while not load_acquire(r.control, arrays.QUIT):
+                data = np.frombuffer(self.read(STALE_AFTER), dtype=np.uint8)
+                for start in range(0, len(data), link.CHUNK):
+                    part = data[start : start + link.CHUNK]
+                    self.conn.data[: len(part)] = part
+                    self._send(take(r, self.conn, out, late, len(part)))
+                self._send(answer_silence(r, self.conn))
+                if board_gone(r, self.conn):
+                    break
+        except OSError:
+            latch(r, arrays.DEVICE_GONE, 0.0, 0.0)
+        finally:
+            self._last_act()
+            store_release(r.control, arrays.DONE, 1)
+
+    def _send(self, size: int) -> None:
+        if size:
+            self.write(self.conn.frame[:size].tobytes())
+
+    def _last_act(self) -> None:
+        # where the line is gone, the board's own watchdog cuts the motor
+        with contextlib.suppress(OSError):
+            self._send(encode_zero(self.conn))

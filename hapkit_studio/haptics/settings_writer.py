@@ -1,10 +1,8 @@
 """Settings as a person gives them, turned into the loop's parameter block."""
 
-import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,14 +13,13 @@ from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import block
-from hapkit_studio.haptics.observer import most_damping
-from hapkit_studio.laws import Law
+from hapkit_studio.haptics.passivity import most_damping
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.protocol import law_frames
 from hapkit_studio.protocol.framing import crc16
 
 if TYPE_CHECKING:
-    from hapkit_studio.laws.board import Program
+    from hapkit_studio.haptics.board_plan import BoardPlan
 
 FADE_SECONDS = 0.030
 MAX_SPEED = 3.0
@@ -56,41 +53,6 @@ class LoopSettings:
         )
 
 
-@dataclass(frozen=True)
-class BoardWay:
-    """How a board is to render a law: its program, rate in Hz, estimator and its coefficients.
-
-    moving: constants that it has room to move at a time; share: of its processor, from 0 to 1, as a rule.
-    """
-
-    law: Law
-    program: "Program"
-    rate: int
-    estimator: int
-    first: float
-    second: float
-    moving: int
-    share: float
-
-    @cached_property
-    def form(self) -> int:
-        """Return a number that stands for all of it but the constants."""
-        p = self.program
-        start = p.given[: p.states]
-        shape = p.code, start, len(p.given), p.slots, self.rate, self.estimator, self.first, self.second
-        return _digest(repr(shape).encode())
-
-    @cached_property
-    def number(self) -> int:
-        """Return a number that stands for the program with its constants."""
-        return _digest(self.program.data)
-
-
-def _digest(data: bytes) -> int:
-    """Return a number above 0 that tells what is different."""
-    return 1 + int.from_bytes(hashlib.blake2b(data, digest_size=7).digest())
-
-
 @dataclass
 class Wanted:
     """Everything the block holds, by name.
@@ -113,7 +75,7 @@ class Wanted:
     designed_for: float | None = None
     grip: Grip | None = None
     target: float | None = None
-    board: BoardWay | None = None
+    board: "BoardPlan | None" = None
     generation: int = 0
 
     def encode(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -153,18 +115,18 @@ class Wanted:
         return values, words, program
 
     def _encode_board(self, values: np.ndarray, words: np.ndarray, program: np.ndarray) -> None:
-        way = self.board
-        if way is None:
+        plan = self.board
+        if plan is None:
             return
-        data = way.program.data
+        data = plan.program.data
         program[:] = law_frames.packed(data, block.PROGRAM_WORDS)
-        words[block.FORM], words[block.PROGRAM] = way.form, way.number
-        words[block.BOARD_LAW] = way.law.compiled().address
-        words[block.BOARD_RATE], words[block.BOARD_ESTIMATOR] = way.rate, way.estimator
-        words[block.BOARD_STATES], words[block.BOARD_GIVEN] = way.program.states, len(way.program.given)
-        words[block.BOARD_SLOTS], words[block.BOARD_CODE] = way.program.slots, len(way.program.code)
-        words[block.BOARD_CHECK], words[block.BOARD_MOVING] = crc16(data), way.moving
-        values[block.BOARD_FIRST], values[block.BOARD_SECOND] = way.first, way.second
+        words[block.FORM], words[block.PROGRAM] = plan.form, plan.number
+        words[block.BOARD_LAW] = plan.law.compiled().address
+        words[block.BOARD_RATE], words[block.BOARD_ESTIMATOR] = plan.rate, plan.estimator
+        words[block.BOARD_STATES], words[block.BOARD_GIVEN] = plan.program.states, len(plan.program.given)
+        words[block.BOARD_SLOTS], words[block.BOARD_CODE] = plan.program.slots, len(plan.program.code)
+        words[block.BOARD_CHECK], words[block.BOARD_MOVING] = crc16(data), plan.moving
+        values[block.BOARD_FIRST], values[block.BOARD_SECOND] = plan.first, plan.second
 
     def _encode_hand(self, values: np.ndarray, words: np.ndarray) -> None:
         if self.grip is None or self.target is None:
@@ -174,3 +136,20 @@ class Wanted:
         values[block.HAND_STIFFNESS] = self.grip.stiffness
         values[block.HAND_TARGET] = self.target
         words[block.HAND_ON] = 1
+
+
+class SettingsWriter:
+    """Writes settings into a loop's block; keeps every law alive until the loop has left it."""
+
+    def __init__(self, parameters: tuple[np.ndarray, np.ndarray, np.ndarray]):
+        self._block = parameters
+        # a law by its address, with the last generation of settings that wanted it
+        self.kept_laws: dict[int, tuple[int, object]] = {}
+
+    def write(self, wanted: Wanted, accepted: int) -> None:
+        """Publish settings; accepted is the generation that the loop has in force. Raise ParameterError."""
+        content = wanted.encode()
+        law = wanted.environment.force.compiled()
+        self.kept_laws[law.address] = (wanted.generation, law)
+        block.publish(*self._block, *content)
+        self.kept_laws = {address: kept for address, kept in self.kept_laws.items() if kept[0] >= accepted}

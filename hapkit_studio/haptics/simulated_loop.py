@@ -1,66 +1,183 @@
-"""The live loop on the simulated Hapkit: sleeps to absolute deadlines, renders, moves the paddle on."""
+"""The simulated Hapkit inside a loop, and the live loop on it.
+
+The loop sleeps to absolute deadlines, renders, and moves the paddle on.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
 
 from hapkit_studio.devices import simulated
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import block, histogram, plant, rig, ring, rows, settings, sleep
+from hapkit_studio.haptics import arrays, block, clock, health, rows, transitions
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.priority import demote
 from hapkit_studio.haptics.tick import latch, note_time, tick
+
+MASS, QUANTUM = 0, 1
+HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET = 2, 5, 6, 7, 8, 9
+_CONSTANTS = 10
+# The pointer moves in steps of a frame; a hand does not.
+POINTER_SECONDS = 0.012
+
+
+class Plant(NamedTuple):
+    """The device's arrays: motion and pending commands, constants, what was configured last."""
+
+    dev: np.ndarray
+    queue: np.ndarray
+    constants: np.ndarray
+
+
+def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
+    """Return a plant at the device's initial motion, for delays of up to ``periods`` periods."""
+    dev, queue = simulated.new_state(device.initial_position, device.initial_velocity, periods)
+    constants = np.full(_CONSTANTS, math.nan)
+    constants[MASS], constants[QUANTUM] = device.mass, device.quantum
+    return Plant(dev, queue, constants)
+
+
+@internal
+def configure(plant, values, hand_mass, hand_damping, hand_stiffness):
+    """Bring a hand and the block's period, delay and friction into force where any of them changed."""
+    now = plant.constants
+    period, delay = values[block.PERIOD], values[block.DELAY]
+    viscous, coulomb = values[block.VISCOUS], values[block.COULOMB]
+    same = now[HAND] == hand_mass and now[HAND + 1] == hand_damping and now[HAND + 2] == hand_stiffness
+    same = same and now[PERIOD] == period and now[DELAY] == delay
+    if same and now[VISCOUS] == viscous and now[COULOMB] == coulomb:
+        return
+    now[HAND], now[HAND + 1], now[HAND + 2] = hand_mass, hand_damping, hand_stiffness
+    now[PERIOD], now[DELAY], now[VISCOUS], now[COULOMB] = period, delay, viscous, coulomb
+    simulated.configure(
+        plant.dev,
+        plant.queue,
+        now[MASS],
+        viscous,
+        coulomb,
+        hand_mass,
+        hand_damping,
+        hand_stiffness,
+        period,
+        delay,
+    )
+
+
+@internal
+def change_sensor(plant, r, quantum):
+    """Go on with another sensor: its first reading is where the handle was, so it is no motion."""
+    plant.constants[QUANTUM] = quantum
+    position = measure(plant)
+    estimators.resume(r.memory, position, r.real[arrays.VELOCITY])
+    r.real[arrays.LAST_POSITION] = position
+
+
+@compiled
+def follow_settings(plant, r):
+    """Bring the block's device, hand, period and delay into force; a hand appears where the handle is."""
+    values = r.values
+    on = r.words[block.HAND_ON] != 0
+    if on:
+        if math.isnan(plant.constants[TARGET]):
+            plant.constants[TARGET] = plant.dev[simulated.X]
+    else:
+        plant.constants[TARGET] = math.nan
+    if plant.constants[QUANTUM] != values[block.QUANTUM]:
+        change_sensor(plant, r, values[block.QUANTUM])
+    configure(
+        plant,
+        values,
+        values[block.HAND_MASS] if on else 0.0,
+        values[block.HAND_DAMPING] if on else 0.0,
+        values[block.HAND_STIFFNESS] if on else 0.0,
+    )
+
+
+@compiled
+def next_target(plant, goal, period):
+    """Return the hand's target in m one period on, following the pointer's goal smoothly."""
+    target = plant.constants[TARGET]
+    return target + (goal - target) * -math.expm1(-period / POINTER_SECONDS)
+
+
+@compiled
+def cut_motor(plant):
+    """Switch the motor off at once: forces still on their way are dropped, whatever the delay."""
+    plant.queue[:] = 0.0
+
+
+@compiled
+def measure(plant):
+    """Return the position in m that the sensor reads now."""
+    return simulated.quantise(plant.dev[simulated.X], plant.constants[QUANTUM])
+
+
+@compiled
+def write_truth(plant, target, row):
+    """Fill the row's truth: the paddle's physics at this instant."""
+    row[rows.TRUE_POSITION] = plant.dev[simulated.X]
+    row[rows.TRUE_VELOCITY] = plant.dev[simulated.V]
+    row[rows.HAND_FORCE] = plant.dev[simulated.HAND_FORCE]
+    row[rows.HAND_TARGET] = target
+
 
 # A pass that finds its deadline gone by did not wait; so many in a row mean the machine cannot keep up.
 MOST_PASSES_WITHOUT_WAITING = 100
 
 
 @internal
-def sample(r, body, out, now, lateness):
+def render_sample(r, body, out, now, lateness):
     """Render one sample at the clock's now, publish its row, move the paddle on to the next one.
 
     Settings that the tick takes hold from this sample on; up to here the old period has passed.
     """
-    row = out.rows[ring.next_index(out)]
-    plant.write_truth(body, body.constants[plant.TARGET], row)
-    row[rows.BOARD_TIME] = r.real[rig.CLOCK]
-    force = tick(r, plant.measure(body), body.constants[plant.PERIOD], body.dev[simulated.EFFECT], row)
-    plant.follow_settings(body, r)
-    if r.word[rig.FLAGS] & (rows.STOPPED | rows.FAULT):
-        plant.cut(body)
+    row = out.rows[rows.next_index(out)]
+    write_truth(body, body.constants[TARGET], row)
+    row[rows.BOARD_TIME] = r.real[arrays.CLOCK]
+    force = tick(r, measure(body), body.constants[PERIOD], body.dev[simulated.EFFECT], row)
+    follow_settings(body, r)
+    if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT):
+        cut_motor(body)
     simulated.command(body.dev, body.queue, force)
-    period, target = body.constants[plant.PERIOD], body.constants[plant.TARGET]
-    after = plant.next_target(body, r.values[block.HAND_TARGET], period)
+    period, target = body.constants[PERIOD], body.constants[TARGET]
+    after = next_target(body, r.values[block.HAND_TARGET], period)
     simulated.advance(body.dev, body.queue, target, after)
-    body.constants[plant.TARGET] = after
-    r.real[rig.CLOCK] += period
+    body.constants[TARGET] = after
+    r.real[arrays.CLOCK] += period
     row[rows.HOST_TIME] = now
     row[rows.LATENESS] = lateness
-    row[rows.COMPUTE] = sleep.now() - now
+    row[rows.COMPUTE] = clock.now() - now
     note_time(r, row[rows.COMPUTE])
-    ring.publish(out)
+    rows.publish(out)
 
 
 @compiled
 def run(r, body, out, late):
     """Own the calling thread until told to quit; the last act is a zero command."""
-    settings.adopt(r, plant.measure(body))
-    plant.follow_settings(body, r)
-    deadline = sleep.now()
+    transitions.adopt(r, measure(body))
+    follow_settings(body, r)
+    deadline = clock.now()
     hurried = 0
-    while load_acquire(r.control, rig.QUIT) == 0:
+    while load_acquire(r.control, arrays.QUIT) == 0:
         period = r.values[block.PERIOD]
         deadline += period
-        hurried = hurried + 1 if sleep.now() >= deadline else 0
+        hurried = hurried + 1 if clock.now() >= deadline else 0
         if hurried > MOST_PASSES_WITHOUT_WAITING:
-            latch(r, rig.RUNAWAY, 1.0 / period, 0.0)
+            latch(r, arrays.RUNAWAY, 1.0 / period, 0.0)
             demote()
-            deadline = sleep.now() + period
+            deadline = clock.now() + period
             hurried = 0
-        sleep.until(deadline)
-        now = sleep.now()
+        clock.until(deadline)
+        now = clock.now()
         lateness = now - deadline
-        histogram.add(late, lateness)
+        health.add_lateness(late, lateness)
         if lateness >= period:
             missed = int(lateness / period)
             deadline += missed * period
-            store_release(r.control, rig.MISSED, r.control[rig.MISSED] + missed)
-        sample(r, body, out, now, lateness)
-    plant.cut(body)
-    store_release(r.control, rig.DONE, 1)
+            store_release(r.control, arrays.MISSED, r.control[arrays.MISSED] + missed)
+        render_sample(r, body, out, now, lateness)
+    cut_motor(body)
+    store_release(r.control, arrays.DONE, 1)

@@ -18,7 +18,7 @@ from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.estimators import USUAL, Spec
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics.board_offer import ESTIMATORS, coefficients
+from hapkit_studio.haptics.board_plan import ESTIMATORS, coefficients
 from hapkit_studio.laws import c_source
 from hapkit_studio.laws.c_source import Source, mangled, number
 from hapkit_studio.parameters import Choice

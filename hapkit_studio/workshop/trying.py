@@ -15,7 +15,7 @@ import numpy as np
 
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import LawError
-from hapkit_studio.haptics import rig
+from hapkit_studio.haptics import arrays
 from hapkit_studio.parameters import AnyParameter, Choice
 from hapkit_studio.workshop import functions, own, reading
 from hapkit_studio.workshop.source import Source
@@ -152,14 +152,14 @@ def _ends(p: AnyParameter) -> list[float]:
 SLOW_NS = 5_000.0
 ALONG = np.linspace(-FAR, FAR, 25)
 _WHAT = {
-    rig.LAW_INDEX: "the index lies beyond the state",
-    rig.LAW_FUEL: "this does not come to an end",
-    rig.LAW_DIVISION: "a division by zero",
+    arrays.LAW_INDEX: "the index lies beyond the state",
+    arrays.LAW_FUEL: "this does not come to an end",
+    arrays.LAW_DIVISION: "a division by zero",
 }
 _DO = {
-    rig.LAW_INDEX: "keep it from 0 to below the number of values",
-    rig.LAW_FUEL: "use fewer turns",
-    rig.LAW_DIVISION: "test the divisor first, or begin the parameter's limits above 0",
+    arrays.LAW_INDEX: "keep it from 0 to below the number of values",
+    arrays.LAW_FUEL: "use fewer turns",
+    arrays.LAW_DIVISION: "test the divisor first, or begin the parameter's limits above 0",
 }
 _NO_NUMBER, _DO_NUMBER = "this gives no finite number", "test for it first, or narrow the parameter's limits"
 

@@ -4,7 +4,7 @@ import pytest
 
 from hapkit_studio.analysis import cheaper
 from hapkit_studio.environments import named
-from hapkit_studio.haptics.board_offer import Offer, Wish
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from tests.wide import wide
 
 ARENA = 700
@@ -12,9 +12,9 @@ ARENA = 700
 
 def found(key, **values):
     environment = named(key)
-    wish = Wish(environment, environment.values(values), "kalman")
-    offer = Offer(ARENA)
-    assert isinstance(offer.answer(wish), str)
+    wish = PlanRequest(environment, environment.values(values), "kalman")
+    offer = BoardPlanner(ARENA)
+    assert isinstance(offer.plan(wish), str)
     return cheaper.find(cheaper.Question(offer, wish)).found
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics.board_offer import Offer, Wish
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.protocol.messages import Estimator, Telemetry
 from tests.bench.frame import Row
@@ -51,7 +51,7 @@ def rendered(key: str, given: dict[str, str]) -> tuple[int, Rendering]:
     Raise ParameterError where the board has no room or no time for it.
     """
     environment = environments.named(key)
-    way = Offer(ARENA).way(Wish(environment, environment.values(given), "kalman", QUANTUM))
+    way = BoardPlanner(ARENA).require(PlanRequest(environment, environment.values(given), "kalman", QUANTUM))
     filter = Estimator(way.estimator), way.first, way.second
     with tempfile.TemporaryDirectory() as folder:
         return way.rate, render(Path(folder), way.program, way.rate, SECONDS, SWEEP, filter)

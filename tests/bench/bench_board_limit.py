@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable
 
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.haptics.board_words import ALIVE_APART
+from hapkit_studio.haptics.board_rendering import ALIVE_APART
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import BAUD, Alive, Force, Message, Sample, Telemetry
 from tests.bench import board_limit

@@ -4,7 +4,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.haptics import batch, headless
+from hapkit_studio.haptics import headless
 from hapkit_studio.parameters import Choice
 from tests.bench.bench_tick import TICKS, many_ticks, nanoseconds
 from tests.bench.frame import Row
@@ -19,7 +19,7 @@ SWEEP = 0.045 * np.sin(2.0 * np.pi * 0.3e-3 * np.arange(TICKS))
 def per_tick(environment: Environment, values: dict[str, float]) -> float:
     """Return ns a tick takes, its law included, while the handle sweeps across."""
     r, _ = headless.Scene(environment, values).prepare()
-    out = batch.new_rows(TICKS)
+    out = headless.new_rows(TICKS)
     return nanoseconds(lambda: many_ticks(r, SWEEP, 1e-3, out), TICKS)
 
 

@@ -7,7 +7,7 @@ import time
 from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.haptics import histogram
+from hapkit_studio.haptics import health
 from hapkit_studio.haptics.engine import Engine
 from tests.bench.bench_map import DAMPING, SETTING, STIFFNESS
 from tests.bench.frame import Row
@@ -35,7 +35,7 @@ def lateness(engine: Engine) -> float:
     """Return the loop's p99.9 in µs over the next seconds."""
     before = engine.lateness_bins.copy()
     time.sleep(BLOCK_SECONDS)
-    return histogram.percentiles(engine.lateness_bins - before)["p99.9"]
+    return health.lateness_percentiles(engine.lateness_bins - before)["p99.9"]
 
 
 def lateness_with_map(engine: Engine) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.haptics import batch, headless, rows
+from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.tick import tick
 from tests.bench.frame import Row
 
@@ -58,7 +58,7 @@ def tick_alone() -> float:
     """Return ns per tick while the handle goes in and out of the wall."""
     r, _ = wall().prepare()
     positions = 0.005 + 0.003 * np.sin(2.0 * np.pi * 1e-3 * np.arange(TICKS))
-    out = batch.new_rows(TICKS)
+    out = headless.new_rows(TICKS)
     per_tick = nanoseconds(lambda: many_ticks(r, positions, 1e-3, out), TICKS)
     if not 0.4 < np.mean(out[:, rows.APPLIED] < 0.0) < 0.6:
         raise RuntimeError("the wall does not push back")
@@ -71,8 +71,8 @@ def tick_with_paddle() -> float:
     grip = GRIPS["medium"]
     hand = np.array([grip.mass, grip.damping, grip.stiffness])
     targets = 0.01 * np.sin(2.0 * np.pi * 1e-3 * np.arange(TICKS + 1))
-    holding, out = np.ones(TICKS, dtype=np.int64), batch.new_rows(TICKS)
-    return nanoseconds(lambda: batch.run(r, body, hand, targets, holding, out), TICKS)
+    holding, out = np.ones(TICKS, dtype=np.int64), headless.new_rows(TICKS)
+    return nanoseconds(lambda: headless.run_batch(r, body, hand, targets, holding, out), TICKS)
 
 
 def mujoco_step() -> float | None:

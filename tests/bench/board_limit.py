@@ -15,7 +15,7 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.stability.limits import checked_loop, stiffness_limits
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics import estimators
-from hapkit_studio.haptics.board_offer import coefficients
+from hapkit_studio.haptics.board_plan import coefficients
 from hapkit_studio.laws import board
 from hapkit_studio.protocol.framing import Decoder, encode
 from hapkit_studio.protocol.messages import Alive, Force, Sample, Telemetry

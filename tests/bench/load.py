@@ -11,7 +11,7 @@ import time
 import numpy as np
 from PySide6.QtCore import QTimer
 
-from hapkit_studio.haptics import histogram
+from hapkit_studio.haptics import health
 from tests.bench.window import keep_busy, open_window
 
 PERIOD = 1e-3
@@ -21,7 +21,7 @@ def engine_block(engine, seconds: float) -> dict[str, float]:
     """Return the loop's lateness percentiles in µs over the next seconds."""
     before = engine.lateness_bins.copy()
     time.sleep(seconds)
-    return histogram.percentiles(engine.lateness_bins - before)
+    return health.lateness_percentiles(engine.lateness_bins - before)
 
 
 def python_block(seconds: float) -> dict[str, float]:

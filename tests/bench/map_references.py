@@ -4,7 +4,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from hapkit_studio.analysis.stability import rendered
-from hapkit_studio.haptics import probe
+from hapkit_studio.haptics import survey
 
 MASS, VISCOUS, PERIOD = 0.044, 0.5, 1e-3
 COUNT = round(rendered.SECONDS / PERIOD)
@@ -14,10 +14,10 @@ def verdicts(speed: np.ndarray, lost: np.ndarray, stiffness: np.ndarray) -> np.n
     """Return the class of every cell from its speeds (COUNT, n) m/s at the samples, by the studio's rule."""
     pull = np.diff(speed, axis=0, prepend=0.0) / PERIOD
     power = pull**2 + stiffness / MASS * speed**2
-    parts = np.zeros((speed.shape[1], probe.PARTS, 3))
-    parts[:, :, probe.POWER] = power.reshape(probe.PARTS, -1, speed.shape[1]).sum(axis=1).T
-    ends = np.where(lost, probe.LOST, probe.WHOLE)
-    return rendered.by_envelope(probe.Found(parts, ends, np.full(speed.shape[1], COUNT)))
+    parts = np.zeros((speed.shape[1], survey.PARTS, 3))
+    parts[:, :, survey.POWER] = power.reshape(survey.PARTS, -1, speed.shape[1]).sum(axis=1).T
+    ends = np.where(lost, survey.LEFT_RANGE, survey.COMPLETED)
+    return rendered.by_envelope(survey.Found(parts, ends, np.full(speed.shape[1], COUNT)))
 
 
 def scipy_cell(stiffness: float, damping: float) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.haptics.board_words import ALIVE_APART
+from hapkit_studio.haptics.board_rendering import ALIVE_APART
 from hapkit_studio.laws import board as code
 from hapkit_studio.laws.board import Program
 from hapkit_studio.protocol.declare import Message

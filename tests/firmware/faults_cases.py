@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hapkit_studio.haptics import rig
-from hapkit_studio.haptics.line import GONE_AFTER
+from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics.link import GONE_AFTER
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Force
 
@@ -23,7 +23,7 @@ HAND = (
     "0.45 hand -0.010 400 8 0.1 0.3",
     "0.85 hand 0.008 400 8 0.1 0.2",
 )
-JUMP = (rig.NO_FAULT, rig.OVER_SPEED)
+JUMP = (arrays.NO_FAULT, arrays.OVER_SPEED)
 """A sensor that comes back elsewhere has moved too fast to be true."""
 LITTLE = (HAND[0], "0.6 hand 0.004 400 8 0.1 0.1", HAND[2])
 """Less than half a turn of the motor from START to END: more cannot be told from another turn."""
@@ -53,7 +53,7 @@ class Case:
     seconds: float = SECONDS
     off: float | None = None
     back: float | None = None
-    latched: Sequence[int] = (rig.NO_FAULT,)
+    latched: Sequence[int] = (arrays.NO_FAULT,)
     wrong: bool = False
     lossy: bool = False
     hand: Sequence[str] = HAND
@@ -118,7 +118,7 @@ STALLS = [
         "from the board nothing for 40 ms, three times",
         tuple(f"{at} from stall 0.04" for at in (0.3, 0.6, 0.9)),
         seconds=1.3,
-        latched=(rig.STALE_SENSOR,),
+        latched=(arrays.STALE_SENSOR,),
     ),
 ]
 
@@ -140,7 +140,7 @@ ENDS = [
         back=GIVEN_UP - STALL + AGAIN,
         hand=(*HAND, "1.9 hand -0.008 400 8 0.1 0.4"),
     ),
-    Case("program killed", killed=START, seconds=0.8, off=WATCHDOG, latched=(rig.DEVICE_GONE,)),
+    Case("program killed", killed=START, seconds=0.8, off=WATCHDOG, latched=(arrays.DEVICE_GONE,)),
 ]
 
 SENSOR = [

@@ -7,8 +7,8 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.haptics import board_offer, histogram, line, rig, ring, serial_loop
-from hapkit_studio.haptics.board_offer import Offer, Wish
+from hapkit_studio.haptics import arrays, board_plan, health, link, rows, serial_loop
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.protocol import codec
 from hapkit_studio.protocol.framing import Decoder, encode
@@ -50,32 +50,32 @@ class Session:
     def __init__(self, turns: Turns, board: bool):
         self.turns, self.board = turns, board
         self.bench = Bench(SPRING, VALUES, full=False)
-        self.late = histogram.new_histogram()
-        self.out = ring.new_ring(self.bench.r.control, ROWS)
-        self.reader = ring.RingReader(self.out)
+        self.late = health.new_histogram()
+        self.out = rows.new_ring(self.bench.r.control, ROWS)
+        self.reader = rows.RingReader(self.out)
         self.spec = serial_loop.new_spec()
-        turns.quit = lambda: store_release(self.bench.r.control, rig.QUIT, 1)
+        turns.quit = lambda: store_release(self.bench.r.control, arrays.QUIT, 1)
 
-    def offer(self, conn: line.Line) -> None:
+    def offer(self, conn: link.Link) -> None:
         """Learn what the board can render and want it to, as the engine does."""
         settings = self.turns.ask(SettingsRequest(), Settings)
-        offer = Offer(self.turns.ask(HelloRequest(), Hello).arena, settings)
-        way = offer.way(Wish(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
-        board_offer.tell(conn, settings, 255)
+        offer = BoardPlanner(self.turns.ask(HelloRequest(), Hello).arena, settings)
+        way = offer.require(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
+        board_plan.tell_link(conn, settings, 255)
         self.bench.set(SPRING, VALUES, board=way)
 
     def connect(self, hold: float) -> tuple[np.ndarray, float]:
         """Render until the line or the time ends; return the rows and the count at zero."""
-        r, conn = self.bench.r, line.new_line(QUANTUM)
+        r, conn = self.bench.r, link.new_link(QUANTUM)
         self.turns.say(encode(Stream(0, 0)) + encode(Release()))
         if self.board:
             self.offer(conn)
-        rig.restart(r, hold)
+        arrays.restart(r, hold)
         self.turns.say(encode(Stream(1, 0)))
         serial_loop.run(r, conn, self.out, self.late, self.turns.fd, self.spec)
         self.bad_frames = int(conn.reader[codec.BAD_FRAMES])
         self.rx_errors = int(conn.samples[0, codec.RX_ERRORS])
-        return self.reader.read(), float(conn.numbers[line.ZERO])
+        return self.reader.read(), float(conn.numbers[link.ZERO])
 
 
 def _render(run: Run, session: Session) -> None:
@@ -116,12 +116,12 @@ def run_case(case: Case, folder: Path) -> Run:
     run.forces = sent_forces(turns.sent)
     control = session.bench.r.control
     run.counters = {
-        "fault": int(control[rig.FAULT]),
-        "stale": int(control[rig.STALE_COUNT]),
-        "lost": int(control[rig.LOST_FRAMES]),
+        "fault": int(control[arrays.FAULT]),
+        "stale": int(control[arrays.STALE_COUNT]),
+        "lost": int(control[arrays.LOST_FRAMES]),
         "bad": session.bad_frames,
         "told": session.rx_errors,
-        "missed": int(control[rig.MISSED]),
+        "missed": int(control[arrays.MISSED]),
     }
     return run
 

@@ -8,7 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from hapkit_studio.haptics import rig
+from hapkit_studio.haptics import arrays
 from tests.firmware.faults_cases import BOARD_RENDERS, CASES, TESTED, Case
 from tests.firmware.faults_measure import Measured, measure
 from tests.firmware.faults_run import run_case
@@ -38,9 +38,9 @@ COLUMNS = (
     "lost", "damaged", "board refused", "wrong", "latched",
 )  # fmt: skip
 FAULTS = {
-    rig.OVER_SPEED: "over-speed",
-    rig.STALE_SENSOR: "stale, three times",
-    rig.DEVICE_GONE: "device gone",
+    arrays.OVER_SPEED: "over-speed",
+    arrays.STALE_SENSOR: "stale, three times",
+    arrays.DEVICE_GONE: "device gone",
 }
 
 

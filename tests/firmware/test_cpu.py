@@ -5,7 +5,7 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import design, estimate_velocity
-from hapkit_studio.haptics.board_offer import RATES, Offer, Wish
+from hapkit_studio.haptics.board_plan import RATES, BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.parameters import Choice
 from hapkit_studio.protocol.messages import Estimator
@@ -37,12 +37,12 @@ HELD = [(key, given) for key in environments() for given in choices(key)]
 @pytest.mark.parametrize(("key", "given"), wide(HELD, lambda key, given: not given))
 def test_each_law_at_its_rate_leaves_a_fifth_of_the_processor(tmp_path, key, given):
     environment = environments()[key]
-    wish = Wish(environment, environment.values(given), "kalman", QUANTUM)
-    answer = Offer(ARENA).answer(wish)
+    wish = PlanRequest(environment, environment.values(given), "kalman", QUANTUM)
+    answer = BoardPlanner(ARENA).plan(wish)
     if given and isinstance(answer, str):
         assert "bytes" in answer or "Hz" in answer
         pytest.skip(answer)
-    way = Offer(ARENA).way(wish)
+    way = BoardPlanner(ARENA).require(wish)
     filter = Estimator(way.estimator), way.first, way.second
     run = render(tmp_path, way.program, way.rate, 0.3, SWEEP, filter)
     assert run.share <= MOST

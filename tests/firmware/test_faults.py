@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hapkit_studio.haptics import rig
+from hapkit_studio.haptics import arrays
 from tests.firmware.faults_cases import CASES, END, PERIOD, RECOVER, START, TESTED, no_spam
 from tests.firmware.vb import FULL_FORCE, needs_board
 
@@ -108,4 +108,4 @@ def test_a_single_stall_is_no_latched_fault(measured):
 def test_without_a_fault_nothing_is_lost_and_nothing_late(measured):
     assert {measured["none"][key] for key in ("lost", "bad", "told", "stale", "fault", "silent_offs")} == {0}
     assert START + 20 * PERIOD < END  # the windows above are long enough to see
-    assert measured["none"]["fault"] == rig.NO_FAULT
+    assert measured["none"]["fault"] == arrays.NO_FAULT

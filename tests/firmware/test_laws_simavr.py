@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.haptics.board_words import ALIVE_APART
+from hapkit_studio.haptics.board_rendering import ALIVE_APART
 from hapkit_studio.laws import machine
 from hapkit_studio.laws.board import Program
 from hapkit_studio.laws.law import Law

@@ -13,7 +13,8 @@ from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.gui.live.comparison import movement
 from hapkit_studio.gui.panel import rendering
 from hapkit_studio.gui.panel.limits import Question, answer
-from hapkit_studio.haptics import way
+from hapkit_studio.haptics import link
+from hapkit_studio.haptics.board_plan import BackgroundPlanner
 from tests.gui.board_fixtures import answered
 from tests.gui.window_support import PATIENCE_MS
 
@@ -33,7 +34,7 @@ def test_a_board_has_one_and_the_engine_follows_it(board_window):
     assert engine.where == "computer"
     switch.switch.button(1).click()
     assert engine.where == board_window.studio.loop.where == "board"
-    assert engine.board_way.rate == rendering.ways(board_window.studio)[1].rate
+    assert engine.board_plan.rate == rendering.ways(board_window.studio)[1].rate
     switch.switch.button(0).click()
     assert engine.where == "computer"
 
@@ -43,7 +44,7 @@ def test_the_boards_rate_is_chosen_beside_it(board_window, qtbot):
     studio.set_loop(where="board")
     switch.rate.changed.emit("board_rate", 4.0)
     answered(board_window, qtbot)
-    assert studio.engine.board_way.rate == 500
+    assert studio.engine.board_plan.rate == 500
     assert column(board_window, 1)[1] == "500"
     assert board_window.loop.summary().startswith("Board 500 Hz")
 
@@ -56,12 +57,12 @@ def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, q
         studio.choose(key)
         studio.set_values(values)
         answered(board_window, qtbot)
-        rates.append(studio.engine.board_way.rate)
+        rates.append(studio.engine.board_plan.rate)
         rate = f"{rates[-1]:,}"
         assert loop.fold.accessibleName() == f"Loop: Board {rate} Hz · Kalman"
         assert loop.rate.box.text() == rate.replace(",", "")
         assert column(board_window, 1)[1] == rate
-        share = round(100.0 * studio.engine.board_way.share)
+        share = round(100.0 * studio.engine.board_plan.share)
         assert 40 <= share <= 80
         assert column(board_window, 1)[4] == f"{share}"
         assert column(board_window, 0)[4] == rendering.UNKNOWN
@@ -91,7 +92,7 @@ def test_what_is_too_much_for_the_board_says_by_how_much_and_what_feels_the_same
 def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window, qtbot, monkeypatch):
     switch, studio = board_window.loop.where, board_window.studio
     before = column(board_window, 1)
-    monkeypatch.setattr(type(studio.engine), "_work_out", lambda *_: None)
+    monkeypatch.setattr(BackgroundPlanner, "plan", lambda self, planner, request: planner.known(request))
     studio.choose("friction")
     board_window.live.look()
     assert column(board_window, 1)[1] == before[1]
@@ -142,10 +143,10 @@ def test_the_limit_in_force_is_the_one_of_who_renders(board_window, qtbot):
     board_window.live.look()
     assert (card.facts.setting().rate, card.facts.setting().delay) == (1000.0, pytest.approx(1e-3))
     studio.set_loop(where="board")
-    conn.words[way.WAY] = way.THERE
+    conn.words[link.HANDOVER] = link.ON_BOARD
     board_window.live.look()
     setting = card.facts.setting()
-    assert setting.rate == studio.engine.board_way.rate
+    assert setting.rate == studio.engine.board_plan.rate
     assert setting.delay == pytest.approx(0.2e-3)
 
 
@@ -154,7 +155,7 @@ def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
     studio, switch, card = board_window.studio, board_window.loop.where, board_window.stability
     conn, index = studio.engine.driver.conn, rendering.WAYS.index(where)
     studio.set_loop(where=where)
-    conn.words[way.WAY] = way.THERE if where == "board" else way.HERE
+    conn.words[link.HANDOVER] = link.ON_BOARD if where == "board" else link.ON_COMPUTER
     for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
         conn.delays.values[index, :500], conn.delays.counts[index] = delay, 500
         board_window.live.look()

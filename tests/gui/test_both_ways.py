@@ -6,7 +6,7 @@ import pytest
 from hapkit_studio.gui.live import comparison
 from hapkit_studio.gui.live.comparison import Part, difference_words
 from hapkit_studio.gui.live.history import History
-from hapkit_studio.haptics import rows, way
+from hapkit_studio.haptics import link, rows
 
 SWITCH, NOW = 12.0, 15.0
 
@@ -103,7 +103,7 @@ def test_the_energy_is_said_to_be_unwatched_while_the_board_renders(held_board_w
     phase, conn = window.centre.phase, window.studio.engine.driver.conn
     phase.choose(len(phase.plots))
     assert phase.note.isHidden()
-    conn.words[way.WAY] = way.THERE
+    conn.words[link.HANDOVER] = link.ON_BOARD
     window.both._look()
     assert "part of the computer's loop" in phase.note.text()
     assert phase.note.isVisibleTo(window)

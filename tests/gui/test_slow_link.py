@@ -3,9 +3,9 @@
 import pytest
 
 from hapkit_studio.gui import notices
-from hapkit_studio.haptics import rig
+from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.fences import store_release
-from hapkit_studio.haptics.line import latch
+from hapkit_studio.haptics.link import latch
 from tests.gui.board_fixtures import answered
 from tests.gui.window_support import PATIENCE_MS
 
@@ -26,7 +26,7 @@ def measure(window, delay, which=0):
 
 def test_a_link_too_slow_for_the_computer_offers_the_board(board_window):
     studio, engine = board_window.studio, board_window.studio.engine
-    latch(engine.arrays, rig.SLOW_LINK, 0.032, 0.025)
+    latch(engine.arrays, arrays.SLOW_LINK, 0.032, 0.025)
     board_window.live.look()
     notice = board_window.banners.get("fault")
     assert "32 ms from a sample to its force" in notice.title
@@ -36,7 +36,7 @@ def test_a_link_too_slow_for_the_computer_offers_the_board(board_window):
 
 
 def test_other_faults_do_not(board_window):
-    latch(board_window.studio.engine.arrays, rig.OVER_SPEED, 3.4, 0.0)
+    latch(board_window.studio.engine.arrays, arrays.OVER_SPEED, 3.4, 0.0)
     board_window.live.look()
     assert list(ways_on(board_window, "fault")) == ["Clear fault"]
 
@@ -88,6 +88,6 @@ def test_a_delay_is_not_missed_while_no_force_goes_out(board_window, monkeypatch
     if stopped:
         board_window.studio.stop()
     else:
-        store_release(board_window.studio.engine.arrays.control, rig.FAULT, rig.OVER_SPEED)
+        store_release(board_window.studio.engine.arrays.control, arrays.FAULT, arrays.OVER_SPEED)
     board_window.live.look()
     assert board_window.banners.get("delay") is None

@@ -167,10 +167,10 @@ def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_wi
 
 
 def test_a_fault_shows_its_reason_and_is_cleared_by_hand(window, qtbot):
-    from hapkit_studio.haptics import rig
+    from hapkit_studio.haptics import arrays
 
-    window.studio.engine.arrays.control[rig.FAULT] = rig.OVER_SPEED
-    window.studio.engine.arrays.real[rig.FAULT_VALUE] = 3.4
+    window.studio.engine.arrays.control[arrays.FAULT] = arrays.OVER_SPEED
+    window.studio.engine.arrays.real[arrays.FAULT_VALUE] = 3.4
     window.live.look()
     (banner,) = window.banners.banners
     assert banner.title.text().startswith("Fault: over-speed, 3.4 m/s (limit ")

@@ -7,7 +7,7 @@ import pytest
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
-from hapkit_studio.haptics import rows, way
+from hapkit_studio.haptics import link, rows
 from hapkit_studio.haptics.settings_writer import FADE_SECONDS
 from hapkit_studio.parameters import Parameter
 from tests.gui.own_support import put, spring, wait_for_verdict
@@ -120,9 +120,9 @@ def handed_over(window):
     """Tell whether the board renders the law in force with the values in force."""
     clear_lateness(window.studio)
     engine = window.studio.engine
-    words, offered = engine.driver.conn.words, engine.offered_way
-    told = offered is not None and (words[way.FORM], words[way.PROGRAM]) == (offered.form, offered.number)
-    return told and engine.rendering == "board" and words[way.TUNING] == 0
+    words, offered = engine.driver.conn.words, engine.possible_plan
+    told = offered is not None and (words[link.FORM], words[link.PROGRAM]) == (offered.form, offered.number)
+    return told and engine.rendering == "board" and words[link.TUNING] == 0
 
 
 @pytest.mark.alone

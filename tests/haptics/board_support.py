@@ -5,23 +5,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hapkit_studio.haptics import rows, way
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.framing import crc16, encode
 from hapkit_studio.protocol.messages import (
-    Board,
     Law,
     Leave,
     Piece,
     Sample,
-    Settings,
     Stream,
     Telemetry,
     Tune,
 )
 from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import ARENA, KIT, FakeKit
-from tests.haptics.serial_support import read
 from tests.lateness import ATTEMPTS
 
 ZERO = 1000
@@ -171,7 +167,7 @@ class Desk:
         """Wait until what is wanted is compiled for the board."""
         self.engine.board_refusal(wait=True)
         over = time.monotonic() + SILENCE
-        while self.engine.board_way != self.engine.offered_way:
+        while self.engine.board_plan != self.engine.possible_plan:
             assert time.monotonic() < over
             time.sleep(0.001)
 
@@ -199,6 +195,3 @@ def undisturbed(environment="spring", values=None, stale=False, **options):
         return test
 
     return decorated
-
-
-__all__ = ["ZERO", "Board", "Desk", "Settings", "read", "rows", "undisturbed", "way"]

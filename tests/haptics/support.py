@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.haptics import batch, block, rig, tick
+from hapkit_studio.haptics import arrays, block, headless, tick
 from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
 from hapkit_studio.laws import law
@@ -92,11 +92,11 @@ class Bench:
 
     def __init__(self, environment, values=None, rate=1000.0, full=True, **wanted):
         self.block = block.new_block()
-        self.r = rig.new_rig(*self.block)
+        self.r = arrays.new_arrays(*self.block)
         self.wanted = dict(wanted)
         self.rate = rate
         self.set(environment, values)
-        self.r.real[rig.GAIN] = 1.0 if full else 0.0
+        self.r.real[arrays.GAIN] = 1.0 if full else 0.0
 
     def set(self, environment, values=None, **wanted):
         """Publish other settings."""
@@ -109,7 +109,7 @@ class Bench:
 
     def tick(self, position=0.0, effect=0.0, period=None):
         """Render one sample; return its row."""
-        row = batch.new_rows(1)[0]
+        row = headless.new_rows(1)[0]
         tick.tick(self.r, position, period or 1.0 / self.rate, effect, row)
         return row
 
@@ -123,7 +123,7 @@ class Bench:
         return self.run(np.zeros(round(seconds * self.rate)))
 
     def clear_fault(self):
-        store_release(self.r.control, rig.CLEAR, int(self.r.control[rig.CLEAR]) + 1)
+        store_release(self.r.control, arrays.CLEAR, int(self.r.control[arrays.CLEAR]) + 1)
 
     def stop(self, on=True):
-        store_release(self.r.control, rig.STOP, int(on))
+        store_release(self.r.control, arrays.STOP, int(on))

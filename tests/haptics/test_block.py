@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.haptics import block, rig, settings
+from hapkit_studio.haptics import arrays, block, transitions
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from tests.waiting import PATIENCE
 
@@ -69,12 +69,12 @@ def listen(values, words, program, copy_values, copy_words, copy_program, wanted
 
 @compiled
 def adopt_many(r, wanted):
-    """Refresh a rig as the tick does until so many blocks came; return how often it held a torn one."""
+    """Refresh the arrays as the tick does until so many blocks came; return how often it held a torn one."""
     torn = 0
     last = r.values[0]
     while wanted > 0:
-        r.real[rig.BLEND] = 1.0
-        settings.adopt(r, 0.0)
+        r.real[arrays.BLEND] = 1.0
+        transitions.adopt(r, 0.0)
         torn += not is_whole(r.values, r.words, r.program)
         wanted -= r.values[0] != last
         last = r.values[0]
@@ -107,7 +107,7 @@ def test_a_reader_sees_whole_blocks_in_order(hammered):
 
 
 def test_the_loop_never_works_with_a_torn_block(hammered):
-    assert adopt_many(rig.new_rig(*hammered), WANTED // 10) == 0
+    assert adopt_many(arrays.new_arrays(*hammered), WANTED // 10) == 0
 
 
 def test_the_newest_block_wins(shared):

@@ -8,7 +8,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import design
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import rig, rows
+from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.laws import board
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.messages import (
@@ -79,7 +79,7 @@ def test_a_long_law_comes_whole_though_pieces_get_lost(desk):
     pieces = desk.told(Piece)
     assert len(desk.told(Law)) == 2
     assert len(pieces) > desk.kit.loaded.size / 32 + 3
-    assert desk.kit.loaded.data == desk.engine.board_way.program.data
+    assert desk.kit.loaded.data == desk.engine.board_plan.program.data
 
 
 @undisturbed(environment="mass_spring_damper")
@@ -95,7 +95,7 @@ def test_a_board_without_a_law_is_sent_it_anew(desk):
     desk.run(2)
     assert desk.engine.rendering == "computer"
     desk.until(lambda: desk.engine.rendering == "board")
-    assert desk.kit.loaded.data == desk.engine.board_way.program.data
+    assert desk.kit.loaded.data == desk.engine.board_plan.program.data
 
 
 @undisturbed(values=SPRING)
@@ -186,7 +186,7 @@ def test_a_changed_parameter_is_one_constant_more(desk):
     desk.run(20)
     tune = desk.told(Tune)[0]
     assert (tune.law, tune.count, tune.values[0]) == (desk.told(Law)[0].generation, 1, -120.0)
-    assert desk.kit.loaded.numbers.tolist() == list(desk.engine.board_way.program.given)
+    assert desk.kit.loaded.numbers.tolist() == list(desk.engine.board_plan.program.given)
     desk.engine.move_hand(0.01)
     desk.run(20)
     assert (len(desk.told(Tune)), len(desk.told(Law))) == (1, 1)
@@ -199,7 +199,7 @@ def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(desk
     numbers = [p for p in desk.engine.environment.parameters if not p.discrete]
     desk.engine.set_environment("hard_surface", values | {p.key: 0.9 * values[p.key] for p in numbers})
     desk.compiled()
-    wanted = np.array(desk.engine.board_way.program.given, np.float32)
+    wanted = np.array(desk.engine.board_plan.program.given, np.float32)
     assert np.count_nonzero(wanted != desk.kit.loaded.numbers) > 6
     desk.until(lambda: np.array_equal(wanted, desk.kit.loaded.numbers))
     assert len(desk.told(Law)) == 1
@@ -224,15 +224,15 @@ def test_a_change_that_got_lost_is_said_again_with_the_newest_value(desk):
 @undisturbed(environment="button", arena=345)
 def test_more_moving_constants_than_there_is_room_for_are_a_law(desk):
     desk.go()
-    way, values = desk.engine.board_way, desk.engine.values
+    way, values = desk.engine.board_plan, desk.engine.values
     numbers = [p for p in desk.engine.environment.parameters if not p.discrete]
     desk.engine.set_environment("button", values | {p.key: 0.9 * values[p.key] for p in numbers})
     desk.compiled()
-    assert desk.engine.board_way.form == way.form
+    assert desk.engine.board_plan.form == way.form
     desk.until(lambda: len(desk.told(Law)) == 2)
     desk.until(lambda: desk.engine.rendering == "board")
     assert not desk.told(Tune)
-    assert desk.kit.loaded.data == desk.engine.board_way.program.data
+    assert desk.kit.loaded.data == desk.engine.board_plan.program.data
 
 
 @undisturbed(values=SPRING)
@@ -249,8 +249,8 @@ def test_another_law_or_rate_or_filter_is_sent_whole(desk):
         desk.compiled()
         desk.until(lambda laws=laws: len(desk.told(Law)) == laws + 1)
         desk.until(lambda: desk.engine.rendering == "board")
-        assert desk.kit.loaded.law.rate == desk.engine.board_way.rate
-        assert desk.kit.loaded.data == desk.engine.board_way.program.data
+        assert desk.kit.loaded.law.rate == desk.engine.board_plan.rate
+        assert desk.kit.loaded.data == desk.engine.board_plan.program.data
     generations = [law.generation for law in desk.told(Law)]
     assert len(set(generations)) == len(generations)
 
@@ -315,7 +315,7 @@ def test_over_speed_on_the_board_is_latched_here_and_stops_it(desk):
     desk.go()
     desk.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 3.5}
     desk.run(2)
-    assert desk.engine.fault.code == rig.OVER_SPEED
+    assert desk.engine.fault.code == arrays.OVER_SPEED
     assert "3.5 m/s" in desk.engine.fault.text
     wait_until(lambda: desk.told(Stop))
     desk.telemetry = {"flags": int(BoardFlag.OVER_SPEED)}
@@ -332,7 +332,7 @@ def test_a_force_that_is_no_number_needs_the_law_anew(desk):
     desk.go()
     desk.telemetry = {"flags": int(BoardFlag.REFUSED), "asked": float("nan")}
     row = desk.run(2)[-1]
-    assert desk.engine.fault.code == rig.NOT_A_NUMBER
+    assert desk.engine.fault.code == arrays.NOT_A_NUMBER
     assert row[rows.ASKED] == 0.0
     laws = len(desk.told(Law))
     desk.engine.clear_fault()
@@ -421,7 +421,7 @@ def test_a_law_of_ones_own_needs_nothing_on_the_board(desk):
     desk.go()
     desk.engine.set_environment(CONSTANT)
     desk.compiled()
-    desk.until(lambda: desk.kit.renders and desk.kit.loaded.data == desk.engine.board_way.program.data)
+    desk.until(lambda: desk.kit.renders and desk.kit.loaded.data == desk.engine.board_plan.program.data)
     desk.until(lambda: desk.engine.rendering == "board")
 
 
@@ -430,7 +430,7 @@ def test_the_boards_own_estimators_and_rates(desk):
     desk.engine.set_loop(estimator="butterworth")
     desk.engine.board_refusal(wait=True)
     desk.engine.set_where("board")
-    assert desk.engine.board_way.estimator == 2
+    assert desk.engine.board_plan.estimator == 2
     with pytest.raises(ParameterError, match="500, 1,000, 2,000, 4,000 Hz"):
         desk.engine.set_where("board", 300.0)
     desk.engine.limit_force(1.0)

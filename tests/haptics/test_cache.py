@@ -11,7 +11,7 @@ PROCESS = """
 import json, sys, time
 import hapkit_studio as hs
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.haptics import batch, simulated_loop
+from hapkit_studio.haptics import headless, simulated_loop
 from hapkit_studio.haptics.engine import Engine
 from numba.core.dispatcher import Dispatcher
 
@@ -36,13 +36,14 @@ missed = [
     for name, value in vars(module).items()
     if isinstance(value, Dispatcher) and sum(value.stats.cache_misses.values())
 ]
+batch, loop = headless.run_batch, simulated_loop.run
 laws = [e.force.compiled().keepalive.law for e in library.values()]
 print(json.dumps({
     "missed": sorted(set(missed)),
     "laws_compiled": [law.native_name for law in laws if not law.cache_hits],
     "addresses": len({law.address for law in laws}),
-    "loops": [len(f.signatures) for f in (batch.run, batch.run_prescribed, simulated_loop.run)],
-    "hits": sum(batch.run.stats.cache_hits.values()) + sum(simulated_loop.run.stats.cache_hits.values()),
+    "loops": [len(f.signatures) for f in (batch, headless.run_prescribed, loop)],
+    "hits": sum(batch.stats.cache_hits.values()) + sum(loop.stats.cache_hits.values()),
     "rows": rows,
     "environments": len(library),
 }))

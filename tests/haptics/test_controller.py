@@ -10,8 +10,8 @@ from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import block, headless, observer, rig, rows
-from hapkit_studio.haptics.observer import FELT, most_damping
+from hapkit_studio.haptics import arrays, block, headless, passivity, rows
+from hapkit_studio.haptics.passivity import FELT, most_damping
 from hapkit_studio.haptics.settings_writer import LoopSettings
 from tests.haptics.support import BROKEN, CONSTANT, Bench
 
@@ -96,7 +96,7 @@ def test_its_force_is_a_share_of_the_devices():
     assert damped[-100:].all()
     np.testing.assert_array_equal(out[:, rows.ASKED], 0.0)
     np.testing.assert_allclose(
-        out[damped, rows.APPLIED], -np.sign(np.diff(x, prepend=0.0)[damped]) * observer.SHARE * 2.0
+        out[damped, rows.APPLIED], -np.sign(np.diff(x, prepend=0.0)[damped]) * passivity.SHARE * 2.0
     )
 
 
@@ -111,7 +111,7 @@ def test_a_broken_law_is_still_stopped(how):
     row = bench.tick(0.01)
     assert row[rows.APPLIED] == 0.0
     assert row[rows.FLAGS] == rows.FAULT
-    assert bench.r.control[rig.FAULT] in (rig.NOT_A_NUMBER, rig.LAW_INDEX)
+    assert bench.r.control[arrays.FAULT] in (arrays.NOT_A_NUMBER, arrays.LAW_INDEX)
 
 
 def test_stop_and_over_speed_win():
@@ -125,7 +125,7 @@ def test_stop_and_over_speed_win():
     assert bench.run(x, effects)[-1, rows.APPLIED] != 0.0
     row = bench.tick(0.05, 2.0)
     assert row[rows.APPLIED] == 0.0
-    assert bench.r.control[rig.FAULT] == rig.OVER_SPEED
+    assert bench.r.control[arrays.FAULT] == arrays.OVER_SPEED
 
 
 # --- the ways to it

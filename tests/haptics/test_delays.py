@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.devices.padding import effective_delay
-from hapkit_studio.haptics import delays
+from hapkit_studio.haptics import link
 from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import Force, Stream
 from tests.devices.ftdi_kit import PERIOD, FtdiKit
@@ -13,12 +13,12 @@ from tests.devices.test_padding import loop_with
 
 def mean(samples):
     """Return what the loop's own measurement makes of samples."""
-    kept, before = delays.new_delays(), None
+    kept, before = link.new_delays(), None
     for s in samples:
         follows = before is not None and (s.seq - before) & 0xFFFF == 1
-        delays.note_age(kept, s.seq, s.answered, 1e-6 * s.delay_us, PERIOD, follows)
+        link.note_force_age(kept, s.seq, s.answered, 1e-6 * s.delay_us, PERIOD, follows)
         before = s.seq
-    found = delays.measured(kept, delays.COMPUTER)
+    found = link.measured_delay(kept, link.OF_COMPUTER)
     return found.mean if found else None
 
 

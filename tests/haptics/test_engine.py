@@ -10,7 +10,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import batch, headless, rig, rows
+from hapkit_studio.haptics import arrays, headless, rows
 from hapkit_studio.haptics.engine import Engine
 from tests.haptics.engine_support import read, rest
 from tests.haptics.support import slow_environment
@@ -32,9 +32,9 @@ def test_live_rows_are_those_of_headless_bit_for_bit():
     loop, values = engine.loop, engine.values
     engine.close()
     r, body = headless.Scene(SPRING, values, device, loop).prepare()
-    r.real[rig.GAIN] = 0.0
-    out = batch.new_rows(600)
-    batch.run(r, body, np.zeros(3), np.zeros(601), np.zeros(600, dtype=np.int64), out)
+    r.real[arrays.GAIN] = 0.0
+    out = headless.new_rows(600)
+    headless.run_batch(r, body, np.zeros(3), np.zeros(601), np.zeros(600, dtype=np.int64), out)
     same = [c for c in range(rows.ROW_WIDTH) if c not in HOST]
     np.testing.assert_array_equal(live[:, same], out[:, same])
     np.testing.assert_allclose(live[:, rows.BOARD_TIME], out[:, rows.BOARD_TIME], atol=1e-12)
@@ -130,7 +130,7 @@ def test_rows_go_on_under_garbage_collection(started):
         rest(reader, 30)
         engine.set_environment("wall")
     assert engine.fault is None
-    assert len(engine._kept) <= 2
+    assert len(engine._writer.kept_laws) <= 2
 
 
 def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_stops_pushing(started):
@@ -138,7 +138,7 @@ def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_stops_pushing(st
     reader = engine.reader()
     engine.set_loop(rate=10_000.0)
     wait_until(lambda: engine.fault is not None)
-    assert engine.fault.code == rig.SLOW_LAW
+    assert engine.fault.code == arrays.SLOW_LAW
     assert engine.fault.text.endswith(" ms, a period 0.10 ms.")
     missed = engine.health().missed
     assert missed > 50
@@ -158,7 +158,7 @@ def test_lateness_is_counted_for_every_row(started):
     reader = engine.reader()
     rest(reader, 50)
     engine.close()
-    assert int(engine.lateness_bins.sum()) == int(engine.arrays.control[rig.HEAD])
+    assert int(engine.lateness_bins.sum()) == int(engine.arrays.control[arrays.HEAD])
 
 
 def test_says_whose_state_the_rows_hold():

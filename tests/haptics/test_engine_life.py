@@ -7,7 +7,7 @@ import threading
 import numpy as np
 
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.haptics import plant, rig, rows
+from hapkit_studio.haptics import arrays, rows, simulated_loop
 from hapkit_studio.haptics.engine import Engine
 from tests.haptics.engine_support import loop_threads, read, rest
 from tests.haptics.support import CONSTANT, COUNTING
@@ -50,9 +50,9 @@ def test_the_stop_survives_another_device_and_is_released_on_purpose(started):
 
 def test_a_latched_fault_survives_another_device(started):
     engine = started(environment=CONSTANT)
-    engine.arrays.control[rig.FAULT] = rig.OVER_SPEED
+    engine.arrays.control[arrays.FAULT] = arrays.OVER_SPEED
     engine.use(SimulatedHapkit())
-    assert engine.fault.code == rig.OVER_SPEED
+    assert engine.fault.code == arrays.OVER_SPEED
 
 
 def test_closing_leaves_a_zero_command(started):
@@ -61,7 +61,7 @@ def test_closing_leaves_a_zero_command(started):
     body = engine._driver.body
     engine.close()
     assert not body.queue.any()
-    assert engine.arrays.control[rig.DONE] == 1
+    assert engine.arrays.control[arrays.DONE] == 1
     assert not loop_threads()
 
 
@@ -109,7 +109,7 @@ def test_a_hand_holds_the_handle_and_lets_go(started):
     out = read(reader, lambda found: found[-1, rows.TRUE_POSITION] > 0.0197)
     held = out[~np.isnan(out[:, rows.HAND_TARGET])]
     steps = np.diff(held[:, rows.HAND_TARGET], prepend=0.0)
-    np.testing.assert_allclose(steps[0], -0.02 * np.expm1(-1e-3 / plant.POINTER_SECONDS), rtol=1e-6)
+    np.testing.assert_allclose(steps[0], -0.02 * np.expm1(-1e-3 / simulated_loop.POINTER_SECONDS), rtol=1e-6)
     assert np.all(np.abs(steps) <= steps[0])
     engine.move_hand(None)
     out = read(reader, lambda found: np.isnan(found[-1, rows.HAND_TARGET]))
@@ -121,10 +121,10 @@ def test_laws_in_use_are_kept_alive(started):
     reader = engine.reader()
     for environment in (COUNTING, CONSTANT, COUNTING):
         engine.set_environment(environment)
-        in_use = int(engine.arrays.laws[engine.arrays.word[rig.SLOT]])
-        assert in_use in engine._kept
+        in_use = int(engine.arrays.laws[engine.arrays.word[arrays.SLOT]])
+        assert in_use in engine._writer.kept_laws
         rest(reader, 100)
     engine.set_parameter("gain", 0.01)
     rest(reader, 40)
     engine.set_parameter("gain", 0.02)
-    assert list(engine._kept) == [COUNTING.force.compiled().address]
+    assert list(engine._writer.kept_laws) == [COUNTING.force.compiled().address]

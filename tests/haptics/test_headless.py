@@ -9,7 +9,7 @@ from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, Hand, Prescribed
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import batch, headless, rig, rows
+from hapkit_studio.haptics import arrays, headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
 
@@ -75,13 +75,13 @@ def test_an_unstable_loop_stays_within_what_the_clamp_can_do():
 
 def test_a_run_told_to_quit_ends_there():
     r, body = scene().prepare()
-    r.control[rig.QUIT] = 1
-    out = batch.new_rows(10)
+    r.control[arrays.QUIT] = 1
+    out = headless.new_rows(10)
     zeros = np.zeros(11)
-    assert batch.run(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 0
+    assert headless.run_batch(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 0
     assert not out.any()
-    r.control[rig.QUIT] = 0
-    assert batch.run(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 10
+    r.control[arrays.QUIT] = 0
+    assert headless.run_batch(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 10
 
 
 def test_spring_rows_hold_the_handle_at_the_centre():
@@ -109,10 +109,10 @@ def test_imposed_motion_of_one_sample():
 def test_over_speed_is_latched_where_it_is_asked_for():
     device = SimulatedHapkit(initial_velocity=2.0, damping=0.0, coulomb_force=0.0)
     out, r = headless.render(scene("free", device=device, max_speed=1.5), None, 20)
-    assert r.control[headless.FAULT] == rig.OVER_SPEED
+    assert r.control[headless.FAULT] == arrays.OVER_SPEED
     assert np.all(out[1:, rows.FLAGS].astype(int) & rows.FAULT)
     _, calm = headless.render(scene("free", device=device), None, 20)
-    assert calm.control[headless.FAULT] == rig.NO_FAULT
+    assert calm.control[headless.FAULT] == arrays.NO_FAULT
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3, 1e-3, 0.25])

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.haptics import histogram
+from hapkit_studio.haptics import health
 
 
 def filled(lateness):
-    bins = histogram.new_histogram()
+    bins = health.new_histogram()
     for value in lateness:
-        histogram.add(bins, float(value))
+        health.add_lateness(bins, float(value))
     return bins
 
 
@@ -20,7 +20,7 @@ def width(us):
 @pytest.mark.parametrize("median", [5e-6, 40e-6, 2e-3, 20e-3])
 def test_percentiles_are_those_of_numpy(median, rng):
     lateness = median * np.exp(rng.normal(0.0, 0.4, 5000))
-    found = histogram.percentiles(filled(lateness))
+    found = health.lateness_percentiles(filled(lateness))
     for name, q in (("p50", 50.0), ("p99", 99.0), ("p99.9", 99.9), ("max", 100.0)):
         exact = 1e6 * np.percentile(lateness, q, method="inverted_cdf")
         assert exact <= found[name] <= exact + width(exact) * (1.0 + 1e-9)
@@ -33,13 +33,13 @@ def test_every_lateness_is_counted_in_its_bin():
     bins = filled(1e-6 * us)
     assert bins[-1] == 0
     np.testing.assert_array_equal(bins[:-1], 1)
-    np.testing.assert_allclose(histogram.EDGES_US[:-1] - us, [width(u) / 2.0 for u in us])
+    np.testing.assert_allclose(health.LATENESS_EDGES_US[:-1] - us, [width(u) / 2.0 for u in us])
 
 
 @pytest.mark.parametrize("lateness", [0.1, 5.0, np.inf, np.nan])
 def test_what_lies_beyond_is_counted_as_beyond(lateness):
     assert filled([lateness])[-1] == 1
-    assert histogram.percentiles(filled([1e-5, lateness]))["max"] == 100_000.0
+    assert health.lateness_percentiles(filled([1e-5, lateness]))["max"] == 100_000.0
 
 
 @pytest.mark.parametrize("lateness", [-1e-6, -5.0, 0.0])
@@ -48,4 +48,4 @@ def test_early_is_not_late(lateness):
 
 
 def test_nothing_counted_is_zero():
-    assert histogram.percentiles(histogram.new_histogram()) == {"p50": 0, "p99": 0, "p99.9": 0, "max": 0}
+    assert health.lateness_percentiles(health.new_histogram()) == {"p50": 0, "p99": 0, "p99.9": 0, "max": 0}

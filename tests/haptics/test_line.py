@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from hapkit_studio.haptics import line
+from hapkit_studio.haptics import link
 
 
 def test_a_frame_is_late_by_what_the_boards_clock_did_not_pass():
-    conn = line.new_line(1.0)
+    conn = link.new_link(1.0)
     lates = [
-        line.lateness(conn, *arrival)
+        link.lateness(conn, *arrival)
         # prompt, prompt, held up 3 ms, queued behind it, after a lost one but on time, a board that stood
         for arrival in [
             (50.0, 1.0),
@@ -27,15 +27,15 @@ def test_a_frame_is_late_by_what_the_boards_clock_did_not_pass():
 
 def passes(conn, start, count, apart):
     """Look so many times in a row whether the board is silent; return what was said."""
-    return [line.quiet(conn, start + k * apart) for k in range(1, count + 1)]
+    return [link.silent_too_long(conn, start + k * apart) for k in range(1, count + 1)]
 
 
 def heard():
     """Return a connection that got a frame at 54 s and looked then."""
-    conn = line.new_line(1.0)
-    line.lateness(conn, 54.0, 1.0)
-    line.quiet(conn, 54.0)
-    conn.numbers[line.QUIET] = 0.0
+    conn = link.new_link(1.0)
+    link.lateness(conn, 54.0, 1.0)
+    link.silent_too_long(conn, 54.0)
+    conn.numbers[link.QUIET] = 0.0
     return conn
 
 
@@ -46,10 +46,10 @@ def test_a_board_that_was_heard_is_gone_after_a_second_of_silence():
 
 
 def test_a_board_that_was_never_heard_is_not_gone():
-    assert not any(passes(line.new_line(1.0), 54.0, 60, 0.020))
+    assert not any(passes(link.new_link(1.0), 54.0, 60, 0.020))
 
 
 def test_a_computer_that_was_away_does_not_take_that_for_the_boards_silence():
     conn = heard()
-    assert not line.quiet(conn, 100.0)
-    assert conn.numbers[line.QUIET] == pytest.approx(0.040)
+    assert not link.silent_too_long(conn, 100.0)
+    assert conn.numbers[link.QUIET] == pytest.approx(0.040)

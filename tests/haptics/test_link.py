@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.stability import on_board
-from hapkit_studio.haptics import line, rig, rows, tick
+from hapkit_studio.haptics import arrays, link, rows, tick
 from hapkit_studio.protocol.messages import BoardFlag, Stop
 from tests.haptics.board_support import undisturbed as with_desk
 from tests.haptics.serial_support import read, sample, undisturbed
@@ -40,7 +40,7 @@ def told_late(board, reader, by, engine, most=600):
 @undisturbed(environment=CONSTANT)
 def test_a_link_slower_than_the_watchdog_stops_the_force_in_words(board, engine, reader):
     count = told_late(board, reader, 33, engine, 10_000)
-    assert engine.fault.code == rig.SLOW_LINK
+    assert engine.fault.code == arrays.SLOW_LINK
     assert engine.fault.text == "Fault: 34 ms from a sample to its force; the board obeys none after 25 ms."
     assert "Let the board render" in engine.fault.detail
     assert count >= 4
@@ -95,18 +95,18 @@ def test_silence_is_the_line_s_and_a_long_pass_the_computer_s(board, engine, rea
 @pytest.mark.parametrize(
     ("long", "looked", "answered", "cause"),
     [
-        (0, 9.985, 9.97, rig.NO_SAMPLE),
-        (0, 9.90, 9.89, rig.AWAY),
-        (0, 9.96, 9.97, rig.AWAY),
-        (20, 9.96, 9.97, rig.HELD_UP),
+        (0, 9.985, 9.97, arrays.NO_SAMPLE),
+        (0, 9.90, 9.89, arrays.AWAY),
+        (0, 9.96, 9.97, arrays.AWAY),
+        (20, 9.96, 9.97, arrays.HELD_UP),
     ],
 )
 def test_why_nothing_was_answered(long, looked, answered, cause):
-    bench, conn = Bench(CONSTANT), line.new_line(2e-5)
-    conn.numbers[line.LOOKED_AT], conn.numbers[line.LAST_ANSWER] = looked, answered
-    conn.words[line.STARTED], bench.r.word[rig.LONG] = 1, long
-    line.overslept(bench.r, conn, 10.0)
-    assert bench.r.control[rig.STALE_CAUSES + cause] == 1
+    bench, conn = Bench(CONSTANT), link.new_link(2e-5)
+    conn.numbers[link.LOOKED_AT], conn.numbers[link.LAST_ANSWER] = looked, answered
+    conn.words[link.STARTED], bench.r.word[arrays.LONG] = 1, long
+    link.note_gap(bench.r, conn, 10.0)
+    assert bench.r.control[arrays.STALE_CAUSES + cause] == 1
 
 
 def test_a_law_too_slow_for_its_rate_latches_and_a_busy_moment_does_not():
@@ -116,10 +116,10 @@ def test_a_law_too_slow_for_its_rate_latches_and_a_busy_moment_does_not():
         for _ in range(tick.MOST_LONG - 1):
             tick.note_time(bench.r, 1.3e-3)
         tick.note_time(bench.r, 0.2e-3)
-    assert bench.r.control[rig.FAULT] == rig.NO_FAULT
+    assert bench.r.control[arrays.FAULT] == arrays.NO_FAULT
     for _ in range(tick.MOST_LONG):
         tick.note_time(bench.r, 1.3e-3)
-    assert bench.r.control[rig.FAULT] == rig.SLOW_LAW
+    assert bench.r.control[arrays.FAULT] == arrays.SLOW_LAW
 
 
 @with_desk()
@@ -145,7 +145,7 @@ def test_a_motor_that_goes_off_while_the_board_renders_is_counted(desk):
 @with_desk(values={"stiffness": 100.0})
 def test_a_slow_link_is_none_for_the_board(desk):
     desk.run(5)
-    desk.engine.arrays.control[rig.FAULT] = rig.SLOW_LINK
+    desk.engine.arrays.control[arrays.FAULT] = arrays.SLOW_LINK
     assert desk.engine.board_refusal(wait=True) == ""
     desk.engine.set_where("board")
     desk.until(lambda: desk.engine.rendering == "board")

@@ -11,7 +11,7 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.terms import TERMS
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import batch, headless, rig, rows
+from hapkit_studio.haptics import arrays, headless, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.settings_writer import LoopSettings
 from tests.haptics.engine_support import read, rest
@@ -25,9 +25,9 @@ START = SimulatedHapkit(initial_position=0.0121, initial_velocity=0.1)
 def rendered(environment, device, count, loop=None):
     """Return the rows of a released handle, the force fading in as in a live loop."""
     r, body = headless.Scene(environment, environment.values(), device, loop or LoopSettings()).prepare()
-    r.real[rig.GAIN] = 0.0
-    out = batch.new_rows(count)
-    batch.run(r, body, np.zeros(3), np.zeros(count + 1), np.zeros(count, dtype=np.int64), out)
+    r.real[arrays.GAIN] = 0.0
+    out = headless.new_rows(count)
+    headless.run_batch(r, body, np.zeros(3), np.zeros(count + 1), np.zeros(count, dtype=np.int64), out)
     return out
 
 

@@ -9,7 +9,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed, hand_named
-from hapkit_studio.haptics import headless, observer, rig, rows
+from hapkit_studio.haptics import arrays, headless, passivity, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 from tests.haptics.support import CONSTANT, COUNTING, Bench
 
@@ -47,7 +47,7 @@ def test_the_energy_is_force_in_effect_over_the_true_way(delay):
     n = len(out)
     acting = (1.0 - share) * late[first : first + n - 1] + share * late[first - 1 : first + n - 2]
     given = np.sum(acting * np.diff(out[:, rows.TRUE_POSITION]))
-    assert watch[observer.GIVEN] == pytest.approx(given, rel=1e-9)
+    assert watch[passivity.GIVEN] == pytest.approx(given, rel=1e-9)
 
 
 def test_slow_ways_through_sensor_steps_give_nothing():
@@ -61,7 +61,7 @@ def test_slow_ways_through_sensor_steps_give_nothing():
     true = np.sum(out[:-1, rows.APPLIED] * np.diff(out[:, rows.TRUE_POSITION]))
     step = 20.7e-6 * np.abs(out[:, rows.APPLIED]).max()
     assert out[-1, rows.ENERGY] - true > 0.5 * 20 * step
-    assert abs(watch[observer.GIVEN]) < step
+    assert abs(watch[passivity.GIVEN]) < step
     assert not alarms(out)
 
 
@@ -74,7 +74,7 @@ def test_a_bounce_off_a_sampled_wall_gives_what_theory_says(stiffness):
         out, watch = rendered(headless.Scene(WALL, WALL.values({"stiffness": stiffness}), device), None, 0.2)
         assert out[-1, rows.TRUE_VELOCITY] < 0.0
         assert alarms(out)
-        found.append(watch[observer.GIVEN])
+        found.append(watch[passivity.GIVEN])
     brought = 0.5 * MASS * speed**2
     gain = math.exp(0.5 * math.pi * math.sqrt(stiffness / MASS) * PERIOD)
     assert (brought + np.mean(found)) / brought == pytest.approx(gain, rel=0.01)
@@ -88,7 +88,7 @@ def test_a_spring_stores_what_it_is_drawn_to(start):
     device = ideal(initial_position=start)
     values = SPRING.values({"stiffness": 300.0, "center": 0.0013})
     _, watch = rendered(headless.Scene(SPRING, values, device), Prescribed(lambda t: start), 0.2)
-    assert watch[observer.LIMIT] == pytest.approx(0.5 * 300.0 * (start - 0.0013) ** 2, rel=1e-9)
+    assert watch[passivity.LIMIT] == pytest.approx(0.5 * 300.0 * (start - 0.0013) ** 2, rel=1e-9)
 
 
 def test_the_motor_stores_no_more_than_it_can_push():
@@ -96,7 +96,7 @@ def test_the_motor_stores_no_more_than_it_can_push():
     values = SPRING.values({"stiffness": 600.0})
     _, watch = rendered(headless.Scene(SPRING, values, device), Prescribed(lambda t: 0.02), 0.2)
     stored = 3.0 * 0.015 + 0.5 * 600.0 * 0.005**2
-    assert watch[observer.LIMIT] == pytest.approx(stored, rel=1e-3)
+    assert watch[passivity.LIMIT] == pytest.approx(stored, rel=1e-3)
 
 
 def test_a_fall_from_a_hill_is_no_alarm():
@@ -155,7 +155,7 @@ def test_damping_of_long_ago_excuses_nothing():
 
 
 def given(bench):
-    return bench.r.watch[observer.GIVEN]
+    return bench.r.watch[passivity.GIVEN]
 
 
 def strokes(bench, count):
@@ -207,7 +207,7 @@ def test_begins_anew_when_a_stop_is_released_and_a_fault_cleared():
     out = strokes(bench, 200)
     assert not np.any(out[:30, rows.FLAGS].astype(int) & rows.ACTIVE)
     assert given(bench) > 0.1
-    bench.r.control[rig.FAULT] = rig.RUNAWAY
+    bench.r.control[arrays.FAULT] = arrays.RUNAWAY
     bench.tick(1e-3, 1.0)
     bench.clear_fault()
     bench.tick(1e-3)
@@ -218,7 +218,7 @@ def test_asks_the_law_without_moving_its_state():
     bench = Bench(COUNTING)
     counts = bench.ticks(0.2)[:, rows.STATE]
     np.testing.assert_array_equal(counts, np.arange(1.0, 201.0))
-    assert bench.r.word[rig.ASKED] > observer.CELLS
+    assert bench.r.word[arrays.ASKED] > passivity.CELLS
 
 
 @pytest.mark.parametrize("told", [True, False])

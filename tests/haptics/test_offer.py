@@ -6,8 +6,8 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import block, board_offer
-from hapkit_studio.haptics.board_offer import CLOCK, RATES, Offer, Wish, share
+from hapkit_studio.haptics import block, board_plan
+from hapkit_studio.haptics.board_plan import CLOCK, RATES, BoardPlanner, PlanRequest, share
 from hapkit_studio.haptics.settings_writer import Wanted
 from hapkit_studio.laws import law
 from hapkit_studio.laws.machine import FRAME, REST, REST_AT_MOST
@@ -31,17 +31,17 @@ def powers(p, s, x, v, dt):
 SLOW = Environment("slow", "Powers", "", (), powers)
 
 
-def offer(arena=ARENA):
-    return Offer(arena, KIT)
+def planner(arena=ARENA):
+    return BoardPlanner(arena, KIT)
 
 
-def wish(environment=SPRING, rate=None, **values):
-    return Wish(environment, environment.values(values), rate=rate)
+def request(environment=SPRING, rate=None, **values):
+    return PlanRequest(environment, environment.values(values), rate=rate)
 
 
 def test_a_law_is_rendered_as_fast_as_its_cycles_allow():
     for environment in environments.discover().values():
-        found = offer(4096).answer(wish(environment))
+        found = planner(4096).plan(request(environment))
         if isinstance(found, str):
             continue
         usual, most = found.program.usual + REST, found.program.most + REST_AT_MOST
@@ -54,22 +54,22 @@ def test_a_law_is_rendered_as_fast_as_its_cycles_allow():
 
 
 def test_a_wish_slows_it_and_never_makes_it_faster():
-    fastest = offer().way(wish()).rate
-    assert offer().way(wish(rate=500)).rate == 500
-    assert offer().way(wish(rate=4000)).rate == fastest
+    fastest = planner().require(request()).rate
+    assert planner().require(request(rate=500)).rate == 500
+    assert planner().require(request(rate=4000)).rate == fastest
 
 
 def test_what_is_too_long_says_by_how_much():
-    size = offer().way(wish()).program.size
-    assert offer(size).refusal(SPRING, SPRING.values()) == ""
+    size = planner().require(request()).program.size
+    assert planner(size).refusal(SPRING, SPRING.values()) == ""
     words = f"{SPRING.title} needs {size} bytes, the board has {size - 1}."
-    assert offer(size - 1).refusal(SPRING, SPRING.values()) == words
+    assert planner(size - 1).refusal(SPRING, SPRING.values()) == words
     with pytest.raises(ParameterError, match="needs"):
-        offer(size - 1).way(wish())
+        planner(size - 1).require(request())
 
 
 def test_what_is_too_slow_says_how_fast_it_could_be():
-    words = offer().refusal(SLOW, {})
+    words = planner().refusal(SLOW, {})
     assert words.startswith("Powers takes ")
     assert " cycles on the board: " in words
     assert words.endswith(" Hz at most, and its slowest rate is 500 Hz.")
@@ -77,31 +77,35 @@ def test_what_is_too_slow_says_how_fast_it_could_be():
 
 
 def test_numbers_are_written_with_the_digits_that_matter_and_never_rounded_up():
-    assert [board_offer._digits(v, 2) for v in (14_321, 499.9, 95.1, 7.2)] == [14_000, 490, 95, 7]
+    assert [board_plan._digits(v, 2) for v in (14_321, 499.9, 95.1, 7.2)] == [14_000, 490, 95, 7]
 
 
 def test_the_answer_is_worked_out_once():
-    made = offer()
-    assert made.known(wish()) is None
-    found = made.answer(wish())
-    assert made.known(wish()) is found
-    assert made.known(wish(stiffness=90.0)) is None
-    assert made.known(wish(rate=500)) is None
+    made = planner()
+    assert made.known(request()) is None
+    found = made.plan(request())
+    assert made.known(request()) is found
+    assert made.known(request(stiffness=90.0)) is None
+    assert made.known(request(rate=500)) is None
     for stiffness in range(100, 200):
-        made.answer(wish(stiffness=float(stiffness)))
-    assert made.known(wish()) is None  # what is old is forgotten
+        made.plan(request(stiffness=float(stiffness)))
+    assert made.known(request()) is None  # what is old is forgotten
 
 
 def test_only_constants_make_no_other_form():
-    made = offer()
-    first, stiffer = made.way(wish()), made.way(wish(stiffness=90.0))
+    made = planner()
+    first, stiffer = made.require(request()), made.require(request(stiffness=90.0))
     assert (stiffer.form, stiffer.number != first.number) == (first.form, True)
-    others = (wish(rate=500), wish(environments.named("wall")), Wish(SPRING, SPRING.values(), "kalman"))
-    assert len({made.way(w).form for w in others} | {first.form}) == 4
+    others = (
+        request(rate=500),
+        request(environments.named("wall")),
+        PlanRequest(SPRING, SPRING.values(), "kalman"),
+    )
+    assert len({made.require(w).form for w in others} | {first.form}) == 4
 
 
 def test_the_block_holds_what_is_sent():
-    way = offer().way(wish(CONSTANT))
+    way = planner().require(request(CONSTANT))
     _, words, program = Wanted(CONSTANT, CONSTANT.values(), board=way).encode()
     data = way.program.data
     assert program.astype("<i8").tobytes()[: len(data)] == data
@@ -120,9 +124,9 @@ def test_without_a_board_there_is_no_law_in_the_block():
 
 
 def test_why_a_board_refuses_is_said():
-    assert board_offer.refused(1) == "The board has no room for this law. The computer renders."
-    assert board_offer.refused(4) == "The board refuses this law (jump). The computer renders."
-    assert board_offer.refused(77) == "The board refuses this law (reason 77). The computer renders."
+    assert board_plan.refusal_text(1) == "The board has no room for this law. The computer renders."
+    assert board_plan.refusal_text(4) == "The board refuses this law (jump). The computer renders."
+    assert board_plan.refusal_text(77) == "The board refuses this law (reason 77). The computer renders."
 
 
 @pytest.mark.parametrize(

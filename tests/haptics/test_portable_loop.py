@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.haptics import drivers, histogram, line, portable_loop, rig, ring, rows
+from hapkit_studio.haptics import arrays, drivers, health, link, rows, serial_loop
 from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import Force
 from tests.haptics.serial_support import QUANTUM, SteppedBoard, connector, played, sample, stream
@@ -112,12 +112,12 @@ class Port:
 
 def run(port):
     bench = Bench(CONSTANT, full=False)
-    loop = portable_loop.PortableLoop(line.new_line(QUANTUM), port.read, port.write)
-    out = ring.new_ring(bench.r.control, 1024)
-    reader = ring.RingReader(out)
-    loop.run(bench.r, out, histogram.new_histogram())
-    assert bench.r.control[rig.FAULT] == rig.DEVICE_GONE
-    assert bench.r.control[rig.DONE] == 1
+    loop = serial_loop.PortableLoop(link.new_link(QUANTUM), port.read, port.write)
+    out = rows.new_ring(bench.r.control, 1024)
+    reader = rows.RingReader(out)
+    loop.run(bench.r, out, health.new_histogram())
+    assert bench.r.control[arrays.FAULT] == arrays.DEVICE_GONE
+    assert bench.r.control[arrays.DONE] == 1
     return reader.read(), Decoder().feed(port.written)
 
 
@@ -134,12 +134,12 @@ def test_a_port_that_takes_nothing_ends_the_loop():
 
 
 def test_more_than_a_buffer_at_once_is_read():
-    count = 2 * line.CHUNK // len(sample(300, 1000))
+    count = 2 * link.CHUNK // len(sample(300, 1000))
     out, _ = run(Port(b"".join(sample(k, 1000) for k in range(count))))
     np.testing.assert_allclose(out[:, rows.BOARD_TIME], 1e-3 * np.arange(count), atol=1e-9)
 
 
 def test_warming_up_leaves_nothing_behind():
-    portable_loop.warm_up()
+    serial_loop.warm_up()
     out, _ = run(Port(sample(0, 1000)))
     assert len(out) == 1

@@ -11,7 +11,7 @@ import threading
 import pytest
 from numba import njit
 
-from hapkit_studio.haptics import clib, priority, realtime_macos, realtime_windows, sleep
+from hapkit_studio.haptics import clib, clock, priority, realtime_macos, realtime_windows
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="the Linux side")
 if sys.platform == "linux":
@@ -138,8 +138,8 @@ def test_realtime_kit_is_asked_with_its_limits(tmp_path, granted):
 def test_thread_that_never_blocks_is_demoted_without_python():
     @njit(nogil=True)
     def spin(seconds):
-        end = sleep.now() + seconds
-        while sleep.now() < end:
+        end = clock.now() + seconds
+        while clock.now() < end:
             pass
 
     spin(0.0)

@@ -9,10 +9,10 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
-from hapkit_studio.haptics import batch, headless, probe, rows
+from hapkit_studio.haptics import headless, rows, survey
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
-EVERY = probe.Limits(math.inf, probe.NEVER_STILL, probe.NEVER_FAINT, probe.NEVER_SMALL)
+EVERY = survey.Limits(math.inf, survey.NEVER_STILL, survey.NEVER_FAINT, survey.NEVER_SMALL)
 PART = 40
 # stiffness, damping, centre: one that diverges, one that rests, one in between
 NUMBERS = np.array([[30_000.0, 0.0, 0.0], [900.0, 4.0, -1e-5], [5000.0, 1.0, 2e-4], [900.0, 4.0, -1e-5]])
@@ -30,46 +30,46 @@ def scene_of(device: SimulatedHapkit, loop: LoopSettings, numbers=(0.0, 0.0, 0.0
     return headless.Scene(environments.named("spring"), values, device, loop)
 
 
-def cells(weights: float = 0.0, part: int = PART) -> probe.Cells:
+def cells(weights: float = 0.0, part: int = PART) -> survey.Cells:
     many = len(STARTS)
-    return probe.Cells(NUMBERS, STARTS, np.full(many, part), np.full(many, weights))
+    return survey.Cells(NUMBERS, STARTS, np.full(many, part), np.full(many, weights))
 
 
 def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int) -> np.ndarray:
-    """Return the rows of one cell, rendered by the batch in a rig of its own."""
+    """Return the rows of one cell, rendered by the batch in arrays of its own."""
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
     scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
-    return headless.render(scene, hand, probe.PARTS * PART)[0]
+    return headless.render(scene, hand, survey.PARTS * PART)[0]
 
 
 @pytest.mark.parametrize(("device", "loop", "grip"), SCENES)
 def test_every_run_is_the_batch_s_bit_for_bit(device, loop, grip):
-    found = probe.survey(scene_of(device, loop), grip, cells(123.0), EVERY)
-    assert (found.ends == probe.WHOLE).all()
+    found = survey.survey(scene_of(device, loop), grip, cells(123.0), EVERY)
+    assert (found.ends == survey.COMPLETED).all()
     for i in range(len(STARTS)):
         out = by_batch(device, loop, grip, i)
-        x, v = (out[:, c].reshape(probe.PARTS, PART) for c in (rows.TRUE_POSITION, rows.TRUE_VELOCITY))
-        assert (found.parts[i, :, probe.LOW] == x.min(axis=1)).all()
-        assert (found.parts[i, :, probe.HIGH] == x.max(axis=1)).all()
+        x, v = (out[:, c].reshape(survey.PARTS, PART) for c in (rows.TRUE_POSITION, rows.TRUE_VELOCITY))
+        assert (found.parts[i, :, survey.LOW] == x.min(axis=1)).all()
+        assert (found.parts[i, :, survey.HIGH] == x.max(axis=1)).all()
         pull = np.diff(v.ravel(), prepend=0.0).reshape(v.shape) * loop.rate
         power = (pull**2 + (123.0 * v) ** 2).sum(axis=1)
-        assert found.parts[i, :, probe.POWER] == pytest.approx(power, rel=1e-12)
+        assert found.parts[i, :, survey.POWER] == pytest.approx(power, rel=1e-12)
 
 
 def render_nothing(r, body, flat, made) -> None:
-    """Bring a rig and a plant back to the start of a cell without samples."""
-    none = probe.Cells(np.zeros((1, 3)), np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1))
-    found = probe.Found(np.zeros((1, probe.PARTS, 3)), *np.zeros((2, 1), dtype=np.int64))
-    probe.run(r, body, flat, made, np.zeros(3), none, EVERY, np.zeros(rows.ROW_WIDTH), found)
+    """Bring arrays and a plant back to the start of a cell without samples."""
+    none = survey.Cells(np.zeros((1, 3)), np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1))
+    found = survey.Found(np.zeros((1, survey.PARTS, 3)), *np.zeros((2, 1), dtype=np.int64))
+    survey.run(r, body, flat, made, np.zeros(3), none, EVERY, np.zeros(rows.ROW_WIDTH), found)
 
 
 def test_a_rig_brought_back_is_a_new_one():
-    """Every array of rig and plant, after a hand and an over-speed fault, is as the scene made it."""
+    """Every array of loop and plant, after a hand and an over-speed fault, is as the scene made it."""
     scene = replace(scene_of(*SCENES[2][:2]), max_speed=1e-9)
-    r, body, flat = probe.packed(*scene.prepare())
-    new, still, new_flat = probe.packed(*scene.prepare())
-    made = probe.Flat(*(array.copy() for array in flat))
-    batch.run(r, body, np.array([0.1, 1.0, 9.0]), np.ones(301), np.ones(300), batch.new_rows(300))
+    r, body, flat = survey.packed(*scene.prepare())
+    new, still, new_flat = survey.packed(*scene.prepare())
+    made = survey.Flat(*(array.copy() for array in flat))
+    headless.run_batch(r, body, np.array([0.1, 1.0, 9.0]), np.ones(301), np.ones(300), headless.new_rows(300))
     assert r.control[headless.FAULT] != 0
     render_nothing(r, body, flat, made)
     render_nothing(new, still, new_flat, made)
@@ -82,8 +82,8 @@ def test_a_rig_brought_back_is_a_new_one():
 def test_what_goes_too_far_ends_there():
     limits = EVERY._replace(far=0.05)
     device, loop, grip = SCENES[0]
-    found = probe.survey(scene_of(device, loop), grip, cells(), limits)
-    assert found.ends[0] == probe.LOST
+    found = survey.survey(scene_of(device, loop), grip, cells(), limits)
+    assert found.ends[0] == survey.LEFT_RANGE
     beyond = np.flatnonzero(np.abs(by_batch(device, loop, grip, 0)[:, rows.TRUE_POSITION]) > 0.05)
     assert found.samples[0] == beyond[0] + 1
     assert (found.parts[0, found.samples[0] // PART + 1 :] == 0.0).all()
@@ -92,9 +92,9 @@ def test_what_goes_too_far_ends_there():
 def test_what_friction_holds_ends_once_it_has_not_moved_for_long_enough():
     limits = EVERY._replace(still=50)
     device, loop, grip = SCENES[0]
-    found = probe.survey(scene_of(device, loop), grip, cells(part=200), limits)
-    assert found.ends[1] == probe.STILL
-    speed = by_batch_longer(device, loop, 1, probe.PARTS * 200)[:, rows.TRUE_VELOCITY]
+    found = survey.survey(scene_of(device, loop), grip, cells(part=200), limits)
+    assert found.ends[1] == survey.SETTLED
+    speed = by_batch_longer(device, loop, 1, survey.PARTS * 200)[:, rows.TRUE_VELOCITY]
     stopped = np.flatnonzero(speed != 0.0)[-1] + 1
     assert found.samples[1] == stopped + 51
 
@@ -109,11 +109,11 @@ def test_what_has_died_out_and_what_stays_steady_end_early():
     device = SimulatedHapkit(0.05, 0.0, 0.0, 0.0, math.inf)
     hold = Grip(0.0, 0.0, 0.05 * (2.0 * math.pi * 50.0) ** 2)  # 50 Hz: 20 samples a turn, 2 turns a part
     scene = scene_of(device, LoopSettings())
-    one = probe.Cells(np.zeros((1, 3)), np.array([1e-4]), np.array([PART]), np.zeros(1))
-    found = probe.survey(scene, hold, one, EVERY._replace(small=2.1e-4))
-    assert (found.ends[0], found.samples[0]) == (probe.STEADY, 3 * PART)
-    assert probe.survey(scene, hold, one, EVERY._replace(small=1.9e-4)).ends[0] == probe.WHOLE
+    one = survey.Cells(np.zeros((1, 3)), np.array([1e-4]), np.array([PART]), np.zeros(1))
+    found = survey.survey(scene, hold, one, EVERY._replace(small=2.1e-4))
+    assert (found.ends[0], found.samples[0]) == (survey.STEADY, 3 * PART)
+    assert survey.survey(scene, hold, one, EVERY._replace(small=1.9e-4)).ends[0] == survey.COMPLETED
     damped = replace(hold, damping=2.0)  # 20 1/s, so e^-0.8 a part
-    found = probe.survey(scene, damped, one, EVERY._replace(faint=1e-6))
-    assert found.ends[0] == probe.FAINT
+    found = survey.survey(scene, damped, one, EVERY._replace(faint=1e-6))
+    assert found.ends[0] == survey.DIED_OUT
     assert found.samples[0] == pytest.approx(math.log(100.0) / 20.0 * 1000.0 + PART, abs=PART)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.haptics import rig, ring, rows
+from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.fences import load_acquire, store_release
 
 
@@ -14,30 +14,30 @@ from hapkit_studio.haptics.fences import load_acquire, store_release
 def write(out, first, count):
     """Publish rows whose every number is their own."""
     for k in range(first, first + count):
-        row = out.rows[ring.next_index(out)]
+        row = out.rows[rows.next_index(out)]
         for i in range(rows.ROW_WIDTH):
             row[i] = k
-        ring.publish(out)
+        rows.publish(out)
 
 
 @compiled
 def write_on(out, pause):
     """Publish rows until told to stop, with rests of up to pause looks at the word between."""
     k = 0
-    while load_acquire(out.control, rig.QUIT) == 0:
+    while load_acquire(out.control, arrays.QUIT) == 0:
         write(out, k, 1)
         k += 1
         for _ in range(k * 37 % pause):
-            load_acquire(out.control, rig.QUIT)
+            load_acquire(out.control, arrays.QUIT)
 
 
 def new_ring(capacity=64):
-    return ring.new_ring(np.zeros(rig.CONTROL, dtype=np.int64), capacity)
+    return rows.new_ring(np.zeros(arrays.CONTROL, dtype=np.int64), capacity)
 
 
 def test_rows_come_once_and_in_order_round_and_round():
     out = new_ring()
-    reader = ring.RingReader(out)
+    reader = rows.RingReader(out)
     seen, at = [], 0
     for count in (0, 1, 5, 63, 62, 30, 33, 1, 63):
         write(out, at, count)
@@ -51,7 +51,7 @@ def test_rows_come_once_and_in_order_round_and_round():
 @pytest.mark.parametrize("count", [64, 65, 100, 1000])
 def test_an_overrun_is_counted(count):
     out = new_ring()
-    reader = ring.RingReader(out)
+    reader = rows.RingReader(out)
     write(out, 0, count)
     found = reader.read()[:, 0]
     np.testing.assert_array_equal(found, np.arange(count - 63, count))
@@ -63,9 +63,9 @@ def test_an_overrun_is_counted(count):
 
 def test_each_reader_has_its_own_cursor():
     out = new_ring()
-    early = ring.RingReader(out)
+    early = rows.RingReader(out)
     write(out, 0, 5)
-    late = ring.RingReader(out)
+    late = rows.RingReader(out)
     write(out, 5, 5)
     assert len(late.read()) == 5
     assert len(early.read()) == 10
@@ -74,7 +74,7 @@ def test_each_reader_has_its_own_cursor():
 
 def test_what_was_read_does_not_change_any_more():
     out = new_ring()
-    reader = ring.RingReader(out)
+    reader = rows.RingReader(out)
     write(out, 0, 10)
     block = reader.read()
     write(out, 10, 100)
@@ -84,20 +84,20 @@ def test_what_was_read_does_not_change_any_more():
 @pytest.mark.parametrize(("capacity", "pause"), [(64, 10), (256, 300), (4096, 300)])
 def test_a_writer_that_never_rests(capacity, pause):
     out = new_ring(capacity)
-    out.control[rig.QUIT] = 1
+    out.control[arrays.QUIT] = 1
     write_on(out, pause)
-    out.control[rig.QUIT] = 0
-    reader = ring.RingReader(out)
+    out.control[arrays.QUIT] = 0
+    reader = rows.RingReader(out)
     writer = threading.Thread(target=write_on, args=(out, pause))
     writer.start()
     blocks = []
     while sum(len(block) > 0 for block in blocks) < 60:
         blocks.append(reader.read())
-    store_release(out.control, rig.QUIT, 1)
+    store_release(out.control, arrays.QUIT, 1)
     writer.join()
     blocks.append(reader.read())
     found = np.concatenate(blocks)
-    assert len(found) + reader.lost == out.control[rig.HEAD]
+    assert len(found) + reader.lost == out.control[arrays.HEAD]
     assert np.all(np.diff(found[:, 0]) > 0.0)
     np.testing.assert_array_equal(found[:, 1:], np.repeat(found[:, :1], rows.ROW_WIDTH - 1, axis=1))
 
@@ -105,13 +105,13 @@ def test_a_writer_that_never_rests(capacity, pause):
 def test_a_reader_goes_back_to_what_is_kept():
     out = new_ring()
     write(out, 0, 40)
-    reader = ring.RingReader(out)
+    reader = rows.RingReader(out)
     reader.rewind(10)
     np.testing.assert_array_equal(reader.read()[:, 0], np.arange(30, 40))
     reader.rewind(1000)
     np.testing.assert_array_equal(reader.read()[:, 0], np.arange(40))
     write(out, 40, 200)
-    reader = ring.RingReader(out)
+    reader = rows.RingReader(out)
     reader.rewind(1000)
     np.testing.assert_array_equal(reader.read()[:, 0], np.arange(240 - 63, 240))
     assert reader.lost == 0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.haptics import block, rig, rows, tick
+from hapkit_studio.haptics import arrays, block, rows, tick
 from tests.haptics.support import BROKEN, CONSTANT, Bench
 
 FADED_IN = np.arange(1, 31) / 30.0
@@ -14,17 +14,17 @@ def applied(out):
 
 
 def latched(bench):
-    return int(bench.r.control[rig.FAULT])
+    return int(bench.r.control[arrays.FAULT])
 
 
 @pytest.mark.parametrize(
     ("how", "code"),
     [
-        ("nan", rig.NOT_A_NUMBER),
-        ("inf", rig.NOT_A_NUMBER),
-        ("minus inf", rig.NOT_A_NUMBER),
-        ("index", rig.LAW_INDEX),
-        ("fuel", rig.LAW_FUEL),
+        ("nan", arrays.NOT_A_NUMBER),
+        ("inf", arrays.NOT_A_NUMBER),
+        ("minus inf", arrays.NOT_A_NUMBER),
+        ("index", arrays.LAW_INDEX),
+        ("fuel", arrays.LAW_FUEL),
     ],
 )
 def test_a_law_that_fails_stops_the_force_until_cleared(how, code):
@@ -53,7 +53,7 @@ def test_a_law_that_goes_on_failing_latches_again_at_once(how):
         row = bench.tick(0.0055)
         assert row[rows.APPLIED] == 0.0
         assert row[rows.FLAGS] == rows.FAULT
-        assert latched(bench) != rig.NO_FAULT
+        assert latched(bench) != arrays.NO_FAULT
 
 
 def test_a_failing_law_on_its_way_out_stops_the_force_too():
@@ -62,7 +62,7 @@ def test_a_failing_law_on_its_way_out_stops_the_force_too():
     bench.set(CONSTANT)
     bench.ticks(0.01)
     assert bench.tick(0.0055)[rows.APPLIED] == 0.0
-    assert latched(bench) == rig.NOT_A_NUMBER
+    assert latched(bench) == arrays.NOT_A_NUMBER
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -72,7 +72,7 @@ def test_over_speed_latches_in_the_row_that_shows_it(sign):
     row = bench.tick(0.0060 * sign)
     assert abs(row[rows.VELOCITY]) == pytest.approx(3.1)
     assert row[rows.APPLIED] == 0.0
-    assert latched(bench) == rig.OVER_SPEED
+    assert latched(bench) == arrays.OVER_SPEED
     assert not applied(bench.run(np.full(100, 0.006 * sign))).any()
 
 
@@ -81,7 +81,7 @@ def test_the_first_fault_keeps_its_reason():
     bench.tick(0.0)
     bench.tick(0.0055)
     bench.tick(0.0)
-    assert latched(bench) == rig.NOT_A_NUMBER
+    assert latched(bench) == arrays.NOT_A_NUMBER
 
 
 def test_clearing_without_a_fault_changes_nothing():
@@ -109,19 +109,19 @@ def test_a_restart_keeps_stop_and_fault_but_not_a_gone_device():
     bench = Bench(CONSTANT, max_speed=3.0)
     bench.run([0.0, 0.005])
     bench.stop()
-    rig.restart(bench.r, 0.0)
-    assert latched(bench) == rig.OVER_SPEED
-    assert bench.r.real[rig.FAULT_VALUE] == pytest.approx(5.0)
+    arrays.restart(bench.r, 0.0)
+    assert latched(bench) == arrays.OVER_SPEED
+    assert bench.r.real[arrays.FAULT_VALUE] == pytest.approx(5.0)
     assert bench.tick()[rows.FLAGS] == rows.STOPPED | rows.FAULT
-    bench.r.control[rig.FAULT] = rig.DEVICE_GONE
+    bench.r.control[arrays.FAULT] = arrays.DEVICE_GONE
     bench.stop(False)
-    rig.restart(bench.r, 0.0)
+    arrays.restart(bench.r, 0.0)
     np.testing.assert_allclose(applied(bench.ticks(0.03)), FADED_IN, rtol=1e-9)
 
 
 def test_force_holds_at_zero_after_connecting():
     bench = Bench(CONSTANT)
-    rig.restart(bench.r, 0.5)
+    arrays.restart(bench.r, 0.5)
     out = bench.ticks(0.54)
     held = np.count_nonzero(applied(out) == 0.0)
     assert held in (500, 501)
@@ -141,27 +141,27 @@ def recovered(out):
 def test_a_silent_sensor_recovers_by_itself_after_100_ms():
     bench = Bench(CONSTANT)
     bench.tick()
-    tick.mark_stale(bench.r, 100.0, rig.NO_SAMPLE)
-    assert bench.r.real[rig.APPLIED] == 0.0
+    tick.mark_stale(bench.r, 100.0, arrays.NO_SAMPLE)
+    assert bench.r.real[arrays.APPLIED] == 0.0
     assert recovered(bench.ticks(0.2)) in (100, 101)
-    assert bench.r.control[rig.STALE_COUNT] == 1
-    assert latched(bench) == rig.NO_FAULT
+    assert bench.r.control[arrays.STALE_COUNT] == 1
+    assert latched(bench) == arrays.NO_FAULT
 
 
 def test_frames_that_trickle_are_no_recovery():
     bench = Bench(CONSTANT)
     bench.tick()
     for k in range(20):
-        tick.mark_stale(bench.r, 100.0 + 0.025 * k, rig.NO_SAMPLE)
+        tick.mark_stale(bench.r, 100.0 + 0.025 * k, arrays.NO_SAMPLE)
         assert bench.tick(period=0.025)[rows.APPLIED] == 0.0
-    assert bench.r.control[rig.STALE_COUNT] == 1
+    assert bench.r.control[arrays.STALE_COUNT] == 1
     assert recovered(bench.ticks(0.2)) in (99, 100)
 
 
 def test_lost_frames_are_not_good_frames():
     bench = Bench(CONSTANT)
     bench.tick()
-    tick.mark_stale(bench.r, 100.0, rig.NO_SAMPLE)
+    tick.mark_stale(bench.r, 100.0, arrays.NO_SAMPLE)
     bench.tick(period=0.151)
     assert recovered(bench.ticks(0.2)) in (99, 100)
 
@@ -184,12 +184,12 @@ def test_three_silences_in_ten_seconds_latch(times, latches):
     bench = Bench(CONSTANT)
     bench.tick()
     for k, when in enumerate(times):
-        assert latched(bench) == rig.NO_FAULT
-        tick.mark_stale(bench.r, 100.0 + when, rig.NO_SAMPLE)
+        assert latched(bench) == arrays.NO_FAULT
+        tick.mark_stale(bench.r, 100.0 + when, arrays.NO_SAMPLE)
         last = k == len(times) - 1
-        assert latched(bench) == (rig.STALE_SENSOR if latches and last else rig.NO_FAULT)
+        assert latched(bench) == (arrays.STALE_SENSOR if latches and last else arrays.NO_FAULT)
         out = bench.ticks(0.15)
-    assert bench.r.control[rig.STALE_COUNT] == len(times)
+    assert bench.r.control[arrays.STALE_COUNT] == len(times)
     assert bool(applied(out)[-1]) is not latches
 
 

@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from hapkit_studio.haptics import histogram, line, rig, ring, rows, serial_loop, sleep
+from hapkit_studio.haptics import arrays, clock, health, link, rows, serial_loop
 from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import Force
 from tests.haptics.serial_support import QUANTUM, sample
@@ -30,9 +30,9 @@ class Direct:
         self.bench, self.r = bench, bench.r
         self.near, self.far = socket.socketpair()
         self.near.setblocking(False)
-        self.late = histogram.new_histogram()
-        self.out = ring.new_ring(self.r.control, 1024)
-        self.conn = line.new_line(QUANTUM)
+        self.late = health.new_histogram()
+        self.out = rows.new_ring(self.r.control, 1024)
+        self.conn = link.new_link(QUANTUM)
         self.thread = threading.Thread(target=self.run, args=(self.near.fileno(),))
 
     def run(self, fd):
@@ -54,7 +54,7 @@ class Direct:
 def direct():
     made = Direct()
     yield made
-    made.r.control[rig.QUIT] = 1
+    made.r.control[arrays.QUIT] = 1
     if made.thread.ident:
         made.thread.join(PATIENCE)
     made.near.close()
@@ -63,7 +63,7 @@ def direct():
 
 def push(direct):
     """Start the loop and feed it samples until it pushes."""
-    reader = ring.RingReader(direct.out)
+    reader = rows.RingReader(direct.out)
     direct.thread.start()
     seq = itertools.count()
 
@@ -83,27 +83,27 @@ def test_the_last_act_is_a_zero_command_when_the_line_ends(direct):
     sent = direct.forces()
     assert sent[-1] == Force(0, 0, 0.0)
     assert any(f.force > 0.5 for f in sent)
-    assert direct.r.control[rig.FAULT] == rig.DEVICE_GONE
+    assert direct.r.control[arrays.FAULT] == arrays.DEVICE_GONE
 
 
 def test_the_last_act_is_a_zero_command_when_told_to_quit(direct):
     push(direct)
-    direct.r.control[rig.QUIT] = 1
+    direct.r.control[arrays.QUIT] = 1
     direct.thread.join(PATIENCE)
     assert direct.forces()[-1] == Force(0, 0, 0.0)
-    assert direct.r.control[rig.FAULT] == rig.NO_FAULT
+    assert direct.r.control[arrays.FAULT] == arrays.NO_FAULT
 
 
 def test_a_closed_descriptor_ends_the_loop(direct):
     fd = os.dup(direct.near.fileno())
     os.close(fd)
     direct.run(fd)
-    assert direct.r.control[rig.FAULT] == rig.DEVICE_GONE
-    assert direct.r.control[rig.DONE] == 1
+    assert direct.r.control[arrays.FAULT] == arrays.DEVICE_GONE
+    assert direct.r.control[arrays.DONE] == 1
 
 
 def test_a_silent_line_costs_next_to_nothing(direct):
-    reader = ring.RingReader(direct.out)
+    reader = rows.RingReader(direct.out)
     direct.thread.start()
     direct.far.send(sample(0, 1000))
     wait_until(lambda: len(reader.read()))  # it is compiled
@@ -122,7 +122,7 @@ def test_a_pulled_pseudo_terminal_leaves_the_processor_idle(direct):
     thread.join(PATIENCE)
     assert not thread.is_alive()
     assert time.process_time() - used < 0.5
-    assert direct.r.control[rig.FAULT] == rig.DEVICE_GONE
+    assert direct.r.control[arrays.FAULT] == arrays.DEVICE_GONE
     os.close(fds[1])
 
 
@@ -131,12 +131,12 @@ def test_a_machine_that_keeps_up_again_can_be_cleared(direct):
     control, most = direct.r.control, serial_loop.MOST_PASSES_WITHOUT_WAITING
     passes = most + 1
     for _ in range(3):
-        passes = serial_loop.hold_back(direct.r, sleep.now(), passes) + 1
-        assert control[rig.FAULT] == rig.RUNAWAY
+        passes = serial_loop.hold_back(direct.r, clock.now(), passes) + 1
+        assert control[arrays.FAULT] == arrays.RUNAWAY
     assert passes == most + 4
-    control[rig.FAULT] = rig.NO_FAULT
-    assert serial_loop.hold_back(direct.r, sleep.now(), passes) == 0
-    assert control[rig.FAULT] == rig.NO_FAULT
+    control[arrays.FAULT] = arrays.NO_FAULT
+    assert serial_loop.hold_back(direct.r, clock.now(), passes) == 0
+    assert control[arrays.FAULT] == arrays.NO_FAULT
 
 
 def test_a_flood_of_garbage_is_demoted_and_latched(direct, rng):
@@ -161,7 +161,7 @@ def test_a_flood_of_garbage_is_demoted_and_latched(direct, rng):
     direct.thread = threading.Thread(target=run, args=(direct.near.fileno(),))
     flooder.start()
     direct.thread.start()
-    wait_until(lambda: direct.r.control[rig.FAULT] == rig.RUNAWAY)
+    wait_until(lambda: direct.r.control[arrays.FAULT] == arrays.RUNAWAY)
     wait_until(lambda: os.sched_getscheduler(direct.tid) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER)
     before, start = cpu_seconds(direct.thread), time.monotonic()
     time.sleep(0.3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import line, rig, rows
+from hapkit_studio.haptics import arrays, link, rows
 from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Stop
 from tests.haptics.serial_support import QUANTUM, read, sample, undisturbed
 from tests.haptics.support import CONSTANT
@@ -138,7 +138,7 @@ def test_a_silent_board_gets_zero_and_comes_back_with_a_fade(board, engine, read
 def test_a_computer_that_slept_comes_back_with_a_fade(board, engine, reader):
     board.say(b"".join(sample(k, 1000) for k in range(40)))
     read(reader, 40)
-    engine._driver.conn.numbers[line.LAST_ANSWER] -= 0.2
+    engine._driver.conn.numbers[link.LAST_ANSWER] -= 0.2
     board.say(b"".join(sample(40 + k, 1000) for k in range(90)))
     out = read(reader, 90)
     assert out[-1, rows.APPLIED] == 0.0
@@ -151,7 +151,7 @@ def test_a_board_that_is_pulled_ends_the_loop_in_words(board, engine, reader):
     read(reader, 40)
     board.unplug()
     wait_until(lambda: not engine.health().running)
-    assert engine.fault.code == rig.DEVICE_GONE
+    assert engine.fault.code == arrays.DEVICE_GONE
     assert not engine.health().connected
-    assert engine.arrays.control[rig.DONE] == 1
+    assert engine.arrays.control[arrays.DONE] == 1
     engine.close()

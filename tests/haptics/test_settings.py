@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.haptics import block, rig, rows, settings
+from hapkit_studio.haptics import arrays, block, rows, transitions
 from tests.haptics.support import CONSTANT, COUNTING, FADE, Bench
 
 
@@ -127,12 +127,12 @@ def test_random_changes_never_step_the_force(rate):
 def test_settings_are_accepted_once_in_force():
     bench = Bench(CONSTANT, level(1.0), generation=7)
     bench.tick()
-    assert bench.r.control[rig.ACCEPTED] == 7
+    assert bench.r.control[arrays.ACCEPTED] == 7
     bench.set(COUNTING, generation=8)
     bench.ticks(0.029)
-    assert bench.r.control[rig.ACCEPTED] == 7
+    assert bench.r.control[arrays.ACCEPTED] == 7
     bench.ticks(0.002)
-    assert bench.r.control[rig.ACCEPTED] == 8
+    assert bench.r.control[arrays.ACCEPTED] == 8
 
 
 def test_a_block_in_writing_is_left_for_the_next_tick():
@@ -152,7 +152,7 @@ def test_a_block_in_writing_is_left_for_the_next_tick():
 def test_what_rounding_leaves_is_done():
     share = 0.0
     for _ in range(300):
-        share = settings.advanced(share, 1e-4 / FADE)
+        share = transitions.advanced(share, 1e-4 / FADE)
     assert share == 1.0
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hapkit_studio.haptics import clib, sleep
+from hapkit_studio.haptics import clib, clock
 from tests.waiting import shortest
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="would replace the system's own functions")
@@ -20,11 +20,11 @@ linux_only = pytest.mark.skipif(sys.platform != "linux", reason="would replace t
 CALLER = """
 import numpy as np
 from numba import njit
-from hapkit_studio.haptics import clib, sleep
+from hapkit_studio.haptics import clib, clock
 
 @njit(cache=True, nogil=True)
 def wait(seconds, descriptor, buffer):
-    sleep.until(sleep.now() + seconds)
+    clock.until(clock.now() + seconds)
     return clib.poll(0, 0, 0), clib.read(descriptor, buffer.ctypes.data, buffer.size), clib.last_error()
 
 if __name__ == "__main__":
@@ -36,30 +36,30 @@ if __name__ == "__main__":
 
 def test_clock_is_the_performance_counter():
     before = time.perf_counter()
-    between = sleep.now()
+    between = clock.now()
     assert before <= between <= time.perf_counter()
 
 
 def test_never_wakes_early_and_past_deadlines_return_at_once():
     for pause in (0.0, 1e-4, 2e-3):
-        deadline = sleep.now() + pause
-        sleep.until(deadline)
-        assert sleep.now() >= deadline
+        deadline = clock.now() + pause
+        clock.until(deadline)
+        assert clock.now() >= deadline
 
     def late():
-        start = sleep.now()
+        start = clock.now()
         for past in (start - 1.0, 0.0, -5.0, float("nan")):
-            sleep.until(past)
-        return sleep.now() - start
+            clock.until(past)
+        return clock.now() - start
 
     assert shortest(late, 0.5) < 0.5
 
 
 def test_deadline_just_below_a_full_second():
     def late():
-        deadline = np.floor(sleep.now()) + 1.0 - 1e-10
-        sleep.until(deadline)
-        return sleep.now() - deadline
+        deadline = np.floor(clock.now()) + 1.0 - 1e-10
+        clock.until(deadline)
+        return clock.now() - deadline
 
     assert 0.0 <= shortest(late, 0.5) < 0.5
 
@@ -69,14 +69,14 @@ def test_sleep_holds_no_gil():
 
     @njit(nogil=True)
     def wait(seconds):
-        sleep.until(sleep.now() + seconds)
+        clock.until(clock.now() + seconds)
 
     wait(0.0)
 
     def run():
         ready.set()
         wait(0.5)
-        ended.append(sleep.now())
+        ended.append(clock.now())
 
     thread = threading.Thread(target=run)
     thread.start()
@@ -102,8 +102,8 @@ def test_caller_is_found_in_the_cache_by_a_second_process(tmp_path):
 
 def test_runs_uncompiled():
     code = (
-        "from hapkit_studio.haptics import clib, sleep; t = sleep.now() + 0.01; sleep.until(t);"
-        "print(sleep.now() >= t, clib.poll(0, 0, 0))"
+        "from hapkit_studio.haptics import clib, clock; t = clock.now() + 0.01; clock.until(t);"
+        "print(clock.now() >= t, clib.poll(0, 0, 0))"
     )
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
@@ -146,12 +146,12 @@ def test_macos_waits_for_the_tick_of_the_deadline():
     def wait(tick):
         return 0
 
-    assert sleep.macos_now() == pytest.approx(1.0, rel=1e-12)
-    sleep.macos_until(2.5)
+    assert clock.macos_now() == pytest.approx(1.0, rel=1e-12)
+    clock.macos_until(2.5)
     assert fake.calls[-1][0] == "mach_wait_until"
     assert fake.calls[-1][1] == pytest.approx(60_000_000, abs=1)
     before = len(fake.calls)
-    sleep.macos_until(float("nan"))
+    clock.macos_until(float("nan"))
     assert len(fake.calls) == before
 
 
@@ -187,14 +187,14 @@ def test_windows_waits_on_a_high_resolution_timer_for_what_remains():
     def close(handle):
         return 1
 
-    assert sleep.windows_now() == 7.0
+    assert clock.windows_now() == 7.0
     fake.calls.clear()
-    sleep.windows_until(7.0015)
+    clock.windows_until(7.0015)
     names = [call[0] for call in fake.calls if not call[0].startswith("Query")]
     assert names == ["CreateWaitableTimerExW", "SetWaitableTimer", "WaitForSingleObject", "CloseHandle"]
     assert due == [pytest.approx(-15_000, abs=1)]
     assert ("CreateWaitableTimerExW", 0, 0, 2, 0x1F0003) in fake.calls
     assert all(call[1] == 0x44 for call in fake.calls if call[0] in names[1:])
     fake.calls.clear()
-    sleep.windows_until(6.9)
+    clock.windows_until(6.9)
     assert {call[0] for call in fake.calls} <= {"QueryPerformanceFrequency", "QueryPerformanceCounter"}

@@ -12,7 +12,7 @@ from numba import config
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
-from hapkit_studio.haptics import headless, rig, rows
+from hapkit_studio.haptics import arrays, headless, rows
 from tests.haptics.support import CONSTANT, COUNTING, Bench
 
 WALL = environments.named("wall")
@@ -129,4 +129,4 @@ def test_the_tick_runs_interpreted():
 def test_a_rig_begins_without_a_fault():
     bench = Bench(CONSTANT)
     bench.tick()
-    assert bench.r.control[rig.FAULT] == rig.NO_FAULT
+    assert bench.r.control[arrays.FAULT] == arrays.NO_FAULT

@@ -16,7 +16,7 @@ from hapkit_studio.analysis.accuracy import timing
 from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
-from hapkit_studio.haptics import batch, headless, rows
+from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
 QUANTUM, RATE, SECONDS = 15e-6, 1000.0, 3.0
@@ -91,10 +91,10 @@ def prepared(spec: tuple[str, dict[str, float]], signal: str) -> tuple[timing.Wo
     position, velocity = SIGNALS[signal]()
     device = SimulatedHapkit(damping=0.0, coulomb_force=0.0, quantum=QUANTUM, max_force=math.inf)
     law = environments.named("damping")
-    rig, body = headless.Scene(law, law.values(), device, LoopSettings(RATE, 0.0, spec)).prepare()
-    out = batch.new_rows(T.size)
+    loop, body = headless.Scene(law, law.values(), device, LoopSettings(RATE, 0.0, spec)).prepare()
+    out = headless.new_rows(T.size)
     out.fill(0.0)  # so that the time is the loop's, not the memory's
-    return (lambda: batch.run_prescribed(rig, body, position, velocity, out)), out
+    return (lambda: headless.run_prescribed(loop, body, position, velocity, out)), out
 
 
 def estimated(spec: tuple[str, dict[str, float]], signal: str) -> np.ndarray:

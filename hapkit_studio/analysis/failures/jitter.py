@@ -14,7 +14,7 @@ from hapkit_studio.analysis.failures.traces import alive, before_lost, thinned
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.formatting import with_unit
-from hapkit_studio.haptics import batch, block, headless, rows
+from hapkit_studio.haptics import block, headless, rows
 
 _NEAR, _POINTS = np.array([0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04, 1.06]), 24
 _HALVINGS = 50
@@ -82,14 +82,14 @@ def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tupl
     r, body = headless.Scene(environments.named("spring"), values, device, where.loop).prepare()
     runs = _runs(periods)
     longest = max(times for _, times in runs)
-    room, still = batch.new_rows(longest), np.zeros(longest + 1)
+    room, still = headless.new_rows(longest), np.zeros(longest + 1)
     letting_go, no_hand = np.zeros(longest, dtype=np.int64), np.zeros(3)
     count = math.ceil(spring.SECONDS / sum(periods))
     seen = np.empty((count, 2))
     for index in range(count):
         for number, (period, times) in enumerate(runs):
             r.block_values[block.PERIOD] = period
-            batch.run(r, body, no_hand, still, letting_go, room[:times])
+            headless.run_batch(r, body, no_hand, still, letting_go, room[:times])
             if number == 0:
                 seen[index] = room[0, [rows.TRUE_POSITION, rows.TRUE_VELOCITY]]
         if not abs(seen[index, 0]) < spring.REACH:

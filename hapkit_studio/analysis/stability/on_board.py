@@ -8,9 +8,8 @@ from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.margin import Margin, sentence
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.haptics import board_offer
-from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.rendering import COMPUTER
+from hapkit_studio.haptics import board_plan
+from hapkit_studio.haptics.engine import COMPUTER, Engine
 from hapkit_studio.protocol.messages import Board
 
 
@@ -48,7 +47,7 @@ def rendering_rate(engine: Engine, where: str) -> float | None:
     """Return the rate in Hz of one way of rendering, None where the board cannot."""
     if where == COMPUTER or engine.device.simulated:
         return engine.loop.rate
-    way = engine.board_way or engine.offered_way
+    way = engine.board_plan or engine.possible_plan
     return None if way is None else float(way.rate)
 
 
@@ -58,7 +57,7 @@ def rendering_limit(engine: Engine, where: str) -> float | None:
     impedance, device = engine.environment.impedance, engine.device
     if delay is None or rate is None or impedance is None:
         return None
-    spec = engine.loop.estimator if where == COMPUTER else board_offer.spec_on_board(engine.loop.estimator)
+    spec = engine.loop.estimator if where == COMPUTER else board_plan.spec_on_board(engine.loop.estimator)
     setting = Setting(
         device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean, estimator=spec
     )

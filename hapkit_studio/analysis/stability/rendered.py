@@ -38,7 +38,7 @@ from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import headless, probe
+from hapkit_studio.haptics import headless, survey
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
 DECAYS, BUZZES, GROWS = range(3)
@@ -116,11 +116,11 @@ def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndar
     stiffness = np.maximum(np.asarray(stiffness, dtype=float), SOFTEST)
     damping = np.asarray(damping, dtype=float)
     if what.linear:
-        limits = probe.Limits(LINEAR_FAR, probe.NEVER_STILL, LINEAR_FAINT, probe.NEVER_SMALL)
+        limits = survey.Limits(LINEAR_FAR, survey.NEVER_STILL, LINEAR_FAINT, survey.NEVER_SMALL)
         return by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
     step = what.step
     still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
-    limits = probe.Limits(FAR, still, probe.NEVER_FAINT, FEW_STEPS * step)
+    limits = survey.Limits(FAR, still, survey.NEVER_FAINT, FEW_STEPS * step)
     verdict = np.zeros(stiffness.size, dtype=np.int8)
     quiet = np.arange(stiffness.size)
     for start in STARTS:
@@ -137,15 +137,15 @@ def _let_go(
     damping: np.ndarray,
     start: float,
     centre: float,
-    limits: probe.Limits,
-) -> probe.Found:
+    limits: survey.Limits,
+) -> survey.Found:
     """Render every cell, the handle let go at `start` m from the spring's centre in m."""
     held = what.grip.stiffness if what.grip else 0.0
     turning = np.sqrt((stiffness + held) / what.mass)
     numbers = np.column_stack([stiffness, damping, np.full(stiffness.size, centre)])
     starts = np.full(stiffness.size, start)
-    cells = probe.Cells(numbers, starts, _samples(what.loop.rate, turning), turning)
-    return probe.survey(what.scene(), what.grip, cells, limits)
+    cells = survey.Cells(numbers, starts, _samples(what.loop.rate, turning), turning)
+    return survey.survey(what.scene(), what.grip, cells, limits)
 
 
 def _samples(rate: float, turning: np.ndarray) -> np.ndarray:
@@ -154,42 +154,42 @@ def _samples(rate: float, turning: np.ndarray) -> np.ndarray:
     most = int(whole.max(initial=0.0))
     if most > MOST_SAMPLES:
         raise ParameterError(f"Measuring at {rate:g} Hz takes {most} samples; {MOST_SAMPLES} at most.")
-    return np.ceil(whole / probe.PARTS).astype(np.int64)
+    return np.ceil(whole / survey.PARTS).astype(np.int64)
 
 
-def by_envelope(found: probe.Found) -> np.ndarray:
+def by_envelope(found: survey.Found) -> np.ndarray:
     """Compare the power of the last third with that of the one before."""
-    third = probe.PARTS // 3
-    power = found.parts[:, :, probe.POWER]
+    third = survey.PARTS // 3
+    power = found.parts[:, :, survey.POWER]
     before, after = power[:, third : 2 * third].sum(axis=1), power[:, 2 * third :].sum(axis=1)
-    settles = (found.ends != probe.LOST) & ((after < before) | (before == 0.0))
-    settles |= found.ends == probe.FAINT
+    settles = (found.ends != survey.LEFT_RANGE) & ((after < before) | (before == 0.0))
+    settles |= found.ends == survey.DIED_OUT
     return np.where(settles, DECAYS, GROWS).astype(np.int8)
 
 
-def _by_reach(found: probe.Found, few: float, held: bool, linear: bool) -> np.ndarray:
+def _by_reach(found: survey.Found, few: float, held: bool, linear: bool) -> np.ndarray:
     """Compare how far the last third reaches with the one before; few is a buzz's longest reach in m.
 
     held: a controller holds the motion, and only what reaches ever farther grows. linear: the estimate is,
     and what has come down to a steady motion does not grow.
     """
-    third = probe.PARTS // 3
+    third = survey.PARTS // 3
     first = _reach(found.parts[:, :third])
     before, after = _reach(found.parts[:, third : 2 * third]), _reach(found.parts[:, 2 * third :])
-    whole = found.ends == probe.WHOLE
-    rests = (found.ends == probe.STILL) | (whole & (after < _DYING * before))
+    whole = found.ends == survey.COMPLETED
+    rests = (found.ends == survey.SETTLED) | (whole & (after < _DYING * before))
     grows = whole & ~rests & (after > few)
     if linear:
         grows &= (after >= _DYING * first) | (after > _STEADY * before)
     if held:
         grows &= after > _GROWING * before
-    grows |= found.ends == probe.LOST
+    grows |= found.ends == survey.LEFT_RANGE
     return np.where(grows, GROWS, np.where(rests, DECAYS, BUZZES)).astype(np.int8)
 
 
 def _reach(parts: np.ndarray) -> np.ndarray:
     """Return how far apart the outermost positions of some parts (n, k, 3) are, in m."""
-    return parts[:, :, probe.HIGH].max(axis=1) - parts[:, :, probe.LOW].min(axis=1)
+    return parts[:, :, survey.HIGH].max(axis=1) - parts[:, :, survey.LOW].min(axis=1)
 
 
 _STIFFEST = 1e9

@@ -14,7 +14,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.laws.machine import ARENA
 
 if TYPE_CHECKING:
-    from hapkit_studio.haptics.board_offer import Offer, Wish
+    from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
     from hapkit_studio.laws.board import Program
 
 SOON_MS = 100
@@ -25,8 +25,8 @@ _NOT_YET = "Not counted yet: save and run the law first."
 class Question:
     """A law with its values, what the board offers, and the text that its lines are those of."""
 
-    offer: "Offer"
-    wish: "Wish"
+    offer: "BoardPlanner"
+    wish: "PlanRequest"
     text: str
 
 
@@ -41,10 +41,10 @@ class Count:
 
 def count(question: Question) -> Count:
     """Count a law's cycles, one that the board refuses too."""
-    from hapkit_studio.haptics import board_offer  # off the first picture's way
+    from hapkit_studio.haptics import board_plan  # off the first picture's way
 
     offer, wish = question.offer, question.wish
-    found = offer.answer(wish)
+    found = offer.plan(wish)
     try:
         program = _refused(offer, wish) if isinstance(found, str) else found.program
     except LawError:
@@ -53,17 +53,17 @@ def count(question: Question) -> Count:
     if isinstance(found, str):
         words = f"{cost}. {found}"
     else:
-        share, most = 100.0 * found.share, board_offer.fastest(program)
+        share, most = 100.0 * found.share, board_plan.fastest(program)
         words = f"{cost}: {found.rate:,} Hz with {share:.0f} % of its processor, {most:,.0f} Hz at most."
     return Count(question, program.cycles_by_line(), words)
 
 
-def _refused(offer: "Offer", wish: "Wish") -> "Program":
+def _refused(offer: "BoardPlanner", wish: "PlanRequest") -> "Program":
     """Return the program of a law that the board does not render; raise LawError."""
-    from hapkit_studio.haptics import board_offer
+    from hapkit_studio.haptics import board_plan
     from hapkit_studio.laws import board
 
-    return board.compile(wish.environment.force, wish.values, 1.0 / board_offer.RATES[-1], offer.arena)
+    return board.compile(wish.environment.force, wish.values, 1.0 / board_plan.RATES[-1], offer.arena)
 
 
 class Cycles(QObject):
@@ -99,16 +99,16 @@ class Cycles(QObject):
         self._worker.close()
 
     def _question(self) -> Question | None:
-        from hapkit_studio.haptics import board_offer
+        from hapkit_studio.haptics import board_plan
 
         path, studio = self._page.path, self._studio
         environment = None if path is None else self._own.loaded(path)
         if environment is None:
             return None
         driver = studio.engine.driver if studio.engine is not None else None
-        offer = (driver and driver.offer) or board_offer.Offer(ARENA)
+        offer = (driver and driver.planner) or board_plan.BoardPlanner(ARENA)
         values = studio.values_of(environment.key)
-        wish = board_offer.Wish(environment, values, studio.loop.spec, rate=studio.loop.board_rate)
+        wish = board_plan.PlanRequest(environment, values, studio.loop.spec, rate=studio.loop.board_rate)
         return Question(offer, wish, environment.source.text)
 
     def _show(self, found: Count) -> None:

@@ -88,7 +88,7 @@ class Pictures(QObject):
         engine = self._studio.engine
         if engine is None or engine.device.simulated:
             return None, False
-        way = engine.board_way if engine.rendering == engine.where else None
+        way = engine.board_plan if engine.rendering == engine.where else None
         return (engine.loop.rate, False) if way is None else (float(way.rate), True)
 
     def show_health(self, health: "Health") -> None:

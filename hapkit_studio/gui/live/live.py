@@ -11,7 +11,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
-    from hapkit_studio.haptics.ring import RingReader
+    from hapkit_studio.haptics.rows import RingReader
 
 FRAME_MS = 16
 HIDDEN_MS = 200

@@ -70,12 +70,12 @@ class LoopFacts(QObject):
     def setting(self, hand: str = "released") -> "Setting | None":
         """Return the device and loop in force under a hand; None while there is no device or no delay yet."""
         from hapkit_studio.analysis.setting import Setting
-        from hapkit_studio.haptics.board_offer import spec_on_board
+        from hapkit_studio.haptics.board_plan import spec_on_board
 
         engine, wish = self._studio.engine, self._studio.loop
         if engine is None or self.delay is None:
             return None
-        device, board = engine.device, engine.board_way
+        device, board = engine.device, engine.board_plan
         return Setting(
             device.mass,
             device.viscous,

@@ -131,9 +131,9 @@ class LoopPanel(QWidget):
     def summary(self) -> str:
         """Return the loop in one line that fits the panel: the estimator without its options."""
         engine, spec, rate = self._studio.engine, self._studio.loop.spec, f"{self._rate():,.0f} Hz"
-        board = engine is not None and engine.board_way is not None
+        board = engine is not None and engine.board_plan is not None
         if board:
-            from hapkit_studio.haptics.board_offer import spec_on_board  # off the first picture's way
+            from hapkit_studio.haptics.board_plan import spec_on_board  # off the first picture's way
 
             spec = spec_on_board(spec)
         key = parse(spec)[0].key
@@ -150,14 +150,14 @@ class LoopPanel(QWidget):
         engine = self._studio.engine
         if engine is None:
             return self._studio.loop.rate
-        return engine.loop.rate if engine.board_way is None else float(engine.board_way.rate)
+        return engine.loop.rate if engine.board_plan is None else float(engine.board_plan.rate)
 
     def _allow(self) -> None:
         engine = self._studio.engine
         own_clock = engine is not None and not engine.device.simulated
         reason = "The board samples by its own clock. Its rate is fixed."
         self.rate.set_locked(reason if own_clock else "")
-        board = engine is not None and engine.board_way is not None
+        board = engine is not None and engine.board_plan is not None
         self.controller_words.setText(UNWATCHED if board else CONTROLLER)
         self.controller_words.setVisible(board or not self._low)
         own_hand = engine is not None and not self._studio.hand_is_ours

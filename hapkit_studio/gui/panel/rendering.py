@@ -19,10 +19,10 @@ from hapkit_studio.parameters import Choice
 if TYPE_CHECKING:
     from hapkit_studio.analysis.cheaper import Answer, Cheaper, Question
     from hapkit_studio.analysis.setting import Setting
-    from hapkit_studio.haptics.board_offer import Wish
-    from hapkit_studio.haptics.delays import Measured
+    from hapkit_studio.haptics.board_plan import PlanRequest
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
+    from hapkit_studio.haptics.link import MeasuredDelay
 
 WAYS = COMPUTER, BOARD = "computer", "board"
 ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed", "Processor, %"
@@ -53,7 +53,7 @@ RATE = Choice(
 class Way:
     """One way of rendering: delay, rate in Hz and share of a processor where known, what its limit is for."""
 
-    delay: "Measured | None"
+    delay: "MeasuredDelay | None"
     rate: float | None
     missed: int
     setting: "Setting | None"
@@ -87,16 +87,16 @@ def solve(question: Limits) -> Found:
 def ways(studio: "Studio") -> tuple[Way, Way]:
     """Return both ways of the device and loop in force."""
     from hapkit_studio.analysis.setting import Setting
-    from hapkit_studio.haptics import board_offer
+    from hapkit_studio.haptics import board_plan
 
     engine = studio.engine
     assert engine is not None
     device = engine.device
     setting = Setting(device.mass, device.viscous, quantum=device.quantum)
-    offered = engine.offered_way
+    offered = engine.possible_plan
     rates = engine.loop.rate, None if offered is None else float(offered.rate)
     shares = None, None if offered is None else offered.share
-    specs = studio.loop.spec, board_offer.spec_on_board(studio.loop.spec)
+    specs = studio.loop.spec, board_plan.spec_on_board(studio.loop.spec)
     found = []
     for where, rate, spec, share in zip(WAYS, rates, specs, shares, strict=True):
         delay, own = _steady(engine, where), None
@@ -106,17 +106,19 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     return found[0], found[1]
 
 
-def wish(studio: "Studio") -> "Wish":
+def wish(studio: "Studio") -> "PlanRequest":
     """Return what the board is asked for, in the words of its offer."""
-    from hapkit_studio.haptics import board_offer
+    from hapkit_studio.haptics import board_plan
 
     engine = studio.engine
     assert engine is not None
     quantum, rate = engine.device.quantum, studio.loop.board_rate
-    return board_offer.Wish(engine.environment, dict(engine.values), engine.loop.estimator, quantum, rate)
+    return board_plan.PlanRequest(
+        engine.environment, dict(engine.values), engine.loop.estimator, quantum, rate
+    )
 
 
-def _steady(engine: "Engine", where: str) -> "Measured | None":
+def _steady(engine: "Engine", where: str) -> "MeasuredDelay | None":
     """Return the delay of one way as everything in the window shows it and takes it."""
     found, steady = engine.delay_of(where), steady_delay(engine, where)
     return None if found is None or steady is None else found._replace(mean=steady)
@@ -304,14 +306,14 @@ class WhereSwitch(QWidget):
 
     def _remark(self, engine) -> str:
         """Return what of the loop the board does not do, and what it takes where no table says so."""
-        from hapkit_studio.haptics import board_offer
+        from hapkit_studio.haptics import board_plan
 
         loop, parts = self._studio.loop, []
         if engine.where != BOARD:
             return ""
-        if self._folded and engine.offered_way is not None:
-            parts.append(f"{100.0 * engine.offered_way.share:.0f} % of the board's processor.")
-        if board_offer.spec_on_board(loop.spec) != loop.spec:
+        if self._folded and engine.possible_plan is not None:
+            parts.append(f"{100.0 * engine.possible_plan.share:.0f} % of the board's processor.")
+        if board_plan.spec_on_board(loop.spec) != loop.spec:
             parts.append("The board has no such velocity filter: Kalman in its place.")
         if loop.delay > 0.0:
             parts.append("Added delay is the computer's alone.")
@@ -350,7 +352,7 @@ class WhereSwitch(QWidget):
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
         """Have something looked for that the board can render, where this law is too much for it."""
-        offer = engine.driver.offer if engine.driver is not None else None
+        offer = engine.driver.planner if engine.driver is not None else None
         if not self._refusal or offer is None:
             self._finder.forget()
         elif self._studio.board_answered and isinstance(offer.known(wish(self._studio)), str):

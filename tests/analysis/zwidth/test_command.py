@@ -10,7 +10,7 @@ from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 from hapkit_studio.analysis.zwidth.result import Protocol
 from hapkit_studio.cli import main
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.haptics import rig
+from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
 
@@ -102,7 +102,7 @@ def test_ctrl_c_closes_the_device(capsys, measured):
     code, out, _ = run(capsys, "--device", "simulated")
     assert (code, out) == (130, "")
     assert not measured["engine"].health().running
-    assert measured["engine"].arrays.control[rig.DONE] == 1  # the loop's last act: a zero command
+    assert measured["engine"].arrays.control[arrays.DONE] == 1  # the loop's last act: a zero command
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from hapkit_studio.analysis.zwidth.result import BUZZES, FAST, GROWS, HIGHEST, P
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import block, rig, rows
+from hapkit_studio.haptics import arrays, block, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.fences import store_release
 from tests.firmware.vb import needs_board
@@ -142,7 +142,7 @@ def test_a_fault_ends_it_and_stays(running):
     engine = running()
 
     def fail():
-        store_release(engine.arrays.control, rig.FAULT, rig.OVER_SPEED)
+        store_release(engine.arrays.control, arrays.FAULT, arrays.OVER_SPEED)
 
     with pytest.raises(Interrupted, match="over-speed"):
         on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, fail))
@@ -163,7 +163,7 @@ def test_a_device_that_is_gone_ends_it(running):
     engine = running()
 
     def go():
-        store_release(engine.arrays.control, rig.QUIT, 1)
+        store_release(engine.arrays.control, arrays.QUIT, 1)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("hapkit_studio.analysis.zwidth.guarded_device._SILENCE_SECONDS", 0.2)

@@ -13,7 +13,7 @@ two, so a slow way in and out again, on the same edges, sums up to nothing.
 import math
 
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
-from hapkit_studio.haptics import block, rig, rows
+from hapkit_studio.haptics import arrays, block, rows
 from hapkit_studio.laws.native import call
 
 # Energy of a force and a length that fingers do not feel (0.3 N, 0.4 mm), in J.
@@ -49,7 +49,7 @@ def most_damping(mass: float, period: float, delay: float) -> float:
 def watch(r, position, effect, period):
     """Sum up the energy given since the last sample by the mean force in N in effect since then."""
     w = r.watch
-    moved = position - r.real[rig.LAST_POSITION]
+    moved = position - r.real[arrays.LAST_POSITION]
     if moved == 0.0:
         w[SINCE] += period
         w[IMPULSE] += effect * period
@@ -75,7 +75,7 @@ def watch(r, position, effect, period):
 @inlined
 def compare(r, position, taken):
     """Compare what was given with its limit; what the paddle's damping took in J lifts it by any excess."""
-    w, asked = r.watch, r.word[rig.ASKED]
+    w, asked = r.watch, r.word[arrays.ASKED]
     cell = (position - w[START]) * A_METRE
     follows = r.words[block.N_STATE] == 0
     if asked <= CELLS if not follows else abs(cell) >= asked - 1:
@@ -127,29 +127,29 @@ def control(r, period):
 def judge(r, taken, position, period):
     """Set the row's flags, keep the energies; begin anew after whatever changes what can be given."""
     w, word = r.watch, r.word
-    flags, place = word[rig.FLAGS], word[rig.TICK] & (r.energies.shape[0] - 1)
-    if flags & HELD or r.real[rig.RAMP] < 1.0 or word[rig.RENEW]:
-        word[rig.RENEW] = word[rig.ASKED] = 0
+    flags, place = word[arrays.FLAGS], word[arrays.TICK] & (r.energies.shape[0] - 1)
+    if flags & HELD or r.real[arrays.RAMP] < 1.0 or word[arrays.RENEW]:
+        word[arrays.RENEW] = word[arrays.ASKED] = 0
         w[GIVEN] = w[LIMIT] = w[EXCESS] = 0.0
         r.energies[place, 0] = r.energies[place, 1] = math.nan
         return
-    if word[rig.ASKED] <= CELLS:
+    if word[arrays.ASKED] <= CELLS:
         ask(r, position, period)
     if taken != 0.0:
         flags |= rows.DAMPED
     if w[EXCESS] > FELT and w[EXCESS] > threshold(r):
         flags |= rows.ACTIVE
-    word[rig.FLAGS] = flags
+    word[arrays.FLAGS] = flags
     r.energies[place, 0], r.energies[place, 1] = w[GIVEN], w[LIMIT]
 
 
 @internal
 def force_at(r, position, period):
     """Return the force in N that the law's beginning gives at rest at a place, as far as the motor can."""
-    w, fault = r.watch, r.word[rig.SPARE :]
+    w, fault = r.watch, r.word[arrays.SPARE :]
     for i in range(rows.STATES):
         w[SCRATCH + i] = w[FROZEN + i]
-    slot = r.word[rig.SLOT]
+    slot = r.word[arrays.SLOT]
     force = call(r.laws[slot], r.params[slot], w[SCRATCH:WORK], position, 0.0, period, fault)
     if not math.isfinite(force) or fault[0]:
         fault[0] = 0
@@ -162,9 +162,9 @@ def force_at(r, position, period):
 def ask(r, position, period):
     """Ask the law for its force at the next places, and sum up the work on the way to them."""
     w, word = r.watch, r.word
-    if word[rig.ASKED] == 0:
+    if word[arrays.ASKED] == 0:
         begin(r, position, period)
-    for cell in range(word[rig.ASKED], reach(w, word[rig.ASKED], position, period)):
+    for cell in range(word[arrays.ASKED], reach(w, word[arrays.ASKED], position, period)):
         for side in range(2):
             sign = 2 * side - 1
             force, before = sign * force_at(r, w[START] + sign * cell * CELL, period), w[ENDS + side]
@@ -174,7 +174,7 @@ def ask(r, position, period):
                 lift(w, w[there - sign] + 0.5 * before * CELL * before / (before - force))
             w[there] = w[there - sign] + 0.5 * (force + before) * CELL
             lift(w, w[there])
-        word[rig.ASKED] = cell + 1
+        word[arrays.ASKED] = cell + 1
 
 
 @internal
@@ -201,16 +201,16 @@ def begin(r, position, period):
     w = r.watch
     for i in range(FROZEN):
         w[i] = 0.0
-    slot = r.word[rig.SLOT]
+    slot = r.word[arrays.SLOT]
     for i in range(rows.STATES):
         w[FROZEN + i] = r.states[slot, i]
     w[START] = position
     w[WORK + CELLS] = 0.0
     force = force_at(r, position, period)
     w[ENDS], w[ENDS + 1] = -force, force
-    r.word[rig.ASKED] = 1
+    r.word[arrays.ASKED] = 1
     if r.words[block.STORED]:
-        fault = r.word[rig.SPARE :]
+        fault = r.word[arrays.SPARE :]
         held = call(r.words[block.STORED], r.params[slot], w[FROZEN:SCRATCH], position, 0.0, period, fault)
         w[LIMIT] = w[MOST] = held if math.isfinite(held) else 0.0
-        r.word[rig.ASKED] = CELLS + 1
+        r.word[arrays.ASKED] = CELLS + 1

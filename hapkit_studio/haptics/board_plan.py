@@ -1,8 +1,11 @@
 """What a board can render by itself, and how a law is to be rendered there."""
 
+import hashlib
 import math
+import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,9 +15,8 @@ from hapkit_studio.dynamics import estimators, filters
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import DeviceError, LawError, ParameterError
-from hapkit_studio.haptics import block, way
-from hapkit_studio.haptics.line import Line
-from hapkit_studio.haptics.settings_writer import BoardWay
+from hapkit_studio.haptics import block, link
+from hapkit_studio.haptics.link import Link
 from hapkit_studio.laws.law import Law
 from hapkit_studio.laws.machine import FRAME, RAMP, REST, REST_AT_MOST, Refusal
 from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, Settings
@@ -36,7 +38,42 @@ INSTEAD = "kalman"
 
 
 @dataclass(frozen=True)
-class Wish:
+class BoardPlan:
+    """How a board is to render a law: its program, rate in Hz, estimator and its coefficients.
+
+    moving: constants that it has room to move at a time; share: of its processor, from 0 to 1, as a rule.
+    """
+
+    law: Law
+    program: "Program"
+    rate: int
+    estimator: int
+    first: float
+    second: float
+    moving: int
+    share: float
+
+    @cached_property
+    def form(self) -> int:
+        """Return a number that stands for all of it but the constants."""
+        p = self.program
+        start = p.given[: p.states]
+        shape = p.code, start, len(p.given), p.slots, self.rate, self.estimator, self.first, self.second
+        return _digest(repr(shape).encode())
+
+    @cached_property
+    def number(self) -> int:
+        """Return a number that stands for the program with its constants."""
+        return _digest(self.program.data)
+
+
+def _digest(data: bytes) -> int:
+    """Return a number above 0 that tells what is different."""
+    return 1 + int.from_bytes(hashlib.blake2b(data, digest_size=7).digest())
+
+
+@dataclass(frozen=True)
+class PlanRequest:
     """What a board is asked to render: a law with its parameters by key, and how; rate None: the fastest."""
 
     environment: Environment
@@ -54,43 +91,43 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Offer:
+class BoardPlanner:
     """The room in bytes that a board has for one law, its settings if it is open, and what it was asked."""
 
     arena: int
     settings: Settings | None = None
-    _answers: dict[tuple, BoardWay | str] = field(default_factory=dict, compare=False, repr=False)
+    _answers: dict[tuple, BoardPlan | str] = field(default_factory=dict, compare=False, repr=False)
 
-    def known(self, wish: Wish) -> BoardWay | str | None:
-        """Return the answer to a wish that was worked out before: how it is rendered, or why not."""
-        return self._answers.get(wish.key)
+    def known(self, request: PlanRequest) -> BoardPlan | str | None:
+        """Return the answer to a request that was worked out before: how it is rendered, or why not."""
+        return self._answers.get(request.key)
 
-    def answer(self, wish: Wish) -> BoardWay | str:
-        """Return how a wish is rendered, or in one line why not; compiles the law, for up to 0.1 s or so."""
-        found = self.known(wish)
+    def plan(self, request: PlanRequest) -> BoardPlan | str:
+        """Return how a request is rendered, or in one line why not; compiles the law, for about 0.1 s."""
+        found = self.known(request)
         if found is None:
-            found = self._work_out(wish)
+            found = self._work_out(request)
             while len(self._answers) >= _KEPT:
                 self._answers.pop(next(iter(self._answers)), None)
-            self._answers[wish.key] = found
+            self._answers[request.key] = found
         return found
 
     def refusal(self, environment: Environment, values: Values) -> str:
         """Return in one line why the board cannot render an environment; nothing where it can."""
-        found = self.answer(Wish(environment, values))
+        found = self.plan(PlanRequest(environment, values))
         return found if isinstance(found, str) else ""
 
-    def way(self, wish: Wish) -> BoardWay:
-        """Return how the board is to render a wish; raise ParameterError."""
-        found = self.answer(wish)
+    def require(self, request: PlanRequest) -> BoardPlan:
+        """Return how the board is to render a request; raise ParameterError."""
+        found = self.plan(request)
         if isinstance(found, str):
             raise ParameterError(found)
         return found
 
-    def _work_out(self, wish: Wish) -> BoardWay | str:
-        environment, values = wish.environment, wish.values
+    def _work_out(self, request: PlanRequest) -> BoardPlan | str:
+        environment, values = request.environment, request.values
         title = environment.title
-        law, rate = environment.force, _first_rate(wish.rate)
+        law, rate = environment.force, _first_rate(request.rate)
         numbers = tuple(values[p.key] for p in law.parameters)
         while True:
             program = _compiled(law, numbers, 1.0 / rate, self._room)
@@ -99,7 +136,7 @@ class Offer:
             if program.size > self._room:
                 return f"{title} needs {program.size:,} bytes, the board has {self._room:,}."
             if rate <= fastest(program):
-                return self._as_way(wish, program, rate)
+                return self._plan_at(request, program, rate)
             if rate == RATES[-1]:
                 return f"{title} {_too_slow(program)}"
             rate = next(r for r in RATES if r < rate)
@@ -108,12 +145,46 @@ class Offer:
     def _room(self) -> int:
         return min(self.arena, 8 * block.PROGRAM_WORDS)
 
-    def _as_way(self, wish: Wish, program: "Program", rate: int) -> BoardWay:
-        kind, first, second = coefficients(wish.estimator, rate, wish.quantum)
+    def _plan_at(self, request: PlanRequest, program: "Program", rate: int) -> BoardPlan:
+        kind, first, second = coefficients(request.estimator, rate, request.quantum)
         moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
-        return BoardWay(
-            wish.environment.force, program, rate, kind, first, second, moving, share(program, rate)
+        return BoardPlan(
+            request.environment.force, program, rate, kind, first, second, moving, share(program, rate)
         )
+
+
+class BackgroundPlanner:
+    """Works requests out in a thread of its own; of several that wait, the newest.
+
+    done is called in that thread with the planner that has answered.
+    """
+
+    def __init__(self, done: Callable[[BoardPlanner], None]):
+        self._done = done
+        self._lock = threading.Lock()
+        self._next: tuple[BoardPlanner, PlanRequest] | None = None
+        self._thread: threading.Thread | None = None
+
+    def plan(self, planner: BoardPlanner, request: PlanRequest) -> BoardPlan | str | None:
+        """Return a known answer; None where it is being worked out from now on."""
+        found = planner.known(request)
+        if found is None:
+            with self._lock:
+                self._next = (planner, request)
+                if self._thread is None:
+                    self._thread = threading.Thread(target=self._run, name="hapkit-law", daemon=True)
+                    self._thread.start()
+        return found
+
+    def _run(self) -> None:
+        while True:
+            with self._lock:
+                if self._next is None:
+                    self._thread = None
+                    return
+                (planner, request), self._next = self._next, None
+            planner.plan(request)
+            self._done(planner)
 
 
 @lru_cache(maxsize=_KEPT)
@@ -143,9 +214,9 @@ def fastest_as_a_rule(program: "Program") -> float:
     return (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + REST)
 
 
-def _first_rate(wish: float | None) -> int:
-    """Return the fastest rate in Hz that is not above a wish."""
-    return next(r for r in RATES if wish is None or r <= max(wish, RATES[-1]))
+def _first_rate(request: float | None) -> int:
+    """Return the fastest rate in Hz that is not above a request."""
+    return next(r for r in RATES if request is None or r <= max(request, RATES[-1]))
 
 
 def _too_slow(program: "Program") -> str:
@@ -166,12 +237,12 @@ def _digits(value: float, count: int) -> int:
     return int(value // step * step)
 
 
-def offered(device: HapkitBoard) -> Offer | str:
+def planner_for(device: HapkitBoard) -> BoardPlanner | str:
     """Return what an open board offers, or in one line why that is nothing."""
     if device.hello.arena == 0:
         return "This firmware renders no laws. Update firmware."
     try:
-        return Offer(device.hello.arena, device.settings())
+        return BoardPlanner(device.hello.arena, device.settings())
     except DeviceError as error:
         return str(error)
 
@@ -182,7 +253,7 @@ _REFUSED = {
 }
 
 
-def refused(why: int) -> str:
+def refusal_text(why: int) -> str:
     """Return in one line why a board does not render the law that it was sent."""
     known = why in list(Refusal)
     reason = Refusal(why).name.lower().replace("_", " ") if known else f"reason {why}"
@@ -190,11 +261,11 @@ def refused(why: int) -> str:
     return f"The board {words or f'refuses this law ({reason})'}. The computer renders."
 
 
-def check_rate(wish: float | None) -> None:
+def check_rate(request: float | None) -> None:
     """Raise ParameterError for a rate that no board has."""
-    if wish is not None and wish not in RATES:
+    if request is not None and request not in RATES:
         rates = ", ".join(f"{rate:,}" for rate in reversed(RATES))
-        raise ParameterError(f"A board renders at {rates} Hz, not at {wish:g} Hz.")
+        raise ParameterError(f"A board renders at {rates} Hz, not at {request:g} Hz.")
 
 
 def spec_on_board(spec: Spec) -> Spec:
@@ -212,13 +283,13 @@ def coefficients(spec: Spec, rate: float, quantum: float) -> tuple[int, float, f
     return int(Estimator.DIFFERENCE), 0.0, 0.0
 
 
-def tell(line: Line, settings: Settings, pwm_top: int) -> None:
+def tell_link(line: Link, settings: Settings, pwm_top: int) -> None:
     """Let a connection know what the board says of its kit."""
     line.motor[: pwm_top + 1] = motor_forces(settings, pwm_top)
     body = Board(**{w.name: getattr(settings, w.name) for w in Board.layout()}).pack()
     line.settings[:] = np.frombuffer(body, np.uint8)
-    line.words[way.CONFIGURABLE] = 1
-    line.words[way.CALIBRATED] = settings.origin == Origin.STORED
+    line.words[link.CONFIGURABLE] = 1
+    line.words[link.CALIBRATED] = settings.origin == Origin.STORED
 
 
 def motor_forces(kit: Settings, top: int) -> np.ndarray:

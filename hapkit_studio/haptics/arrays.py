@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hapkit_studio.dynamics import estimators
-from hapkit_studio.haptics import block, rows
+from hapkit_studio.haptics import block
 from hapkit_studio.laws import native
 
 # --- real: the tick's own numbers
@@ -70,7 +70,7 @@ SLOW_LAW, SLOW_LINK = 9, 10
 CAUSES = NO_SAMPLE, AWAY, HELD_UP, CUT = range(4)
 
 
-class Rig(NamedTuple):
+class LoopArrays(NamedTuple):
     """Everything the tick reads and writes; plain arrays, allocated once."""
 
     real: np.ndarray
@@ -96,19 +96,19 @@ class Rig(NamedTuple):
     control: np.ndarray
 
 
-def new_rig(
+def new_arrays(
     block_values: np.ndarray, block_words: np.ndarray, block_program: np.ndarray, energies: int = 1
-) -> Rig:
-    """Return a rig at rest that reads its settings from the given block and keeps so many energies."""
+) -> LoopArrays:
+    """Return arrays at rest that read their settings from the given block and keep so many energies."""
     values, words, program = block.new_block()
     draft_values, draft_words, draft_program = block.new_block()
-    return Rig(
+    return LoopArrays(
         real=np.zeros(REAL),
         word=np.zeros(WORD, dtype=np.int64),
         params=np.zeros((2, block.INITIAL_STATE)),
         start=np.zeros(block.INITIAL_STATE),
         goal=np.zeros(block.INITIAL_STATE),
-        states=np.zeros((2, rows.STATES)),
+        states=np.zeros((2, block.STATES)),
         laws=np.zeros(2, dtype=np.int64),
         memory=np.zeros(estimators.MEMORY),
         fault=np.zeros(native.FAULT_WORDS, dtype=np.int64),
@@ -127,7 +127,7 @@ def new_rig(
     )
 
 
-def restart(r: Rig, hold_seconds: float) -> None:
+def restart(r: LoopArrays, hold_seconds: float) -> None:
     """Bring the tick back to its start before a loop runs: settings afresh, the force fades in from zero.
 
     hold_seconds of zero force come first. E-stop and latched faults stay, but for the device's own going

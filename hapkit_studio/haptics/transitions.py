@@ -2,7 +2,7 @@
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import block, rig, rows
+from hapkit_studio.haptics import arrays, block, rows
 from hapkit_studio.haptics.fences import load_acquire, store_release
 
 _ROUNDING = 1e-9
@@ -13,10 +13,10 @@ def due(r):
     """Return whether ``refresh`` has anything to do; at nearly every tick it has not."""
     if load_acquire(r.block_words, block.SEQUENCE) != r.words[block.SEQUENCE]:
         return True
-    if load_acquire(r.control, rig.CLEAR) != r.word[rig.CLEARED]:
+    if load_acquire(r.control, arrays.CLEAR) != r.word[arrays.CLEARED]:
         return True
-    moving = r.real[rig.RAMP] < 1.0 or r.real[rig.BLEND] < 1.0
-    return moving or r.word[rig.GENERATION] != r.words[block.GENERATION]
+    moving = r.real[arrays.RAMP] < 1.0 or r.real[arrays.BLEND] < 1.0
+    return moving or r.word[arrays.GENERATION] != r.words[block.GENERATION]
 
 
 @internal
@@ -25,14 +25,14 @@ def refresh(r, position, period):
     if load_acquire(r.block_words, block.SEQUENCE) != r.words[block.SEQUENCE]:
         adopt(r, position)
     real = r.real
-    if real[rig.RAMP] < 1.0 or real[rig.BLEND] < 1.0:
+    if real[arrays.RAMP] < 1.0 or real[arrays.BLEND] < 1.0:
         move(r, period / r.values[block.FADE])
-    elif r.word[rig.GENERATION] != r.words[block.GENERATION]:
-        r.word[rig.GENERATION] = r.words[block.GENERATION]
-        store_release(r.control, rig.ACCEPTED, r.words[block.GENERATION])
-    cleared = load_acquire(r.control, rig.CLEAR)
-    if cleared != r.word[rig.CLEARED]:
-        r.word[rig.CLEARED] = cleared
+    elif r.word[arrays.GENERATION] != r.words[block.GENERATION]:
+        r.word[arrays.GENERATION] = r.words[block.GENERATION]
+        store_release(r.control, arrays.ACCEPTED, r.words[block.GENERATION])
+    cleared = load_acquire(r.control, arrays.CLEAR)
+    if cleared != r.word[arrays.CLEARED]:
+        r.word[arrays.CLEARED] = cleared
         clear_fault(r)
 
 
@@ -40,30 +40,30 @@ def refresh(r, position, period):
 def adopt(r, position):
     """Bring a new block into force; while a cross-fade runs it waits, and the newest one is taken after."""
     real, word = r.real, r.word
-    if real[rig.BLEND] < 1.0 and word[rig.STARTED]:
+    if real[arrays.BLEND] < 1.0 and word[arrays.STARTED]:
         return
     if not block.take(
         r.block_values, r.block_words, r.block_program, r.draft_values, r.draft_words, r.draft_program
     ):
         return
     estimator = r.words[block.ESTIMATOR]
-    if word[rig.STARTED] and other_loop(r):
-        word[rig.RENEW] = 1
+    if word[arrays.STARTED] and other_loop(r):
+        word[arrays.RENEW] = 1
     block.copy(r.draft_values, r.draft_words, r.draft_program, r.values, r.words, r.program)
     r.words[block.SEQUENCE] = r.draft_words[block.SEQUENCE]
-    if not word[rig.STARTED]:
+    if not word[arrays.STARTED]:
         begin(r, position)
         return
     if r.words[block.ESTIMATOR] != estimator:
-        estimators.resume(r.memory, real[rig.LAST_POSITION], real[rig.VELOCITY])
+        estimators.resume(r.memory, real[arrays.LAST_POSITION], real[arrays.VELOCITY])
     if other_form(r):
         switch(r)
     elif other_numbers(r):
-        slot = word[rig.SLOT]
+        slot = word[arrays.SLOT]
         for i in range(r.words[block.N_PARAMS]):
             r.start[i] = r.params[slot, i]
             r.goal[i] = r.values[block.PARAMS + i]
-        real[rig.RAMP] = 0.0
+        real[arrays.RAMP] = 0.0
 
 
 @internal
@@ -81,17 +81,17 @@ def other_loop(r):
 @internal
 def begin(r, position):
     """Start at full parameters: the first block is not a change."""
-    r.word[rig.STARTED] = 1
+    r.word[arrays.STARTED] = 1
     estimators.reset(r.memory, position)
-    r.real[rig.LAST_POSITION] = position
-    enter(r, r.word[rig.SLOT], True)
-    r.real[rig.BLEND] = 1.0
+    r.real[arrays.LAST_POSITION] = position
+    enter(r, r.word[arrays.SLOT], True)
+    r.real[arrays.BLEND] = 1.0
 
 
 @internal
 def other_form(r):
     """Return whether the new block has another law or another choice than the one in force."""
-    slot = r.word[rig.SLOT]
+    slot = r.word[arrays.SLOT]
     if r.words[block.LAW] != r.laws[slot]:
         return True
     mask = r.words[block.DISCRETE]
@@ -113,15 +113,15 @@ def other_numbers(r):
 @internal
 def switch(r):
     """Put the new form into the other slot and begin to fade over to it; a kept law keeps its state."""
-    old = r.word[rig.SLOT]
+    old = r.word[arrays.SLOT]
     new = 1 - old
     fresh = r.words[block.LAW] != r.laws[old]
     if not fresh:
         for i in range(rows.STATES):
             r.states[new, i] = r.states[old, i]
-    r.word[rig.SLOT] = new
+    r.word[arrays.SLOT] = new
     enter(r, new, fresh)
-    r.real[rig.BLEND] = 0.0
+    r.real[arrays.BLEND] = 0.0
 
 
 @internal
@@ -133,7 +133,7 @@ def enter(r, slot, fresh):
         r.goal[i] = r.values[block.PARAMS + i]
     if fresh:
         restore(r, slot)
-    r.real[rig.RAMP] = 1.0
+    r.real[arrays.RAMP] = 1.0
 
 
 @internal
@@ -154,25 +154,25 @@ def advanced(share, step):
 def move(r, step):
     """Move the ramp of the numbers and the cross-fade by a step, a share of the whole."""
     real = r.real
-    if real[rig.RAMP] < 1.0:
-        ramp = advanced(real[rig.RAMP], step)
-        real[rig.RAMP] = ramp
-        slot = r.word[rig.SLOT]
+    if real[arrays.RAMP] < 1.0:
+        ramp = advanced(real[arrays.RAMP], step)
+        real[arrays.RAMP] = ramp
+        slot = r.word[arrays.SLOT]
         for i in range(r.words[block.N_PARAMS]):
             goal, start = r.goal[i], r.start[i]
             r.params[slot, i] = goal if ramp >= 1.0 else start + (goal - start) * ramp
-    if real[rig.BLEND] < 1.0:
-        real[rig.BLEND] = advanced(real[rig.BLEND], step)
+    if real[arrays.BLEND] < 1.0:
+        real[arrays.BLEND] = advanced(real[arrays.BLEND], step)
 
 
 @internal
 def clear_fault(r):
     """Forget a latched fault; the law starts from its first state, the force fades in from zero."""
-    if load_acquire(r.control, rig.FAULT) == rig.NO_FAULT:
+    if load_acquire(r.control, arrays.FAULT) == arrays.NO_FAULT:
         return
     r.fault[0] = 0
     r.fault[1] = 0
-    restore(r, r.word[rig.SLOT])
-    r.real[rig.BLEND] = 1.0
-    r.real[rig.GAIN] = 0.0
-    store_release(r.control, rig.FAULT, rig.NO_FAULT)
+    restore(r, r.word[arrays.SLOT])
+    r.real[arrays.BLEND] = 1.0
+    r.real[arrays.GAIN] = 0.0
+    store_release(r.control, arrays.FAULT, arrays.NO_FAULT)

@@ -1,8 +1,8 @@
 """Many runs of one scene with other numbers, judged as they go: the batch's samples without their rows.
 
-One rig and one plant serve all cells, so a thread computes hundreds of cells without Python. Their arrays are
-pieces of two flat ones: two copies bring everything back to the start, whatever a rig holds. Every sample is
-the batch's, bit for bit.
+One set of loop arrays and one plant serve all cells, so a thread computes hundreds of cells without Python.
+Both are pieces of two flat arrays: two copies bring all back to the start. Every sample is the batch's,
+bit for bit.
 """
 
 import math
@@ -13,14 +13,14 @@ import numpy as np
 from hapkit_studio.devices import simulated
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
-from hapkit_studio.haptics import batch, block, headless, plant, rig, rows
+from hapkit_studio.haptics import arrays, block, headless, rows, simulated_loop
 
 # A run's time falls into equal parts. Of each: the lowest and highest true position in m, and the sum over
 # its samples of a^2 + (w v)^2 in m2/s4, steady along a spring's own oscillation at w.
 PARTS = 12
 LOW, HIGH, POWER = range(3)
 # How a run ended: whole, beyond what is near, at rest for good, died out, in a small steady buzz.
-WHOLE, LOST, STILL, FAINT, STEADY = range(5)
+COMPLETED, LEFT_RANGE, SETTLED, DIED_OUT, STEADY = range(5)
 # The reach of a steady motion differs from part to part by no more than this share.
 _STEADY_SHARE = 0.01
 
@@ -55,27 +55,29 @@ class Found(NamedTuple):
 
 
 class Flat(NamedTuple):
-    """All numbers and all whole numbers of a rig and a plant."""
+    """All numbers and all whole numbers of loop arrays and a plant."""
 
     numbers: np.ndarray
     words: np.ndarray
 
 
-def packed(r: rig.Rig, body: plant.Plant) -> tuple[rig.Rig, plant.Plant, Flat]:
-    """Return rig and plant anew, their arrays pieces of two flat ones, and these."""
-    arrays = [*r, *body]
-    flat = Flat(*(np.concatenate([a.ravel() for a in arrays if a.dtype == t]) for t in (float, np.int64)))
+def packed(
+    r: arrays.LoopArrays, body: simulated_loop.Plant
+) -> tuple[arrays.LoopArrays, simulated_loop.Plant, Flat]:
+    """Return arrays and plant anew, their arrays pieces of two flat ones, and these."""
+    all_arrays = [*r, *body]
+    flat = Flat(*(np.concatenate([a.ravel() for a in all_arrays if a.dtype == t]) for t in (float, np.int64)))
     rest = {array.dtype: array for array in flat}
     pieces = []
-    for array in arrays:
+    for array in all_arrays:
         piece, rest[array.dtype] = np.split(rest[array.dtype], [array.size])
         pieces.append(piece.reshape(array.shape))
-    return rig.Rig(*pieces[: len(r)]), plant.Plant(*pieces[len(r) :]), flat
+    return arrays.LoopArrays(*pieces[: len(r)]), simulated_loop.Plant(*pieces[len(r) :]), flat
 
 
 @internal
 def restart(r, body, flat, made, numbers, start):
-    """Bring rig and plant back to how they were made, with other numbers and another start."""
+    """Bring arrays and plant back to how they were made, with other numbers and another start."""
     for i in range(flat.numbers.shape[0]):
         flat.numbers[i] = made.numbers[i]
     for i in range(flat.words.shape[0]):
@@ -101,20 +103,20 @@ def _steady(parts, part, small):
 def _end_of(parts, part, limits):
     """Return how a run ends with a part that it has rendered whole: WHOLE if it goes on."""
     if max(-parts[part, LOW], parts[part, HIGH]) < limits.faint:
-        return FAINT
-    return STEADY if _steady(parts, part, limits.small) else WHOLE
+        return DIED_OUT
+    return STEADY if _steady(parts, part, limits.small) else COMPLETED
 
 
 @internal
 def _watch(r, body, row, samples, weight, limits, parts):
     """Render one run; fill parts (PARTS, 3); return how it ended and after how many samples."""
     period = r.block_values[block.PERIOD]
-    speed, waited, done, end = 0.0, 0, 0, WHOLE
+    speed, waited, done, end = 0.0, 0, 0, COMPLETED
     for part in range(PARTS):
         low, high, power = math.inf, -math.inf, 0.0
         for _ in range(samples):
             row[rows.BOARD_TIME] = done * period
-            batch.sample(r, body, row, 0.0, 0.0, 0.0)
+            headless.simulate_sample(r, body, row, 0.0, 0.0, 0.0)
             done += 1
             x, v = row[rows.TRUE_POSITION], row[rows.TRUE_VELOCITY]
             low, high = min(low, x), max(high, x)
@@ -123,11 +125,11 @@ def _watch(r, body, row, samples, weight, limits, parts):
             waited = waited + 1 if v == 0.0 and speed == 0.0 else 0
             speed = v
             if not abs(x) <= limits.far or waited >= limits.still:
-                end = STILL if waited >= limits.still else LOST
+                end = SETTLED if waited >= limits.still else LEFT_RANGE
                 break
         parts[part, LOW], parts[part, HIGH], parts[part, POWER] = low, high, power
-        end = _end_of(parts, part, limits) if end == WHOLE else end
-        if end != WHOLE:
+        end = _end_of(parts, part, limits) if end == COMPLETED else end
+        if end != COMPLETED:
             break
     return end, done
 
@@ -136,12 +138,12 @@ def _watch(r, body, row, samples, weight, limits, parts):
 def run(r, body, flat, made, hand, cells, limits, row, found):
     """Render every cell and fill found.
 
-    flat holds rig and plant, made is a copy of it as the scene made them; row (ROW_WIDTH,) is room for one
+    flat holds arrays and plant, made is a copy of it as the scene made them; row (ROW_WIDTH,) is room for one
     sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
     """
     for i in range(cells.starts.shape[0]):
         restart(r, body, flat, made, cells.numbers[i], cells.starts[i])
-        plant.configure(body, r.block_values, hand[0], hand[1], hand[2])
+        simulated_loop.configure(body, r.block_values, hand[0], hand[1], hand[2])
         end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
         found.ends[i], found.samples[i] = end, done
 

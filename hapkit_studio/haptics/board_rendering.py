@@ -1,0 +1,490 @@
+"""A board that renders: what the computer sends it, and how its telemetry becomes rows.
+
+Settings, the law, its constants and that the computer is there are sent. Each such function writes its
+frames to ``frame`` and returns their length.
+"""
+
+import math
+
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.jit import compiled, internal
+from hapkit_studio.haptics import arrays, block, link, rows, transitions
+from hapkit_studio.haptics.fences import store_release
+from hapkit_studio.haptics.tick import latch, recover
+from hapkit_studio.protocol import codec, law_frames
+from hapkit_studio.protocol.law_frames import PIECE, TUNED
+
+FRAME = 1e-3
+"""s between two frames of telemetry, where the board does not render more slowly."""
+
+_FADE = 0.030
+_OFF = codec.FLAG_WATCHDOG | codec.FLAG_REFUSED | codec.FLAG_OVER_SPEED | codec.FLAG_STOPPED
+
+
+@compiled
+def show(r, conn, out, k, now):
+    """Show the k-th decoded frame, telemetry, in the ring's next row."""
+    sample = conn.samples[k]
+    row = out.rows[rows.next_index(out)]
+    arrive(r, conn, sample)
+    period = since_last(conn, sample)
+    position = link.position_of(conn, sample[codec.COUNT])
+    if transitions.due(r):
+        fault = r.control[arrays.FAULT]
+        transitions.refresh(r, position, period)
+        if fault != arrays.NO_FAULT and r.control[arrays.FAULT] == arrays.NO_FAULT:
+            conn.numbers[link.EXCUSED] = now + link.REPEAT_AFTER + conn.numbers[link.ROUND_TRIP]
+    if r.word[arrays.STALE]:
+        recover(r, period)
+    link.write_times(conn, sample, row, now)
+    link.note_delay(conn.delays, link.OF_BOARD, sample[codec.DELAY])
+    conn.numbers[link.SEEN_SPEED] = (position - r.real[arrays.LAST_POSITION]) / period
+    fill_row(r, conn, sample, row, position, period)
+    lost = lost_frames(conn, sample, period)
+    row[rows.FLAGS] = flags_of(r, conn, sample, now, lost > 0 or period > 1.5 * frame_of(conn))
+    r.word[arrays.FLAGS] = int(row[rows.FLAGS])
+    if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
+        r.real[arrays.APPLIED] = row[rows.APPLIED]
+    store_release(r.control, arrays.LOST_FRAMES, conn.reader[codec.LOST_FRAMES])
+    store_release(r.control, arrays.CRC_ERRORS, conn.reader[codec.BAD_FRAMES])
+
+
+@internal
+def arrive(r, conn, sample):
+    """Notice that the board renders what it was told to, or that it was not told to."""
+    n, words = conn.numbers, conn.words
+    if (
+        words[link.HANDOVER] == link.SENDING_LAW
+        and int(sample[codec.GENERATION]) == words[link.LAW_GENERATION]
+    ):
+        words[link.HANDOVER], words[link.MOTOR_SEEN_ON] = link.ON_BOARD, 1
+        n[link.FADED_AT] = sample[codec.BOARD_TIME] + _FADE
+        words[link.OVERRUNS] = int(sample[codec.OVERRUNS])
+    elif words[link.HANDOVER] <= link.SENDING_SETTINGS:
+        words[link.HANDOVER] = link.RETURNING
+        n[link.ASKED_AT] = -link.REPEAT_AFTER
+    r.real[arrays.GAIN] = 0.0
+
+
+@internal
+def since_last(conn, sample):
+    """Return the time in s since the last row by the board's clock, a frame's where that means nothing."""
+    before = conn.numbers[link.LAST_BOARD_TIME]
+    passed = sample[codec.BOARD_TIME] - before
+    return passed if before > 0.0 and 0.0 < passed < 1.0 else FRAME
+
+
+@internal
+def frame_of(conn):
+    """Return the time in s from one frame of telemetry to the next."""
+    rate = conn.law[link.RATE]
+    return max(FRAME, 1.0 / rate) if rate > 0 else FRAME
+
+
+@internal
+def lost_frames(conn, sample, period):
+    """Return how many frames are missing before this one, and count them; ticks are not all shown."""
+    if sample[codec.LOST] <= 0.0 or conn.law[link.RATE] <= 0:
+        return 0
+    lost = max(int(period / frame_of(conn) + 0.5) - 1, 0)
+    conn.reader[codec.LOST_FRAMES] += lost
+    return lost
+
+
+@internal
+def finite(value):
+    """Return a number, 0 in place of what is none."""
+    return value if math.isfinite(value) else 0.0
+
+
+@internal
+def fill_row(r, conn, sample, row, position, period):
+    """Fill what the board says of motion, force and state."""
+    real, word, sign = r.real, r.word, conn.numbers[link.SIGN]
+    duty = int(sample[codec.PWM])
+    applied = sign * math.copysign(conn.motor[min(abs(duty), conn.motor.size - 1)], duty)
+    row[rows.TICK] = word[arrays.TICK]
+    word[arrays.TICK] += 1
+    row[rows.POSITION] = position
+    row[rows.VELOCITY] = sign * finite(sample[codec.VELOCITY])
+    row[rows.ASKED] = sign * finite(sample[codec.ASKED])
+    row[rows.APPLIED] = applied
+    row[rows.PERIOD] = period
+    real[arrays.ENERGY] += 0.5 * (real[arrays.APPLIED] + applied) * (position - real[arrays.LAST_POSITION])
+    row[rows.ENERGY] = real[arrays.ENERGY]
+    real[arrays.APPLIED] = applied
+    real[arrays.LAST_POSITION] = position
+    real[arrays.VELOCITY] = row[rows.VELOCITY]
+    word[arrays.RENEW] = 1  # the passivity observer does not watch here
+    place = int(row[rows.TICK]) & (r.energies.shape[0] - 1)
+    r.energies[place, 0] = r.energies[place, 1] = math.nan
+    take_state(r, conn, sample, row)
+
+
+@internal
+def take_state(r, conn, sample, row):
+    """Keep the value of state that this frame shows, if it is the law's in force; fill the row's."""
+    states = r.states[r.word[arrays.SLOT]]
+    at = int(sample[codec.STATE_AT])
+    same = conn.words[link.HANDOVER] == link.ON_BOARD and r.words[block.BOARD_LAW] == r.words[block.LAW]
+    if at < r.words[block.N_STATE] and same and r.words[block.FORM] == conn.words[link.FORM]:
+        states[at] = sample[codec.STATE]
+    for i in range(rows.STATES):
+        row[rows.STATE + i] = states[i]
+
+
+@internal
+def flags_of(r, conn, sample, now, gap):
+    """Return the row's flags; what the board latched is latched here, with words.
+
+    gap: frames are missing before this one, or were not shown. What the sensor left out is one as well.
+    """
+    n, said = conn.numbers, int(sample[codec.FLAGS])
+    missed = (int(sample[codec.OVERRUNS]) - conn.words[link.OVERRUNS]) & 0xFF
+    if missed and conn.words[link.HANDOVER] >= link.ON_BOARD:
+        store_release(r.control, arrays.MISSED, r.control[arrays.MISSED] + missed)
+        conn.words[link.SKIPPED] += missed
+    conn.words[link.OVERRUNS] = int(sample[codec.OVERRUNS])
+    latch_what_is_said(r, n, said, now)
+    count_cuts(r, conn, said)
+    flags = rows.GAP if gap or said & codec.FLAG_SENSOR else 0
+    if said & codec.FLAG_CLAMPED:
+        flags |= rows.CLAMPED
+    if said & codec.FLAG_STOPPED:
+        flags |= rows.STOPPED
+    if said & codec.FLAG_WATCHDOG or r.word[arrays.STALE]:
+        flags |= rows.STALE
+    if r.control[arrays.FAULT] != arrays.NO_FAULT:
+        flags |= rows.FAULT
+    if said & _OFF:
+        n[link.FADED_AT] = sample[codec.BOARD_TIME] + _FADE
+    elif sample[codec.BOARD_TIME] < n[link.FADED_AT]:
+        flags |= rows.FADING
+    return flags
+
+
+@internal
+def count_cuts(r, conn, said):
+    """Count how often the board switched its motor off although it was told that someone is there."""
+    words = conn.words
+    off = said & codec.FLAG_WATCHDOG != 0 and said & codec.FLAG_STOPPED == 0
+    if off and words[link.MOTOR_SEEN_ON] and not r.word[arrays.STALE]:
+        count = r.control[arrays.STALE_CAUSES + arrays.CUT] + 1
+        store_release(r.control, arrays.STALE_CAUSES + arrays.CUT, count)
+    words[link.MOTOR_SEEN_ON] = not off
+
+
+@internal
+def latch_what_is_said(r, n, said, now):
+    """Latch over-speed and a force that is no number, unless the board was told just now to forget them.
+
+    A board that saw a leap gives up its estimate: then the speed is what its positions come to.
+    """
+    speed, position = r.real[arrays.VELOCITY], r.real[arrays.LAST_POSITION]
+    if now < n[link.EXCUSED]:
+        return
+    if said & codec.FLAG_OVER_SPEED or abs(speed) > r.values[block.MAX_SPEED]:
+        seen = n[link.SEEN_SPEED]
+        latch(r, arrays.OVER_SPEED, speed if abs(speed) > r.values[block.MAX_SPEED] else seen, position)
+    if said & codec.FLAG_REFUSED:
+        latch(r, arrays.NOT_A_NUMBER, math.nan, position)
+
+
+@internal
+def come_back(r, conn, count):
+    """Let the computer's tick go on from the motion as the board saw it; the force fades in."""
+    position = link.position_of(conn, count)
+    estimators.resume(r.memory, position, r.real[arrays.VELOCITY])
+    r.real[arrays.LAST_POSITION] = position
+    r.real[arrays.GAIN] = 0.0
+    conn.forces[:] = 0.0
+    conn.numbers[link.EFFECT] = 0.0
+
+
+ALIVE_APART = 4e-3
+"""s between two words that the computer is there. A board goes silent 25 ms after the last: five may be lost.
+
+Each costs it 300 cycles.
+"""
+_HALF_FRAME = 0.5e-3
+AT_ONCE = 3
+"""Pieces of a law that may go out together, one for each frame that has come.
+
+The board works one off in a millisecond, and has room for 128 bytes that wait.
+"""
+WINDOW = 16 * PIECE
+"""Bytes of a law that may be under way."""
+REPEAT = 0.02
+"""s beyond a round trip after which pieces that have not arrived are sent again."""
+TUNE_AGAIN = 0.05
+"""The same for constants; those before them have moved by then and left their room."""
+STUCK = 0.5
+"""s in which a law that has arrived whole begins."""
+_GENERATIONS = 255
+FIRST_SLOT = 2
+"""The first slot behind position and velocity."""
+
+
+@compiled
+def answer(r, conn, k, now, frame):
+    """Answer frame k."""
+    n, words = conn.numbers, conn.words
+    n[link.LAST_ANSWER] = now
+    at = words[link.HANDOVER]
+    if at == link.FADING_OUT:
+        length = zero(conn, k, frame)
+        return length + begin(r, conn, k, now, frame[length:])
+    if at == link.SENDING_SETTINGS:
+        return settle(conn, k, now, frame)
+    form = link.wanted_form(r, conn)
+    if at != link.RETURNING and form == 0:
+        at = turn_back(conn)
+    if at == link.RETURNING:
+        return give_over(conn, k, now, frame)
+    if at == link.SENDING_LAW:
+        return ask(r, conn, k, now, frame, form)
+    return go_on(r, conn, k, now, frame, form)
+
+
+@internal
+def zero(conn, k, frame):
+    """Encode a force of zero in answer to sample k."""
+    return codec.encode_force(frame, int(conn.samples[k, codec.SEQ]), 0, 0.0)
+
+
+@internal
+def begin(r, conn, k, now, frame):
+    """Begin to hand over, the force at zero: the zero first, where the board has another one."""
+    n, words = conn.numbers, conn.words
+    words[link.LAW_DUE] = 1
+    if words[link.CONFIGURABLE] and (n[link.ZERO] != 0.0 or n[link.SIGN] < 0.0):
+        fold(conn)
+        words[link.HANDOVER] = link.SENDING_SETTINGS
+        n[link.ASKED_AT] = -link.REPEAT_AFTER
+        words[link.SETTINGS_SEEN] = conn.reader[codec.SETTINGS_FRAMES]
+        return settle(conn, k, now, frame)
+    words[link.HANDOVER] = link.SENDING_LAW
+    return ask(r, conn, k, now, frame, link.wanted_form(r, conn))
+
+
+@internal
+def fold(conn):
+    """Put the zero and direction that a person has set into the settings that the board is to take over.
+
+    The board's zero counts before its sense; its force follows its direction.
+    """
+    body, n = conn.settings, conn.numbers
+    sense = law_frames.signed(body, law_frames.AT_SENSE, 1)
+    zero = law_frames.signed(body, law_frames.AT_ZERO, 4) + sense * int(n[link.ZERO])
+    law_frames.put_whole(body, law_frames.AT_ZERO, 4, zero)
+    if n[link.SIGN] < 0.0:
+        direction = law_frames.signed(body, law_frames.AT_DIRECTION, 1)
+        law_frames.put_whole(body, law_frames.AT_SENSE, 1, -sense)
+        law_frames.put_whole(body, law_frames.AT_DIRECTION, 1, -direction)
+
+
+@internal
+def settle(conn, k, now, frame):
+    """Wait until the board has the settings; from the next frame on its counts are ours."""
+    n, words = conn.numbers, conn.words
+    if conn.reader[codec.SETTINGS_FRAMES] != words[link.SETTINGS_SEEN]:
+        n[link.ZERO], n[link.SIGN] = 0.0, 1.0
+        words[link.HANDOVER] = link.SENDING_LAW
+        return zero(conn, k, frame)
+    if now - n[link.ASKED_AT] < link.REPEAT_AFTER:
+        return zero(conn, k, frame)
+    n[link.ASKED_AT] = now
+    return law_frames.encode_body(frame, conn.settings)
+
+
+@internal
+def ask(r, conn, k, now, frame, form):
+    """Say what the board is to render until it has heard, then send it in pieces; hear why it refuses."""
+    n, words, sample = conn.numbers, conn.words, conn.samples[k]
+    if words[link.LAW_DUE] or words[link.FORM] != form:
+        choose(r, conn, k, form)
+    heard = sample[codec.KIND] == codec.SAMPLE and int(sample[codec.GENERATION]) == words[link.LAW_GENERATION]
+    if not heard:
+        if now - n[link.ASKED_AT] < link.REPEAT_AFTER:
+            return send_now_and_then(conn, k, frame, law_frames.ALIVE)
+        n[link.ASKED_AT] = n[link.MOVED_AT] = now
+        return announce(conn, frame)
+    if sample[codec.REFUSAL] != 0.0:
+        words[link.REFUSED], words[link.REFUSAL] = form, int(sample[codec.REFUSAL])
+        turn_back(conn)
+        return give_over(conn, k, now, frame)
+    return pieces(conn, k, now, frame)
+
+
+@internal
+def choose(r, conn, k, form):
+    """Take the law in force to send it to the board, with a generation of its own."""
+    n, words = conn.numbers, conn.words
+    words[link.LAW_GENERATION] = next_generation(conn, k)
+    words[link.FORM], words[link.PROGRAM] = form, r.words[block.PROGRAM]
+    for i in range(block.PROGRAM_WORDS):
+        conn.program[i] = r.program[i]
+    for i in range(conn.law.size):
+        conn.law[i] = r.words[block.BOARD_RATE + i]
+    conn.unsure[:] = 0
+    words[link.LAW_DUE] = words[link.RECEIVED] = words[link.SENT] = words[link.TUNING] = 0
+    n[link.FIRST], n[link.SECOND] = r.values[block.BOARD_FIRST], r.values[block.BOARD_SECOND]
+    n[link.ASKED_AT] = -link.REPEAT_AFTER
+
+
+@internal
+def next_generation(conn, k):
+    """Return a number from 1 to 255 that is neither the last law's nor what the board says now."""
+    words, told = conn.words, int(conn.samples[k, codec.GENERATION])
+    generation = words[link.GENERATION]
+    for _ in range(3):
+        generation = generation % _GENERATIONS + 1
+        if generation != words[link.LAW_GENERATION] and generation != told:
+            break
+    words[link.GENERATION] = generation
+    return generation
+
+
+@internal
+def announce(conn, frame):
+    """Encode what the law is like that the board is to get."""
+    n, law = conn.numbers, conn.law
+    return law_frames.encode_law(
+        frame,
+        conn.words[link.LAW_GENERATION],
+        law[link.RATE],
+        law[link.ESTIMATOR],
+        n[link.FIRST],
+        n[link.SECOND],
+        law[link.STATES],
+        law[link.CONSTANTS],
+        law[link.SLOTS],
+        law[link.CODE],
+        law[link.CHECK],
+    )
+
+
+@internal
+def pieces(conn, k, now, frame):
+    """Send the next bytes of the law; go back to the first one missing where none has arrived for a while."""
+    n, words = conn.numbers, conn.words
+    whole = 4 * conn.law[link.CONSTANTS] + conn.law[link.CODE]
+    received = min(int(conn.samples[k, codec.RECEIVED]), whole)
+    if received != words[link.RECEIVED]:
+        grown = received > words[link.RECEIVED]
+        words[link.SENT] = max(words[link.SENT], received) if grown else received
+        words[link.RECEIVED], n[link.MOVED_AT] = received, now
+    elif received == whole:
+        words[link.LAW_DUE] = now - n[link.MOVED_AT] > STUCK
+    elif now - n[link.MOVED_AT] > REPEAT + n[link.ROUND_TRIP]:
+        words[link.SENT], n[link.MOVED_AT] = received, now
+    length = 0
+    for _ in range(min(k + 1, AT_ONCE)):
+        sent = words[link.SENT]
+        if sent < min(whole, received + WINDOW):
+            generation = words[link.LAW_GENERATION]
+            length += law_frames.encode_piece(frame[length:], generation, sent, conn.program)
+            words[link.SENT] = min(sent + PIECE, whole)
+    return length if length else send_now_and_then(conn, k, frame, law_frames.ALIVE)
+
+
+@internal
+def turn_back(conn):
+    """Let the computer render again, once the board has given over; return that way."""
+    conn.words[link.HANDOVER] = link.RETURNING
+    conn.numbers[link.ASKED_AT] = -link.REPEAT_AFTER
+    return link.RETURNING
+
+
+@internal
+def give_over(conn, k, now, frame):
+    """Tell the board that the computer renders; again where telemetry goes on."""
+    n = conn.numbers
+    if now - n[link.ASKED_AT] < link.REPEAT_AFTER:
+        return send_now_and_then(conn, k, frame, law_frames.ALIVE)
+    n[link.ASKED_AT] = now
+    return codec.encode_simple(frame, law_frames.LEAVE)
+
+
+@internal
+def go_on(r, conn, k, now, frame, form):
+    """Say which law is new, or which constants, or only that the computer is there."""
+    n, words = conn.numbers, conn.words
+    if r.word[arrays.STALE]:
+        return send_now_and_then(conn, k, frame, law_frames.HELLO_REQUEST)
+    if words[link.TUNING] != 0:
+        if int(conn.samples[k, codec.GENERATION]) == words[link.TUNING]:
+            words[link.TUNING] = 0
+            conn.unsure[:] = 0
+        elif now - n[link.TUNED_AT] > TUNE_AGAIN + n[link.ROUND_TRIP]:
+            words[link.TUNING] = words[link.PROGRAM] = 0
+    changed = 0
+    if words[link.TUNING] == 0 and words[link.PROGRAM] != r.words[block.PROGRAM]:
+        changed = changes(r, conn)
+    if words[link.LAW_DUE] or words[link.FORM] != form or changed > r.words[block.BOARD_MOVING]:
+        words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
+        return ask(r, conn, k, now, frame, form)
+    if changed > 0:
+        return tune(r, conn, k, now, frame)
+    if words[link.TUNING] == 0:
+        words[link.PROGRAM] = r.words[block.PROGRAM]
+    return send_now_and_then(conn, k, frame, law_frames.ALIVE)
+
+
+@internal
+def other(r, conn, i):
+    """Return whether the board may have another i-th constant than it is to have."""
+    return conn.unsure[i] or law_frames.constant_of(conn.program, i) != law_frames.constant_of(r.program, i)
+
+
+@internal
+def changes(r, conn):
+    """Return how many constants the board may have otherwise than it is to have them."""
+    count = 0
+    for i in range(conn.law[link.STATES], conn.law[link.CONSTANTS]):
+        count += other(r, conn, i)
+    return count
+
+
+@internal
+def tune(r, conn, k, now, frame):
+    """Send the first constants that are new; until the board says so nobody knows whether it has them."""
+    n, words = conn.numbers, conn.words
+    words[link.TUNING], n[link.TUNED_AT] = next_generation(conn, k), now
+    law_frames.begin_tune(frame, words[link.LAW_GENERATION], words[link.TUNING])
+    left = TUNED
+    for i in range(conn.law[link.STATES], conn.law[link.CONSTANTS]):
+        if left > 0 and other(r, conn, i):
+            bits = law_frames.constant_of(r.program, i)
+            law_frames.add_constant(frame, FIRST_SLOT + i, bits)
+            law_frames.put_constant(conn.program, i, bits)
+            conn.unsure[i] = 1
+            left -= 1
+    return law_frames.end_tune(frame)
+
+
+@internal
+def send_now_and_then(conn, k, frame, word):
+    """Say a word without fields every few milliseconds by the board's clock."""
+    time = conn.samples[k, codec.BOARD_TIME]
+    if 0.0 <= time - conn.numbers[link.ALIVE_AT] < ALIVE_APART - _HALF_FRAME:
+        return 0
+    conn.numbers[link.ALIVE_AT] = time
+    return codec.encode_simple(frame, word)
+
+
+@compiled
+def take_law_away(conn, frame):
+    """Take the board's law away, then command zero: the last act of a loop while the board renders.
+
+    Told twice the board does so at once; told once it lets its force go out over 30 ms.
+    """
+    length = codec.encode_simple(frame, law_frames.LEAVE)
+    length += codec.encode_simple(frame[length:], law_frames.LEAVE)
+    return length + codec.encode_force(frame[length:], 0, 0, 0.0)
+
+
+@compiled
+def hello(frame):
+    """Ask whether anybody is there: what does not keep the motor on."""
+    return codec.encode_simple(frame, law_frames.HELLO_REQUEST)
