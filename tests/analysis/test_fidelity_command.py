@@ -10,8 +10,8 @@ from dataclasses import replace
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.analysis import needs_writer
-from hapkit_studio.analysis.needs_writer import edited
+from hapkit_studio.analysis import fidelity
+from hapkit_studio.analysis.fidelity import with_needs
 from hapkit_studio.charts import fidelity as charts
 from hapkit_studio.cli import main
 from hapkit_studio.devices.terms import TERMS
@@ -74,7 +74,7 @@ def test_an_unknown_scene_is_one_line(capsys):
 def test_the_file_gets_what_was_computed(capsys, tmp_path, monkeypatch):
     file = tmp_path / "free.py"
     file.write_text("ENVIRONMENT = Environment(\n    key='free',\n)\n", encoding="utf-8")
-    monkeypatch.setattr(needs_writer, "file_of", lambda environment: file)
+    monkeypatch.setattr(fidelity, "file_of", lambda environment: file)
     assert f"wrote {file}" in run(capsys, "free", "--write")[1]
     assert '    needs=("mass", "viscous", "coulomb"),\n' in file.read_text(encoding="utf-8")
     assert "wrote" not in run(capsys, "free", "--write")[1]
@@ -118,7 +118,7 @@ LIBRARY = environments.discover()
 
 
 def source(key):
-    return needs_writer.file_of(LIBRARY[key]).read_text(encoding="utf-8")
+    return fidelity.file_of(LIBRARY[key]).read_text(encoding="utf-8")
 
 
 def declared(text):
@@ -131,9 +131,9 @@ def declared(text):
 @pytest.mark.parametrize("needs", [(), ("mass",), tuple(TERMS)])
 def test_one_line_changes_and_says_what_is_needed(key, needs):
     before = source(key)
-    after = edited(before, needs)
+    after = with_needs(before, needs)
     assert declared(after) == needs
-    assert edited(after, needs) == after
+    assert with_needs(after, needs) == after
     lines = [d for d in difflib.ndiff(before.split("\n"), after.split("\n")) if d[0] in "+-"]
     assert all("needs=" in line for line in lines)
     assert len(lines) <= 2
@@ -142,7 +142,7 @@ def test_one_line_changes_and_says_what_is_needed(key, needs):
 def test_the_longest_line_is_as_the_formatter_writes_it(tmp_path):
     for needs in ((), ("coulomb",), tuple(TERMS)):
         file = tmp_path / f"with_{len(needs)}.py"
-        file.write_text(edited(source("wall"), needs), encoding="utf-8")
+        file.write_text(with_needs(source("wall"), needs), encoding="utf-8")
     command = [sys.executable, "-m", "ruff", "format", "--check", "--line-length", "110", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -174,20 +174,20 @@ def test_the_longest_line_is_as_the_formatter_writes_it(tmp_path):
     ],
 )
 def test_every_way_to_write_a_declaration(text, wanted):
-    assert edited(text, ("mass",)) == wanted
+    assert with_needs(text, ("mass",)) == wanted
 
 
 def test_a_copy_is_written_once(tmp_path, monkeypatch):
     file = tmp_path / "copy.py"
-    file.write_bytes(needs_writer.file_of(LIBRARY["wall"]).read_bytes())
-    monkeypatch.setattr(needs_writer, "file_of", lambda environment: file)
-    assert needs_writer.write(LIBRARY["wall"], ("mass", "delay")) is True
+    file.write_bytes(fidelity.file_of(LIBRARY["wall"]).read_bytes())
+    monkeypatch.setattr(fidelity, "file_of", lambda environment: file)
+    assert fidelity.write_needs(LIBRARY["wall"], ("mass", "delay")) is True
     assert declared(file.read_text(encoding="utf-8")) == ("mass", "delay")
-    assert needs_writer.write(LIBRARY["wall"], ("mass", "delay")) is False
+    assert fidelity.write_needs(LIBRARY["wall"], ("mass", "delay")) is False
 
 
 def test_where_there_is_nothing_to_write_into():
     with pytest.raises(ParameterError, match=r"does not say ENVIRONMENT = Environment\("):
-        edited("x = 1\n", ("mass",))
+        with_needs("x = 1\n", ("mass",))
     with pytest.raises(ParameterError, match="Wall has no file of its own"):
-        needs_writer.file_of(replace(LIBRARY["wall"]))
+        fidelity.file_of(replace(LIBRARY["wall"]))

@@ -1,5 +1,7 @@
 """A spring and damper behind a velocity filter: what each linear estimator leaves of the stable stiffness."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring
@@ -26,7 +28,9 @@ def spec(case: base.Case) -> Spec:
     return list(ESTIMATORS.values())[int(case["estimator"])][1]
 
 
-def bound(case: base.Case, damping: float, estimator: Spec, find=stiffness_limit) -> float:
+def bound(
+    case: base.Case, damping: float, estimator: Spec, find: Callable[..., float] = stiffness_limit
+) -> float:
     """Return the limit in N/m of a case with another virtual damping and estimator."""
     arguments = {"rate": case["rate"], "delay": case["delay"], "estimator": estimator}
     return find(case["mass"], case["viscous"], damping=damping, **arguments)

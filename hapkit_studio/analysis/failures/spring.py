@@ -68,7 +68,9 @@ def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
     return Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
 
 
-def step_matrix(mass: float, viscous: float, stiffness: float, damping: float, period: float, delay: float):
+def step_matrix(
+    mass: float, viscous: float, stiffness: float, damping: float, period: float, delay: float
+) -> np.ndarray:
     """Return the closed loop's map over one period, square; its state: x, v, last x, past commands.
 
     The spring with the plain difference for its damper; the force of a sample acts ``delay`` s later and is

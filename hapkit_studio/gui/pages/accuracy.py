@@ -7,18 +7,17 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox
 
-from hapkit_studio.gui.pages.base import View
+from hapkit_studio.gui.pages.base import View, hint
 from hapkit_studio.gui.pages.drawing import sign
 from hapkit_studio.gui.pages.job import Progress
 from hapkit_studio.gui.pages.measuring import MeasuringPage
-from hapkit_studio.gui.pages.side import hint
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.widgets.segmented import Segmented
 
 if TYPE_CHECKING:
     from matplotlib.backend_bases import MouseEvent
 
-    from hapkit_studio.analysis.accuracy import Chart, Point, Scene, Sheet
+    from hapkit_studio.analysis.accuracy import Accuracy, Chart, Point, Scene, Sheet
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
@@ -131,14 +130,14 @@ class AccuracyPage(MeasuringPage):
         """Measure the chart that is chosen, all its scenes."""
         key = self.key
 
-        def work(progress: Progress):
+        def work(progress: Progress) -> "Accuracy":
             from hapkit_studio.analysis import accuracy
 
             return accuracy.compute([key], progress=progress)
 
         self.job.start(work)
 
-    def show_result(self, result) -> None:
+    def show_result(self, result: "Accuracy") -> None:
         """Keep what was measured and show it."""
         for chart in result.charts:
             self._found[chart.key] = chart

@@ -1,11 +1,15 @@
-"""What a view is: its name, and a page that measures and shows."""
+"""What a view is: its name, a page that measures and shows, and the panel at its side."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
+
+from hapkit_studio.gui.panel.parameter_panel import rule
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -61,3 +65,88 @@ class View:
     order: int
     build: "Callable[[Studio, Live], Page]"
     scene: bool = True
+
+
+_EDGE, _TOP = 16, 12
+
+
+def hint(text: str = "") -> QLabel:
+    """Return quiet words that wrap."""
+    label = plain(QLabel(text))
+    label.setWordWrap(True)
+    label.setProperty("role", "hint")
+    return label
+
+
+class Pairs(QWidget):
+    """Names at the left, values at the right; ``show_pairs`` replaces all of them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setVerticalSpacing(6)
+        self._grid.setColumnStretch(1, 1)
+        self._labels: list[tuple[QLabel, QLabel]] = []
+        self._above: tuple[QWidget, ...] = ()
+
+    def stand_under(self, above: tuple[QWidget, ...]) -> None:
+        """Show a section's rule and name only while there are pairs below them; there are none yet."""
+        self._above = above
+        self.show_pairs([])
+
+    def show_pairs(self, pairs: list[tuple[str, str]]) -> None:
+        """Show these pairs from top to bottom."""
+        while len(self._labels) < len(pairs):
+            self._append()
+        for row, labels in enumerate(self._labels):
+            for column, label in enumerate(labels):
+                label.setVisible(row < len(pairs))
+                label.setText(pairs[row][column] if row < len(pairs) else "")
+        for part in self._above:
+            part.setVisible(bool(pairs))
+
+    def _append(self) -> None:
+        row, name, value = len(self._labels), plain(QLabel()), plain(QLabel())
+        dress(name, "QLabel { color: @ink2; }")
+        value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
+        value.setWordWrap(True)
+        self._grid.addWidget(name, row, 0, Qt.AlignmentFlag.AlignTop)
+        self._grid.addWidget(value, row, 1)
+        self._labels.append((name, value))
+
+
+class SidePanel(QScrollArea):
+    """A column like the parameter panel's; parts are put into it from top to bottom."""
+
+    def __init__(self, title: str, words: str = ""):
+        super().__init__()
+        self.setObjectName("panel")
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.heading, self.words = QLabel(title), hint(words)
+        self.heading.setWordWrap(True)
+        dress(self.heading, "QLabel { font-size: 18px; font-weight: 650; }")
+        body = QWidget()
+        body.setObjectName("panelBody")
+        self._column = QVBoxLayout(body)
+        self._column.setContentsMargins(_EDGE, _TOP, _EDGE, _TOP)
+        self._column.setSpacing(8)
+        self._column.addWidget(self.heading)
+        self._column.addWidget(self.words)
+        self._column.addStretch(1)
+        self.setWidget(body)
+
+    def add(self, widget: QWidget) -> None:
+        """Put a part below the others."""
+        self._column.insertWidget(self._column.count() - 1, widget)
+
+    def section(self, name: str) -> tuple[QWidget, ...]:
+        """Begin a part with a hairline and its name, and return both."""
+        heading = QLabel(name)
+        heading.setProperty("role", "section")
+        begun = rule(), heading
+        for part in begun:
+            self.add(part)
+        return begun

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QDir, Signal
 from PySide6.QtWidgets import (
@@ -20,10 +20,9 @@ from PySide6.QtWidgets import (
 )
 
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.pages.base import Page, filled
+from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, filled, hint
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.pages.job import Job, Progress
-from hapkit_studio.gui.pages.side import Pairs, SidePanel, hint
 from hapkit_studio.gui.pages.table import Table
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.style import dress
@@ -355,7 +354,7 @@ class MeasuringPage(Page):
         """Measure; raise StudioError where that cannot be."""
         raise NotImplementedError
 
-    def show_result(self, result) -> None:
+    def show_result(self, result: Any) -> None:
         """Show what was measured."""
         raise NotImplementedError
 

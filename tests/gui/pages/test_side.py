@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QLabel
 
-from hapkit_studio.gui.pages.side import Pairs, SidePanel
+from hapkit_studio.gui.pages.base import Pairs, SidePanel
 
 
 def test_a_section_of_pairs_is_named_while_there_are_pairs(qtbot):

@@ -6,8 +6,8 @@ import re
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
+from hapkit_studio.gui.pages.base import SidePanel, hint
 from hapkit_studio.gui.pages.break_it.record import Record
-from hapkit_studio.gui.pages.side import SidePanel, hint
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.theme import theme

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt
@@ -29,9 +29,11 @@ from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.backend_bases import MouseEvent
 
     from hapkit_studio.charts.stability import Dot, Map
+    from hapkit_studio.charts.style import Colors
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
@@ -245,7 +247,7 @@ class StabilityPage(MeasuringPage):
             return
         self.beside.show_lines(shown.lines())
 
-        def paint(figure, colors):
+        def paint(figure: Any, colors: "Colors") -> "tuple[Artist, ...]":
             assert self._map is not None
             self._dot = draw(figure, colors, self._map)
             return self._dot.artists

@@ -3,7 +3,7 @@
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QWidget
 
-from hapkit_studio.gui.pages.side import Pairs, SidePanel, hint
+from hapkit_studio.gui.pages.base import Pairs, SidePanel, hint
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows, rule
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.text import plain

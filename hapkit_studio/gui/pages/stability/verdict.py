@@ -9,7 +9,7 @@ from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
 from hapkit_studio.analysis.stability.margin import Margin, hand_words, short, way_out
-from hapkit_studio.gui.pages.side import Pairs, hint
+from hapkit_studio.gui.pages.base import Pairs, hint
 from hapkit_studio.gui.pages.stability.map_data import Measured
 from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
