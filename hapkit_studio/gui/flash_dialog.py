@@ -11,8 +11,8 @@ from hapkit_studio.devices.flash import Flashed
 from hapkit_studio.devices.flash_output import CONNECTING, VERIFYING, WRITING
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import AvrdudeMissingError, ParameterError
+from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.dialogs import FormSheet
-from hapkit_studio.gui.pages.job import Job, Progress
 from hapkit_studio.gui.studio import Studio
 
 STAGES = (CONNECTING, WRITING, VERIFYING)

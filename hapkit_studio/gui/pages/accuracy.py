@@ -7,9 +7,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox
 
+from hapkit_studio.gui.background import Progress
 from hapkit_studio.gui.pages.base import View, hint
 from hapkit_studio.gui.pages.drawing import sign
-from hapkit_studio.gui.pages.job import Progress
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.widgets.segmented import Segmented

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from hapkit_studio.devices.terms import TERMS
 from hapkit_studio.environments import discover
+from hapkit_studio.gui.background import Progress
 from hapkit_studio.gui.pages.base import Pairs, SidePanel, View, hint
-from hapkit_studio.gui.pages.job import Progress
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.table import Column, Table
 

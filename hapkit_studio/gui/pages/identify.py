@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QStackedWidget
 
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.background import Progress
 from hapkit_studio.gui.pages.base import View
-from hapkit_studio.gui.pages.job import Progress
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.widgets.segmented import Segmented

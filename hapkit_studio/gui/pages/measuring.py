@@ -20,9 +20,9 @@ from PySide6.QtWidgets import (
 )
 
 from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, filled, hint
 from hapkit_studio.gui.pages.drawing import Drawing
-from hapkit_studio.gui.pages.job import Job, Progress
 from hapkit_studio.gui.pages.table import Table
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.style import dress

@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, DEVICE_FORCE, SIMULATED_DAMPING
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.background import Progress, Work
 from hapkit_studio.gui.pages.base import View, hint
-from hapkit_studio.gui.pages.job import Progress, Work
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.panel.limits import LoopFacts

@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QFileDialog, QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
+from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.pages.base import Page, View
-from hapkit_studio.gui.pages.job import Job
 from hapkit_studio.gui.pages.measuring import Export, RunBar
 from tests.gui.window_support import PATIENCE_MS
 

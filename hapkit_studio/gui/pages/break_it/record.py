@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.errors import ParameterError, StudioError
-from hapkit_studio.gui.pages.job import Job, Progress
+from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.widgets.numbers import Quantity
 from hapkit_studio.parameters import Parameter
 

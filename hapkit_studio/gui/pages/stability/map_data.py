@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hapkit_studio.gui.pages.job import Progress, Work
+from hapkit_studio.gui.background import Progress, Work
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.setting import Setting

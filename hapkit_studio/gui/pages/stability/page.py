@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
 from hapkit_studio.analysis.stability.margin import Margin, short
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.stability.map_data import (
     Lines,
@@ -23,7 +24,7 @@ from hapkit_studio.gui.pages.stability.map_data import (
 from hapkit_studio.gui.pages.stability.side import StabilitySide
 from hapkit_studio.gui.pages.stability.trial import MapParameters, Trial, TrialConditions, map_parameters
 from hapkit_studio.gui.pages.stability.verdict import Verdict, VerdictColumn, nothing_yet, verdict
-from hapkit_studio.gui.panel.limits import LoopFacts, MarginWorker
+from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number
@@ -78,7 +79,7 @@ class StabilityPage(MeasuringPage):
         self.facts = LoopFacts(studio, self)
         self.trial = Trial(studio, live, self)
         self.back = UndoClick(studio, self)
-        self._worker = MarginWorker(solve, self)
+        self._worker = LatestAnswer(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
         self._seen = self._wanted = False

@@ -1,9 +1,10 @@
-"""Long work off the window's thread: progress, cancel, and words where it fails."""
+"""Work off the window's thread: a long job with progress and cancel, and the newest question's answer."""
 
 import threading
 import time
 import traceback
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
@@ -117,3 +118,51 @@ class Job(QObject):
             self.failed.emit(text)
         else:
             self.finished.emit(result)
+
+
+class LatestAnswer(QObject):
+    """Answers the newest question in a thread and emits ``answered``; asking again replaces the question.
+
+    solve(question) returns an answer that has the very question as its ``question``.
+    """
+
+    answered = Signal(object)
+
+    def __init__(self, solve: Callable[[Any], Any], parent: QObject | None = None):
+        super().__init__(parent)
+        self._solve = solve
+        self._newest: Any = None
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="answers")
+
+    def ask(self, question: Any) -> None:
+        """Ask, unless this very question was the last one."""
+        if question == self._newest:
+            return
+        self._newest = question
+        job = self._worker.submit(self._work, question)
+        job.add_done_callback(self._deliver)
+
+    def forget(self) -> None:
+        """Want no answer any more."""
+        self._newest = None
+
+    def wait(self) -> None:
+        """Wait until everything asked is answered."""
+        self._worker.submit(int).result()
+
+    def close(self) -> None:
+        """Drop what is waiting and end the thread."""
+        self._newest = None
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _work(self, question: Any) -> Any:
+        if question is not self._newest:
+            return None
+        return self._solve(question)
+
+    def _deliver(self, job: "Future[Any]") -> None:
+        if job.cancelled():
+            return
+        result = job.result()
+        if result is not None and result.question is self._newest:
+            self.answered.emit(result)
