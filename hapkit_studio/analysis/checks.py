@@ -1,4 +1,4 @@
-"""What a question is asked with, checked: numbers one by one, and in rows."""
+"""Checks of arguments: single numbers, delays, and rows of numbers."""
 
 import math
 from collections.abc import Sequence

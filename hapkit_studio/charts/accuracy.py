@@ -72,7 +72,7 @@ _WIDE, _NARROW = 1e8, 300.0
 
 
 class AccuracyAxes:
-    """Error in % or mm/s or µm/s over cost in µs; errors of nothing stand on a row of their own, named 0."""
+    """Axes of error in %, mm/s or µm/s over cost in µs; zero errors have a row of their own, named 0."""
 
     def __init__(self, sheet: "Sheet"):
         self._sheet = sheet
@@ -97,7 +97,7 @@ class AccuracyAxes:
         )
 
     def place(self, point: "Point") -> tuple[float, float]:
-        """Return where a point is drawn: one whose error is lost in growth, at the upper edge."""
+        """Return a point's place; one with an error beyond the axes stands at the upper edge."""
         edge = self.top**_INSIDE * self.bottom ** (1.0 - _INSIDE)
         error = self._zero if point.error <= self._nothing else min(point.error * self.factor, edge)
         return point.ns_per_simulated_s * _NS, error
@@ -196,7 +196,7 @@ def draw(figure: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
 
 
 def _head(sheet: "Sheet", letters: int) -> str:
-    """Return title, answer with its sign, and what the default makes of it."""
+    """Return the title, the answer with its sign, and the verdict on the default."""
     sign = "✓" if sheet.answer.right else "▲"
     return "\n".join(
         (sheet.scene.title, fill(f"{sign} {sentence(sheet)}", letters), fill(verdict(sheet), letters))
@@ -221,7 +221,7 @@ def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
 
 
 def _front(axes: Any, c: Colors, front: Sequence["Point"], frame: AccuracyAxes) -> None:
-    """Draw the edge beyond which no point lies: a staircase as a band with kerbs."""
+    """Draw the Pareto front as a staircase band."""
     if not front:
         return
     places = [frame.place(point) for point in front]

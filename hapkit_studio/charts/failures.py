@@ -67,7 +67,7 @@ class Picture:
 
     @property
     def scale(self) -> float | None:
-        """Return what turns the knob's unit into the chart's across; None where it runs over another."""
+        """Return the factor from the knob's unit to the chart's x axis; None where x is another quantity."""
         if self.chart is None or not self.chart.marks or not self.limit:
             return None
         ratio = self.chart.marks[0].x / self.limit
@@ -144,13 +144,13 @@ def _trace(axes: Any, c: Colors, picture: Picture, one: Tried | None, word: str)
 
 
 def _unit(one: Tried | None) -> str:
-    """Return what a trace is drawn over."""
+    """Return the label of a trace's time axis."""
     time = one.evidence.time if one else np.empty(0)
     return _MS if len(time) and time[-1] < _SHORT else "time, s"
 
 
 def scaled(y: np.ndarray) -> tuple[float, str]:
-    """Return what very small numbers are to be multiplied by to be readable, and its words: "10⁻⁶" or ""."""
+    """Return the factor that makes very small numbers readable, and its power of ten: "10⁻⁶" or ""."""
     finite = np.asarray(y)[np.isfinite(y)]
     most = float(np.abs(finite).max()) if len(finite) else 0.0
     if not 0.0 < most < _SMALL:
@@ -240,6 +240,6 @@ class Knob:
 
 
 def measured_there(chart: "Chart | None", found: "Evidence") -> float | None:
-    """Return what a try is judged by, where the chart runs up over that."""
+    """Return the measure of a try, where it is the chart's y axis; else None."""
     same = chart is not None and chart.y_label.endswith(f", {found.measure_unit}")
     return found.measure if same and math.isfinite(found.measure) else None

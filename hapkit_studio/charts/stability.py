@@ -136,7 +136,7 @@ def _lines(axes: Any, c: Colors, shown: Map) -> None:
 
 
 def _measured(axes: Any, c: Colors, shown: Map) -> None:
-    """Draw measured boundaries; points on the frame stand over it, whole."""
+    """Draw measured boundaries; points on the frame are not clipped."""
     plane = shown.plane
     for points in shown.boundaries:
         seen = (points.stiffness <= plane.top) & (points.damping <= plane.width)
@@ -254,5 +254,5 @@ class Dot:
 
 
 def here(plane: Plane) -> str:
-    """Return the dot's words."""
+    """Return the dot's label."""
     return f"{plane.margin.stiffness:,.0f} N/m, {plane.margin.damping:.1f} N·s/m"

@@ -79,7 +79,7 @@ def style_axes(axes: Any, c: Colors, across: str, up: str) -> None:
 
 
 def legend(axes: Any, c: Colors) -> None:
-    """Name what is drawn above the axes, in as few rows as fit; nothing where little else would stay."""
+    """Put the legend above the axes, in as few rows as fit; hide it where it would leave too little room."""
     names = axes.get_legend_handles_labels()[1]
     box = axes.figure.bbox
     share = axes.get_subplotspec().get_position(axes.figure).width / 0.775
@@ -95,7 +95,7 @@ def legend(axes: Any, c: Colors) -> None:
 
 
 def text_outline(c: Colors) -> list:
-    """Return what draws words readable across a line."""
+    """Return path effects that keep text readable across a line."""
     from matplotlib.patheffects import withStroke
 
     return [withStroke(linewidth=4, foreground=c.plot, alpha=0.8)]

@@ -48,7 +48,7 @@ class Command:
 
 
 def progress_line(what: str) -> Callable[[int, int], None]:
-    """Return what writes one line that follows the work (done, of), on a terminal and once it takes long."""
+    """Return a progress callback (done, of) that keeps one line on a terminal, once the work takes long."""
     begin = time.monotonic()
 
     def say(done: int, of: int) -> None:
@@ -119,7 +119,7 @@ def setting_options(command: argparse.ArgumentParser) -> None:
 
 
 def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
-    """Return {name: value} of the options that were given, the estimator read; raise ParameterError."""
+    """Return the options that were given by name, the estimator parsed; raise ParameterError."""
     found = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if "estimator" in found:
         found["estimator"] = estimator_spec(found["estimator"])

@@ -1,4 +1,4 @@
-"""What commands share that run the loop live on a device: who renders, the hand, what each way came to."""
+"""Live runs on a device for the command line: who renders, the hand's script, the resulting figures."""
 
 import argparse
 import contextlib
@@ -40,7 +40,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 
 def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) -> None:
-    """Wait until the one that is to render does, the delays before it measured; raise a StudioError."""
+    """Wait until the chosen side renders, the delays measured before; raise a StudioError."""
     if rate is not None and where == COMPUTER:
         raise ParameterError("--board-rate is for --render board.")
     if where == BOARD:
@@ -63,7 +63,7 @@ def _check_board(engine: Engine) -> None:
 
 
 def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = None) -> None:
-    """Return once it is so; raise DeviceError where the loop ends, or late, or it takes too long.
+    """Wait for a condition; raise DeviceError where the loop ends, or ``late`` where it takes too long.
 
     A link too slow for the computer is none for the board, nor is it a reason not to begin.
     """
@@ -79,24 +79,24 @@ def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = Non
 
 
 def is_gone(fault: Fault | None) -> bool:
-    """Tell whether a fault means that the device went away: nothing more will come."""
+    """Return whether a fault means that the device was disconnected."""
     return fault is not None and fault.code == DEVICE_GONE
 
 
 def _is_over(fault: Fault | None) -> bool:
-    """Tell whether a fault means that waiting brings no force any more."""
+    """Return whether no force can follow this fault."""
     return fault is not None and fault.code in (DEVICE_GONE, SLOW_LINK)
 
 
 def fault_words(fault: Fault) -> str:
-    """Return what ended a run, and what to do before the next one: a command does not look again."""
+    """Return why a run ended, and what to do before the next one."""
     if fault.code == SLOW_LINK:
         return f"{fault.text} Force is zero. Let the board render (--render board), or use a faster port."
     return f"{fault.text} Force is zero. {_AGAIN if is_gone(fault) else 'Hold the handle, then try again.'}"
 
 
 def say_doubt(engine: Engine) -> Callable[[float], None]:
-    """Return what is told the time of a run in s, and says at once on stderr what the link does not allow."""
+    """Return a callback for a run's time in s that prints the link's warning on stderr, once."""
     done = False
 
     def look(now: float) -> None:
@@ -119,7 +119,7 @@ def play(
     seconds: float,
     look: Callable[[float], None] = lambda now: None,
 ) -> tuple[np.ndarray, float]:
-    """Return the rows of so many s and how many s it were; the hand moves as its script says.
+    """Run for some seconds, the hand following its script; return the rows and the seconds run.
 
     They are fewer where the device goes away or its link is too slow, or a person ends it with Ctrl-C: what
     came is kept. look is called with the time again and again.
@@ -140,7 +140,7 @@ def play(
 
 
 def remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
-    """Return what came otherwise than wished: the board's rate in Hz, the motor off, too stiff a spring."""
+    """Return remarks: a board's rate below the one asked for, the motor off, too stiff a spring."""
     said = []
     rate = found[BOARD]["rate_Hz"]
     if wish is not None and rate is not None and rate < wish:
@@ -169,7 +169,7 @@ def reasons(counted: LinkCounts) -> list[str]:
 
 
 def too_few(engine: Engine, seconds: float, got: float) -> list[str]:
-    """Return in words that samples cover only so many s of those that were asked for, and why."""
+    """Return a remark where samples cover too little of the time asked for, with the reason."""
     if got >= _WHOLE * seconds:
         return []
     if engine.health().link.away:
@@ -182,7 +182,7 @@ def too_few(engine: Engine, seconds: float, got: float) -> list[str]:
 
 
 def both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
-    """Return what is known of each way and of the link, to be called while the device is open.
+    """Return the figures of computer, board and link; call it while the device is open.
 
     table: the rows of the run.
     """
@@ -215,7 +215,7 @@ def both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
 
 
 def words(found: dict[str, Any]) -> list[str]:
-    """Return the ways that were measured, and the link, a line each."""
+    """Return a line for each side that was measured, and one for the link."""
     lines = []
     for where in RENDERERS:
         way = found[where]

@@ -20,7 +20,7 @@ _LOOK_SECONDS = 0.05
 
 
 class _Over(StudioError):
-    """Ends the work whose result nobody wants any more."""
+    """Ends work that was cancelled."""
 
 
 class Job(QObject):
@@ -47,18 +47,18 @@ class Job(QObject):
 
     @property
     def running(self) -> bool:
-        """Say whether there is work whose result is wanted."""
+        """Return whether work is running and not cancelled."""
         return self._wanted is not None
 
     def start(self, work: Work) -> None:
-        """Begin; what was under way is cancelled."""
+        """Start work; cancel what is running."""
         token = self._wanted = object()
         self._thread = threading.Thread(target=self._work, args=(work, token), name="measuring", daemon=True)
         self._thread.start()
         self.running_changed.emit(True)
 
     def cancel(self) -> None:
-        """Want no result any more; the work ends at its next word of progress."""
+        """Cancel: the work ends at its next call of progress."""
         if self._wanted is not None:
             self._wanted = None
             self.running_changed.emit(False)
@@ -143,7 +143,7 @@ class LatestAnswer(QObject):
         job.add_done_callback(self._deliver)
 
     def forget(self) -> None:
-        """Want no answer any more."""
+        """Drop the question that is not answered yet."""
         self._newest = None
 
     def wait(self) -> None:

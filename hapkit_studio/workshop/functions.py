@@ -1,4 +1,4 @@
-"""A file's own functions, called in a program of their own: the window, or a run, goes on whatever they do.
+"""A file's own functions, called in a separate process: the window, or a run, goes on whatever they do.
 
 ``python -m hapkit_studio.workshop.functions PATH``: a line of JSON with the text, then one for each call.
 Time is bounded everywhere; memory on Linux, elsewhere by what can be filled within that time. What stands
@@ -70,7 +70,7 @@ GIVES: Mapping[str, tuple[Callable, Callable]] = {
 
 
 def brought(environment: Environment) -> list[str]:
-    """Return the names of the functions that an environment does not leave to the studio."""
+    """Return the names of the functions that an environment overrides."""
     return [name for name in GIVES if getattr(environment, name) is not getattr(Environment, name)]
 
 
@@ -86,7 +86,7 @@ class Functions:
         self._hello: Future[bytes] | None = None
 
     def begin(self) -> None:
-        """Start their program, unless it runs already."""
+        """Start their process, unless it runs already."""
         with self._lock:
             if self._process is not None or self.off:
                 return
@@ -100,11 +100,11 @@ class Functions:
 
     @property
     def ready(self) -> bool:
-        """Say whether a call need not wait for their program to start."""
+        """Return whether a call need not wait for their process to start."""
         return bool(self.off) or (self._hello is not None and self._hello.done())
 
     def call(self, name: str, *args: Any) -> Any:
-        """Return what a function gives, or what stands for it where it raises, gives nonsense or is off."""
+        """Return a function's result; its default where it raises, returns a wrong type or is off."""
         convert, otherwise = GIVES[name]
         found = self._answer(name, *args)
         return otherwise(*args) if found is None else convert(found)
@@ -142,7 +142,7 @@ def _exchange(process: Any, line: bytes) -> bytes:
 
 
 def _end(process: Any) -> None:
-    """End a program that nobody will ask again."""
+    """Kill a process that is no longer needed."""
     isolated.end(process)
     process.wait()
     with contextlib.suppress(OSError):
@@ -158,7 +158,7 @@ def _plain(value: Any) -> Any:
 
 
 def main(path: str) -> None:
-    """Execute a text, whose file has this path, then answer calls of its functions until nobody asks."""
+    """Execute a text, whose file has this path, then answer calls of its functions until its input ends."""
     heard, said = isolated.take_pipes()
     isolated.limit_memory()
     from hapkit_studio.workshop import reading
@@ -178,7 +178,7 @@ def main(path: str) -> None:
 
 
 def _called(environment: Environment, name: str, values: Mapping[str, float], *more: Any) -> Any:
-    """Return what a function gives, as JSON has it; None where it raises or gives nonsense."""
+    """Return a function's result as JSON has it; None where it raises or returns the wrong type."""
     convert, _ = GIVES[name]
     args = [Conditions(**m) if isinstance(m, dict) else np.array(m) for m in more]
     try:

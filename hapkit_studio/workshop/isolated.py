@@ -1,4 +1,4 @@
-"""A program of its own for a person's file: whatever the file does there, it can be ended."""
+"""A separate process for a person's file: whatever the file does there, it can be killed."""
 
 import contextlib
 import faulthandler
@@ -13,7 +13,7 @@ _MORE_MEMORY = 2 * 2**30
 
 
 def begin(module: str, *words: str) -> subprocess.Popen:
-    """Start a module of the studio with words; it is spoken to by its standard input and output."""
+    """Start a module of the studio with arguments in a process; talk to it by its standard streams."""
     apart: dict = {"start_new_session": True}
     if sys.platform == "win32":
         apart = {"creationflags": subprocess.BELOW_NORMAL_PRIORITY_CLASS | subprocess.CREATE_NO_WINDOW}
@@ -24,7 +24,7 @@ def begin(module: str, *words: str) -> subprocess.Popen:
 
 
 def end(process: subprocess.Popen) -> None:
-    """Kill a program, and what it started."""
+    """Kill a process, and those it started."""
     if sys.platform == "win32":
         process.kill()
         return
@@ -42,14 +42,14 @@ def take_pipes() -> tuple[BinaryIO, BinaryIO]:
 
 
 def exit_after(seconds: float | None) -> None:
-    """End this program so long from now, in s, even where nobody is left to kill it; None: let it go on."""
+    """Exit this process after some seconds, even where no parent is left to kill it; None cancels that."""
     faulthandler.cancel_dump_traceback_later()
     if seconds is not None:
         faulthandler.dump_traceback_later(seconds, exit=True)
 
 
 def limit_memory() -> None:
-    """Let this program take 2 GB more than it has; only Linux keeps to that."""
+    """Allow this process 2 GB more memory than it has; only Linux enforces it."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource
 

@@ -65,7 +65,7 @@ def trust_source(source: Source) -> None:
 
 
 def visible_text(text: str) -> str:
-    """Return a text as it is shown to be judged: what is invisible, or turns letters round, as its code."""
+    """Return a text for review: invisible characters and those that change direction as escape codes."""
     return "".join(c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text)
 
 

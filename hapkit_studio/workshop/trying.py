@@ -33,7 +33,7 @@ Values = dict[str, float]
 
 @dataclass(frozen=True)
 class Problem:
-    """What keeps an environment from the loop: the line it stands on, 0 for none, and its words."""
+    """A problem that keeps an environment from running: its line, 0 for none, and its text."""
 
     line: int
     text: str
@@ -186,7 +186,7 @@ class _Tally:
 
     @property
     def cost(self) -> float:
-        """Return the median: what else the machine does meanwhile is none of the law's."""
+        """Return the median in ns: other load on the machine does not count."""
         return float(np.median(self.costs))
 
 

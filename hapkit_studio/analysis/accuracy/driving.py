@@ -12,7 +12,7 @@ from hapkit_studio.dynamics.moving_mass import FAR, acceleration
 
 @dataclass(frozen=True)
 class Body:
-    """What ``moving_mass`` is told of an object besides the force on it and the handle, in its order; SI."""
+    """The parameters of an object in the order of ``moving_mass``, without force and handle; SI units."""
 
     mass: float
     damping: float = 0.0

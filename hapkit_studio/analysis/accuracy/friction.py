@@ -45,7 +45,7 @@ def trembling(t: np.ndarray) -> np.ndarray:
 
 
 def drift(t: np.ndarray, x: np.ndarray) -> float:
-    """Return by how many m/s it creeps on average once it should hold; inf where it is nowhere."""
+    """Return the mean drift in m/s from HELD_FROM on; inf where the motion is not finite."""
     begin = int(np.searchsorted(t, HELD_FROM - 1e-9))
     found = abs(float(x[-1] - x[begin])) / float(t[-1] - t[begin])
     return found if math.isfinite(found) else math.inf
@@ -111,7 +111,7 @@ def handle_stage(model: str, dt: float, times: int = 1) -> headless.Stage:
 
 
 def prepared_handle(model: str, dt: float, times: int) -> timing.Work:
-    """Return what renders the handle."""
+    """Return the work of rendering the handle."""
     made = handle_stage(model, dt, times)
     made.out.fill(0.0)  # so that the time is the loop's, not the memory's
     return made.run

@@ -30,12 +30,12 @@ DRAWN = 0.02
 
 
 def nothing(t: np.ndarray) -> np.ndarray:
-    """Return no force at all."""
+    """Return zero force (n,)."""
     return np.zeros_like(t)
 
 
 def nowhere(t: np.ndarray) -> np.ndarray:
-    """Return a handle that is away."""
+    """Return a handle (n,) too far away to touch."""
     return np.full_like(t, -FAR)
 
 
@@ -98,7 +98,7 @@ def stirred(mass: float, damping: float, stiffness: float, contact: float) -> Fu
 
 
 def bounced(mass: float, wall: float) -> Function:
-    """Return the puck's path: straight on, half a turn of a sine in a wall, straight back, for ever."""
+    """Return the puck's path: straight on, half a turn of a sine in a wall, straight back, and so on."""
     omega = math.sqrt(wall / mass)
     inside, across = math.pi / omega, 2.0 * REACH / SHOVED
 

@@ -31,7 +31,7 @@ class Point:
     extra: tuple[tuple[str, float], ...] = ()
 
     def row(self) -> dict[str, object]:
-        """Return what a program reads; an error that is no number, or endless, is None."""
+        """Return the point as an object for programs; an error that is not finite is None."""
         return {
             "chart": self.chart,
             "scene": self.scene,
@@ -80,7 +80,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Default:
-    """What the product uses in a scene unless told otherwise: a method, its step in s and its options."""
+    """What the studio uses in a scene by default: a method, its step in s and its options."""
 
     method: str
     step_s: float = 1e-3
@@ -204,12 +204,12 @@ TIMED_STEPS = 8000
 
 
 def repeats(steps: int) -> int:
-    """Return how often work of so many steps is done for one timing."""
+    """Return how often to repeat work of this many steps for one timing."""
     return max(1, -(-TIMED_STEPS // max(steps, 1)))
 
 
 def always(work: timing.Work) -> timing.Prepare:
-    """Return what prepares work that can be done again as it is."""
+    """Return a preparation for work that can be repeated as it is."""
     return lambda: work
 
 

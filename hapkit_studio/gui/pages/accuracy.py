@@ -122,7 +122,7 @@ class AccuracyPage(MeasuringPage):
 
     @property
     def sheet(self) -> "Sheet | None":
-        """Return the sheet in sight, None before it was measured."""
+        """Return the sheet shown, None before it was measured."""
         found = self._found.get(self.key)
         return found.sheet(self.scenes.currentData()) if found and self.scenes.count() else None
 
@@ -145,7 +145,7 @@ class AccuracyPage(MeasuringPage):
         self.show_chart()
 
     def show_chart(self) -> None:
-        """Show the chosen chart as far as it was measured; its first scene."""
+        """Show the first scene of the chosen chart, if it was measured."""
         found = self._found.get(self.key)
         self.scenes.blockSignals(True)
         self.scenes.clear()
@@ -186,7 +186,7 @@ class AccuracyPage(MeasuringPage):
         self.bar.say(f"{count} points, {self._seconds[self.key]:.1f} s")
 
     def stand_out(self, point: "Point | None") -> None:
-        """Draw the sheet, a point's method stronger than the others."""
+        """Redraw the sheet with a point's method emphasised, None for no method."""
         from hapkit_studio.charts.accuracy import draw
 
         sheet, method = self.sheet, point.method if point else ""
@@ -204,7 +204,7 @@ class AccuracyPage(MeasuringPage):
             self.bar.say("")
 
     def _name_run(self) -> None:
-        """Offer to run again only what was run."""
+        """Label the button by whether this chart was run before."""
         if not self.job.running:
             self.bar.run.setText(self.buttons[self.key in self._found])
 

@@ -29,7 +29,7 @@ def filled(*parts: QWidget) -> QFrame:
 
 
 class Page(QWidget):
-    """A tab's page, below the scene; ``column`` holds its parts.
+    """A view's page, below the scene; ``column`` holds its parts.
 
     side, if any, stands in the place of the parameter panel while the page is in sight. ``marked(words)``: it
     acts on the scene, and how; "" for not any more. Its tab says so in every view.
@@ -47,13 +47,13 @@ class Page(QWidget):
         self.column.setSpacing(0)
 
     def set_shown(self, on: bool) -> None:
-        """Come into sight, or leave it: what costs time while nobody looks stops here."""
+        """React to being shown or hidden: work that only a visible page needs stops when hidden."""
 
     def set_room(self, width: int, height: int) -> None:
-        """Lay out for the room there is."""
+        """Adapt the layout to the page's size in px."""
 
     def end(self) -> None:
-        """End what still runs; the window is about to close."""
+        """Cancel running work before the window closes."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ _EDGE, _TOP = 16, 12
 
 
 def hint(text: str = "") -> QLabel:
-    """Return quiet words that wrap."""
+    """Return a label for a hint, its text wrapped."""
     label = plain(QLabel(text))
     label.setWordWrap(True)
     label.setProperty("role", "hint")
@@ -117,7 +117,7 @@ class Pairs(QWidget):
 
 
 class SidePanel(QScrollArea):
-    """A column like the parameter panel's; parts are put into it from top to bottom."""
+    """A scrolling column in the parameter panel's place; parts are added from top to bottom."""
 
     def __init__(self, title: str, words: str = ""):
         super().__init__()
@@ -139,11 +139,11 @@ class SidePanel(QScrollArea):
         self.setWidget(body)
 
     def add(self, widget: QWidget) -> None:
-        """Put a part below the others."""
+        """Add a part at the bottom."""
         self._column.insertWidget(self._column.count() - 1, widget)
 
     def section(self, name: str) -> tuple[QWidget, ...]:
-        """Begin a part with a hairline and its name, and return both."""
+        """Add a rule and a section's name; return both."""
         heading = QLabel(name)
         heading.setProperty("role", "section")
         begun = rule(), heading

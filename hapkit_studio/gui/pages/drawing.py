@@ -1,4 +1,4 @@
-"""A drawing of ``charts`` in the window: in the theme's colours, as large as there is room."""
+"""A matplotlib drawing of ``charts`` in the window, in the theme's colours, of any size."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -24,7 +24,7 @@ _PIXELS_AN_INCH = 72  # sizes in points are pixels then
 
 @dataclass(frozen=True)
 class _Press:
-    """Where a drag began, on which axes: what opens meanwhile and moves the drawing moves nothing else."""
+    """Where a drag began, on which axes: a banner that shifts the drawing must not move the value."""
 
     place: tuple[float, float]
     on_screen: QPointF
@@ -110,7 +110,7 @@ class Drawing(QWidget):
         self._outdate()
 
     def fade(self) -> None:
-        """Show what is there paler: it holds no more."""
+        """Show the present drawing in pale colours: it is out of date."""
         self._pale = True
         self._outdate()
 
@@ -120,7 +120,7 @@ class Drawing(QWidget):
         return self._pale
 
     def redraw(self) -> None:
-        """Draw anew, if anybody looks."""
+        """Redraw if visible; otherwise when shown next."""
         from hapkit_studio.charts import style
 
         self._soon.stop()
@@ -140,7 +140,7 @@ class Drawing(QWidget):
         self.canvas.draw_idle()
 
     def follow(self) -> None:
-        """Draw what moves where it is now; the rest stays."""
+        """Redraw only the moving artists over the kept background."""
         if self._ground is None or self._soon.isActive():
             return
         self.canvas.restore_region(self._ground)
@@ -186,7 +186,7 @@ class Drawing(QWidget):
             self._outdate()
 
     def _outdate(self) -> None:
-        """Draw anew with the next events: what changes at once is drawn once."""
+        """Redraw with the next events, so that several changes cost one redraw."""
         self._old = True
         self._soon.start()
 

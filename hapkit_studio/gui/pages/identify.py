@@ -33,7 +33,7 @@ _ALL = 1 << 30
 
 
 def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[], Recording]":
-    """Take the newest so many seconds, inf: all that is kept; return what makes a recording of them.
+    """Take the newest seconds of rows, inf for all; return a function that makes a recording of them.
 
     That is to be called in a thread. The rows are taken before anything else, which may take its time: what
     comes meanwhile is no part of the piece. Raise StudioError while there is no device, or too little.
@@ -106,7 +106,7 @@ class ShakingHand(QObject):
         self._timer.start()
 
     def end(self) -> None:
-        """Let go now."""
+        """Release the handle."""
         if self.running:
             self._timer.stop()
             self._studio.move_hand(None)
@@ -141,7 +141,7 @@ _HOW = (
 
 
 def how_to() -> QLabel:
-    """Return the words in the place of charts that are not there yet."""
+    """Return the instructions shown before there are charts."""
     label = QLabel(_HOW)
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setWordWrap(True)
@@ -150,7 +150,7 @@ def how_to() -> QLabel:
 
 
 def whole(text: str) -> str:
-    """Keep numbers and their units on one line."""
+    """Put non-breaking spaces between numbers and units."""
     return text.replace(" N", "\u00a0N").replace("/m", "/\u2060m").replace(" %", "\u00a0%")
 
 
@@ -230,7 +230,7 @@ class IdentifyPage(MeasuringPage):
         self.job.start(work)
 
     def _facts(self) -> dict[str, object]:
-        """Return what a result is for."""
+        """Return the facts a result depends on, by name."""
         scene = {"scene": self._studio.environment, "values": dict(self._studio.values)}
         return {**scene, **loop_facts(self._studio)}
 
@@ -313,7 +313,7 @@ class IdentifyPage(MeasuringPage):
             self.bar.say("Let go")
 
     def _look(self) -> None:
-        """Offer only what the device allows."""
+        """Enable only what the device allows."""
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
         self.shaking.setEnabled(ours or self.shake.running)
         self.shaking.setText("Let go" if self.shake.running else "Shake")

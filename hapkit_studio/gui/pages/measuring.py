@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class AnswerLine(QWidget):
-    """Shows what it was told last; before that, what to do."""
+    """A sign and the answer in one sentence; before there is one, what to do."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -58,7 +58,7 @@ class AnswerLine(QWidget):
         self._look()
 
     def outdate(self, text: str) -> None:
-        """Show that what stands below is no longer so: neither right nor wrong."""
+        """Say that the result below is out of date, with a neutral sign."""
         self.say(text, "circle", "ink2")
 
     def _look(self) -> None:
@@ -106,7 +106,7 @@ class RunBar(QWidget):
         self._look()
 
     def add(self, widget: QWidget) -> None:
-        """Put a widget to the right of those added before; it keeps the width that its words need."""
+        """Add a widget at the right of the others, in the width of its text."""
         widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         for button in (widget, *widget.findChildren(QPushButton)):
             if isinstance(button, QPushButton):
@@ -114,13 +114,13 @@ class RunBar(QWidget):
         self._left.addWidget(widget)
 
     def say(self, text: str, danger: bool = False) -> None:
-        """Show words beside the button, or on a line of their own where they are many."""
+        """Show a status beside the button, or on a line of its own where it is long."""
         self._give_room(len(text) > _BESIDE)
         self.status.setText(text)
         dress(self.status, f"QLabel {{ color: @{'danger' if danger else 'ink3'}; font-size: 12px; }}")
 
     def _give_room(self, below: bool) -> None:
-        """Put the words below the row, or back into it."""
+        """Move the status below the row, or back into it."""
         if below == self._below.isEmpty():
             self._below.removeWidget(self.status)
             self._row.removeWidget(self.status)
@@ -210,7 +210,7 @@ def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[
 
 
 class Export:
-    """Asks for a file name, then writes in a thread; ``say(words, danger)`` tells what became of it."""
+    """Asks for a file name, then writes in a thread; ``say(words, danger)`` reports the outcome."""
 
     def __init__(self, parent: QWidget, name: str, say: Callable[..., None]):
         self._parent, self._name, self._say = parent, name, say
@@ -219,7 +219,7 @@ class Export:
         self.job.failed.connect(lambda text: say(text, danger=True))
 
     def ask(self, figure: Callable[[str], object], numbers: Callable[[], dict]) -> None:
-        """Open the dialog beside the window: nothing waits for it, and the E-stop stays within reach."""
+        """Open a dialog that is not modal: the E-stop stays usable."""
         dialog = QFileDialog(self._parent, "Export", QDir.homePath(), _FILE_KINDS)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setDefaultSuffix("png")
@@ -248,7 +248,7 @@ PALE = 0.35  # how much of its colours a chart keeps that is out of date
 
 
 def loop_facts(studio: "Studio", model: bool = True) -> dict[str, object]:
-    """Return what a measurement of a loop is for: device, hand and loop as they are chosen.
+    """Return the facts that a measurement of a loop depends on: device, hand and loop as chosen.
 
     model: it also depends on how much of the device is modelled live.
     """
@@ -258,7 +258,7 @@ def loop_facts(studio: "Studio", model: bool = True) -> dict[str, object]:
 
 
 class Freshness:
-    """Remembers what one result was for; facts gives, by name, what it would be for now."""
+    """Tells whether a result is out of date; facts() gives what it depends on now, by name."""
 
     def __init__(self, facts: Callable[[], Facts], again: str = "Measure again"):
         self._facts, self._again = facts, again
@@ -266,11 +266,11 @@ class Freshness:
         self._then: Facts | None = None
 
     def begin(self) -> None:
-        """Note what is measured from now on."""
+        """Note the facts at the start of a measurement."""
         self._asked = dict(self._facts())
 
     def keep(self) -> None:
-        """Note that the result has come: it is for what was noted at its beginning."""
+        """Note that the result arrived; it holds for the facts at its start."""
         self._then = self._asked
 
     @property
@@ -291,7 +291,7 @@ def bar_title(text: str) -> QLabel:
 
 
 class MeasuringPage(Page):
-    """A view declares its words, and what it measures, shows and saves."""
+    """The page; a view declares its texts, and what it measures, shows and saves."""
 
     file = ""
     """What exported files are called."""
@@ -331,7 +331,7 @@ class MeasuringPage(Page):
         self._export = Export(self, self.file, self.bar.say)
 
     def build(self, body: QWidget | None = None) -> None:
-        """Put the parts together; body: what stands below the answer if not the drawing alone."""
+        """Lay out the parts; body: what stands below the answer in place of the drawing."""
         answer = (self.answer,) if self.begin else ()
         self.column.addWidget(filled(self.bar, *answer, body or self.chart))
         if not self.heading:
@@ -346,7 +346,7 @@ class MeasuringPage(Page):
         self.side.add(self.conditions)
 
     def fill_side(self) -> None:
-        """Put what a view has besides between its table and how to read the drawing."""
+        """Add a view's own parts to the side, between its table and the explanation of the drawing."""
 
     # what a view does
 
@@ -369,7 +369,7 @@ class MeasuringPage(Page):
     # what all do
 
     def press(self) -> None:
-        """Measure, or say why not."""
+        """Start measuring, or show why that cannot be."""
         try:
             self.run()
         except StudioError as error:

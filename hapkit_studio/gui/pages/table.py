@@ -47,7 +47,7 @@ class Column:
 
     @property
     def align(self) -> Qt.AlignmentFlag:
-        """Return where its words stand."""
+        """Return the alignment of its text."""
         return _RIGHT if self.right else _LEFT
 
 
@@ -156,7 +156,7 @@ class Table(QTableView):
         self._fit()
 
     def _fit(self) -> None:
-        """Be as high as all rows, whose words wrap where their column is narrow."""
+        """Fit the height to all rows, with text wrapped in narrow columns."""
         if self._cells:
             return
         self.setVisible(bool(self.content.rows))

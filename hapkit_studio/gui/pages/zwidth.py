@@ -170,7 +170,7 @@ class ZWidthPage(MeasuringPage):
         self.answer.say(words, "hand", "accent")
 
     def show_point(self, damping: float, point: "Point") -> None:
-        """Show a point that has just come; the first takes the place of what was shown before."""
+        """Add a new point; the first one replaces the points shown before."""
         if self.job.running:
             before = () if self._waits else self.walls.points
             new = (damping, point.stiffness, point.clamped)
@@ -197,7 +197,7 @@ class ZWidthPage(MeasuringPage):
     # showing
 
     def show_result(self, result: "ZWidth") -> None:
-        """Keep and show what was found."""
+        """Keep and show a result."""
         self._fresh[self._mode].keep()
         self._results[self._mode] = result
         self.show_found()
@@ -263,12 +263,12 @@ class ZWidthPage(MeasuringPage):
     # ending
 
     def _look_again(self) -> None:
-        """See whether what is shown still holds; while something is measured, that is in sight."""
+        """Show whether the result is out of date, unless a measurement is running."""
         if not self.job.running:
             self.show_found()
 
     def _give_up(self, why: str) -> None:
-        """End what is tried on a device: it, its loop or its scene are others now, or nobody looks."""
+        """Cancel a measurement on a device: device, loop or scene changed, or the page was left."""
         if self.job.running and self._mode == DEVICE:
             self.job.cancel()
             self.bar.say(f"Ended: {why}.", danger=True)

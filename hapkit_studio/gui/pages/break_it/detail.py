@@ -48,7 +48,7 @@ class Sign(QLabel):
 
 
 class VerdictRow(QWidget):
-    """Emits ``feel_pressed`` and ``back_pressed``."""
+    """The verdict on the knob's value; emits ``feel_pressed`` and ``back_pressed``."""
 
     feel_pressed = Signal()
     back_pressed = Signal()
@@ -131,7 +131,7 @@ _READABLE = 440  # px: two traces and a chart that can be read
 
 
 class FixedSheet(QWidget):
-    """Gives what is on it all of its room, and never less than the least: it does not ask for more."""
+    """Gives its child its whole area, never less than a minimum size; it has no size hint of its own."""
 
     def __init__(self, inside: QWidget):
         super().__init__()
@@ -179,13 +179,13 @@ class Detail(QScrollArea):
         self.setWidget(self._sheet)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Scroll rather than press charts flat where the window is low."""
+        """Scroll where the window is too low for readable charts."""
         super().resizeEvent(event)
         low = self.viewport().height() < _LEAST[1]
         self._sheet.setMinimumHeight(_READABLE if low else _LEAST[1])
 
     def show_results(self, record: Record) -> None:
-        """Show traces and curve as they are known; where the knob alone was turned, it alone moves."""
+        """Show traces and curve as far as known; where only the knob was turned, move only its marker."""
         parts = (record.failure, record.below, record.above, record.chart)
         state = (record.limit, record.old - {HERE})
         same = all(map(is_, parts, self._parts)) and state == self._state
@@ -205,7 +205,7 @@ class Detail(QScrollArea):
         return self._stands.artists if self._stands else ()
 
     def _place(self) -> None:
-        """Show where the knob stands, and what it showed there."""
+        """Move the knob's marker, and the dot of what was measured there."""
         from hapkit_studio.charts.failures import measured_there
 
         if self._stands is not None:
@@ -213,7 +213,7 @@ class Detail(QScrollArea):
             self._stands.place(self._record.value, measured_there(chart, here.evidence) if here else None)
 
     def _pick(self, x: float, _y: float) -> None:
-        """Turn the knob to a place across, where the chart runs over the knob."""
+        """Turn the knob to a clicked place, where the chart's x axis is the knob."""
         scale = self._picture.scale
         if scale is not None and self._record.limit is not None:
             low, high = self._record.failure.span

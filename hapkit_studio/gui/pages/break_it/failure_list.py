@@ -83,7 +83,7 @@ class _Row(QStyledItemDelegate):
 
 
 class FailureList(QListWidget):
-    """Emits ``chosen(key)``; arrow keys walk along it."""
+    """The list; emits ``chosen(key)``, also by arrow keys."""
 
     chosen = Signal(str)
 
@@ -108,7 +108,7 @@ class FailureList(QListWidget):
         theme.changed.connect(self.doItemsLayout)
 
     def choose(self, key: str) -> None:
-        """Choose a failure as if a person had."""
+        """Select a failure, as a click does."""
         self.setCurrentItem(self._items[key])
 
     def show_record(self, record: Record, busy: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""Puts a failure into the live window and takes everything back: environment, values, loop, grip."""
+"""Put a failure into the live scene and restore all afterwards: environment, values, loop, grip."""
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Feel(QObject):
-    """Remembers what was in force before the first failure was put in; one word takes it all back.
+    """Remembers the settings before the first failure was put into the scene, and restores them.
 
     A person who chooses another scene, other values or another loop has taken the failure out: ``felt`` is
     empty then, and what was put in elsewhere can still be taken back; the scene that was chosen stays.
@@ -71,7 +71,7 @@ class Feel(QObject):
         self.changed.emit()
 
     def take_back(self) -> None:
-        """Put everything back to what it was before."""
+        """Restore all settings from before the first failure."""
         if self._before is None:
             return
         (environment, loop, grip), self._before = self._before, None
@@ -107,7 +107,7 @@ class Feel(QObject):
         self._put = self._studio.values_of(live.environment), self._studio.loop
 
     def _look(self) -> None:
-        """Notice what a person changes: a scene chosen since is not taken back."""
+        """Notice a person's changes: an environment chosen since then is not restored."""
         if self._before is None or self._busy or self._waiting or self.live is None:
             return
         if self._studio.environment.key != self.live.environment:

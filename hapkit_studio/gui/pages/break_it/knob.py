@@ -1,4 +1,4 @@
-"""The knob of a failure over its boundary: fine on one side, hatched on the other, the limit between them."""
+"""The knob of a failure: a slider over the limit, plain where it holds, hatched where it fails."""
 
 import re
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class BoundarySlider(ValueSlider):
         dress(self, f"QSlider {{ min-height: {_HEIGHT}px; }}")
 
     def take(self, quantity: KnobQuantity) -> None:
-        """Run over another range."""
+        """Use another quantity, with its range."""
         blocked = self.blockSignals(True)
         self._quantity = quantity
         self.setRange(0, quantity.steps)
@@ -124,7 +124,7 @@ class KnobBox(NumberBox):
         return super().textFromValue(value) if self.known else ""
 
     def take(self, quantity: Quantity) -> None:
-        """Count in other steps."""
+        """Use another quantity, with its step."""
         self._quantity = quantity
         self.setDecimals(quantity.decimals + 4)
         self.setSingleStep(quantity.step)

@@ -35,7 +35,7 @@ def record_exports(record: Record) -> tuple[Callable[[str], object], Callable[[]
 
 
 def frozen(record: Record) -> "Shown":
-    """Return a record as it stands; it must have been measured."""
+    """Return a copy of a measured record for export."""
     from hapkit_studio.analysis.failures import base
 
     assert record.limit is not None
@@ -114,13 +114,13 @@ class BreakItPage(MeasuringPage):
         self._show_knob()
 
     def set_condition(self, key: str, value: float) -> None:
-        """Change a condition of the failure in sight; it is measured anew once the person pauses."""
+        """Change a condition of the failure shown; it is measured again once the person pauses."""
         self.record.set_condition(key, value)
         self._show_all()
         self._settle.start()
 
     def feel_it(self) -> None:
-        """Put what the knob stands at into the scene."""
+        """Put the failure at the knob's present value into the scene."""
         here = self.record.here
         if here is None or here.live is None or HERE in self.record.old or not self._studio.simulated:
             return
@@ -149,7 +149,7 @@ class BreakItPage(MeasuringPage):
         super().end()
 
     def _soon(self) -> None:
-        """Measure what is in sight once the person has stopped walking along the list."""
+        """Measure the failure shown once the person stops moving through the list."""
         key, job = self.record.failure.key, self.job
         under_way = job.running and (self.runner.many or self._busy == key)
         if self._seen and not (self.record.complete or self.record.wrong or self.record.stopped or under_way):

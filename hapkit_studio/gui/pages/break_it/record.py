@@ -165,7 +165,7 @@ def measure(failure: "Failure", case: dict[str, float], share: float, progress: 
 
 
 class FailureRunner(QObject):
-    """Hands over every part as it arrives; ``wrong(key, text)`` where a failure could not be tried.
+    """Emits ``arrived`` with every part of a result; ``wrong(key, text)`` where a failure cannot be tried.
 
     job does what takes long; what the knob asks for is done beside it.
     ``begun(key)``: a failure is being measured from now on; many: it is one of several.
@@ -191,7 +191,7 @@ class FailureRunner(QObject):
         self._start([record])
 
     def run_all(self, records: Iterable[Record]) -> None:
-        """Try these failures, one after the other; one that cannot be keeps no other back."""
+        """Try these failures in turn; one that raises does not stop the others."""
         self.many = True
         self._start(list(records))
 

@@ -121,7 +121,7 @@ class Results:
         return self.all[-1] if self.all else None
 
     def take(self, measured: Measured) -> None:
-        """Take a measurement in; what was measured for another loop goes."""
+        """Keep a measurement; drop those of other loops."""
         others = [old for old in self.all if old.setting.controller != measured.setting.controller]
         self.all = [*(old for old in others if _same_loop(old, measured)), measured]
 
@@ -172,5 +172,5 @@ def _middles(end: float, count: int) -> np.ndarray:
 
 
 def _part(progress: Progress, before: int, share: int, of: int) -> Callable[[int, int], None]:
-    """Return what tells a part's progress as that of the whole."""
+    """Return a callback that reports a part's progress as progress of the whole."""
     return lambda done, count: progress(before + share * done // max(count, 1), of)

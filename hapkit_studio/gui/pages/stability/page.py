@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class UndoClick(QObject):
-    """Keeps what was set before the last click; Ctrl+Z brings it back while the page is in sight."""
+    """Keeps the values before the last click on the map; Ctrl+Z restores them while the page is shown."""
 
     def __init__(self, studio: Studio, page: QWidget):
         super().__init__(page)
@@ -51,11 +51,11 @@ class UndoClick(QObject):
         self.shortcut.activated.connect(self.go)
 
     def remember(self) -> None:
-        """Keep what is set now."""
+        """Keep the present values."""
         self._key, self._before = self._studio.environment.key, dict(self._studio.values)
 
     def go(self) -> None:
-        """Set what was set before the last click, once; nothing in another environment."""
+        """Restore the values before the last click, once, in the same environment."""
         if self._before and self._key == self._studio.environment.key:
             self._studio.set_values(self._before)
         self._before = {}
@@ -68,7 +68,7 @@ _ROOM_BESIDE = 560
 
 
 class StabilityPage(MeasuringPage):
-    """Asks for lines while it is in sight, shows the newest, and measures on demand."""
+    """Computes lines while it is shown, draws the newest, and measures on demand."""
 
     file = "stability"
     drawn = "Stability map, damping across, stiffness up"
@@ -98,7 +98,7 @@ class StabilityPage(MeasuringPage):
     # what a person does
 
     def go(self, damping: float, stiffness: float) -> None:
-        """Bring the sliders to a point of the map."""
+        """Set the parameters to a point of the map."""
         pair = self.pair
         if pair is None:
             return
@@ -167,7 +167,7 @@ class StabilityPage(MeasuringPage):
         return LinesQuestion(setting, stiffness, damping, keep, every)
 
     def ask(self) -> None:
-        """Ask for the lines, if anybody looks."""
+        """Ask for the lines, if the page is shown."""
         if not self._seen:
             return
         question = self.question()
@@ -189,7 +189,7 @@ class StabilityPage(MeasuringPage):
             self.run()
 
     def show_result(self, measured: Measured) -> None:
-        """Take a measurement in beside the one with, or without, the controller."""
+        """Keep a measurement, beside the one without (or with) the controller."""
         self.results.take(measured)
         self._show_measured()
         self._say_measured()
@@ -233,7 +233,7 @@ class StabilityPage(MeasuringPage):
             self._show_map(self.lines)
 
     def _show_map(self, lines: Lines) -> None:
-        """Draw the map anew, or move the dot alone where nothing else is another."""
+        """Redraw the map, or only move the dot where nothing else changed."""
         from hapkit_studio.charts.stability import Map, draw
 
         dotted = self._studio.environment.impedance is not None
@@ -270,7 +270,7 @@ class StabilityPage(MeasuringPage):
         return verdict(lines.plane, None if self.outdated else self.results.last)
 
     def _say_measured(self) -> None:
-        """Say what the measured map is worth; not while the bar says how far the next one is."""
+        """Show how fast the map was measured or that it is out of date; not while another is measured."""
         newest = self.results.last
         if newest is not None and not self.job.running:
             axes = (self.lines.plane.width, self.lines.plane.top) if self.lines is not None else newest.axes

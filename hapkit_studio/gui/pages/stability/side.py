@@ -60,7 +60,7 @@ class StabilitySide(SidePanel):
         self.outcome.setVisible(bool(said))
 
     def set_room(self, narrow: bool) -> None:
-        """Make do with a narrow panel."""
+        """Adapt the rows to a narrow panel."""
         self.rows.set_narrow(narrow)
 
     def _trial(self) -> None:
@@ -81,7 +81,7 @@ class StabilitySide(SidePanel):
         self._put(self.controller, hint(_CONTROLLER))
 
     def _make_way(self, _low: int, high: int) -> None:
-        """Let the scroll bar stand in the margin, so that no row moves when it comes and goes."""
+        """Give the scroll bar the margin's place, so that rows keep their width."""
         margins = self._column.contentsMargins()
         bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
         margins.setRight(max(margins.left() - bar, 0))

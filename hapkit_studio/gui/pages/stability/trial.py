@@ -1,4 +1,4 @@
-"""Let go of the handle off its place of rest, and say what it did then."""
+"""Release the handle away from its rest position, and report what it did."""
 
 import math
 from dataclasses import dataclass, replace
@@ -70,7 +70,7 @@ def _gains(held: TrialConditions, amplitude: float) -> bool:
 
 
 def starting_distance(held: TrialConditions) -> float:
-    """Return how far a trial takes the handle, in m: well beyond what friction holds, where that goes."""
+    """Return how far a trial pulls the handle, in m: beyond what friction holds, where possible."""
     if not held.stiffness > held.limit:
         return USUAL
     return min(max(_TIMES * grows_from(held) + _MORE, LEAST), MOST)
@@ -188,12 +188,12 @@ class Released:
 
     @property
     def end(self) -> float:
-        """Return half the way to and fro in m at the end."""
+        """Return half the peak-to-peak distance in m at the end."""
         return 0.5 * float(np.ptp(self.position[self.time >= self.time[-1] - _END]))
 
 
 def outcome_words(seen: Released, held: TrialConditions) -> str:
-    """Say what happened, and how that goes with the map."""
+    """Describe the outcome, and whether it agrees with the map."""
     if len(seen.time) < 2:
         return ""
     if seen.one_sided:
@@ -212,7 +212,7 @@ def outcome_words(seen: Released, held: TrialConditions) -> str:
 
 
 def _as_said(held: TrialConditions, grows: bool) -> str:
-    """Say whether the exact limit said so too."""
+    """Say whether the outcome agrees with the exact limit."""
     if math.isnan(held.limit) or held.setting.controller:
         return "."
     return ", as the map says." if (held.stiffness > held.limit) == grows else ", the map says otherwise."
@@ -264,11 +264,11 @@ class Trial(QObject):
 
     @property
     def possible(self) -> bool:
-        """Say whether there is a handle, and the hand on it is ours."""
+        """Return whether there is a handle that the simulated hand holds."""
         return self._studio.engine is not None and self._studio.hand_is_ours
 
     def begin(self, held: TrialConditions | None) -> None:
-        """Take the handle as far from its place of rest as shows most; held: what the map says of it."""
+        """Pull the handle away from its rest position; held: the conditions of the trial, None if unknown."""
         if not self.possible or self.holding:
             return
         self.forget()
@@ -282,7 +282,7 @@ class Trial(QObject):
         self.changed.emit()
 
     def let_go(self) -> None:
-        """Let go now, and be as firm as before."""
+        """Release the handle and restore the grip."""
         if self.holding:
             self.holding = False
             self._timer.stop()
@@ -293,14 +293,14 @@ class Trial(QObject):
         self.changed.emit()
 
     def forget(self) -> None:
-        """Say nothing of the last release any more."""
+        """Clear the report on the last release."""
         self._watch.stop()
         if self.said:
             self.said = ""
             self.changed.emit()
 
     def judge(self) -> None:
-        """Say what the handle did since it was let go."""
+        """Report what the handle did since its release."""
         window = self._live.history.between(self._since, float("inf"))
         place, _way = contact(self._studio.environment, self._studio.values)
         one = one_sided(self._studio.environment, self._studio.values)
@@ -310,7 +310,7 @@ class Trial(QObject):
         self.changed.emit()
 
     def _release(self) -> None:
-        """Let go, and watch."""
+        """Release the handle, then watch it."""
         self._since = self._live.history.now
         self.let_go()
         self._watch.start()
