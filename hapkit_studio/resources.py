@@ -1,12 +1,20 @@
 """Where the files that ship with the studio are, in a checkout and in a wheel."""
 
+import hashlib
 from pathlib import Path
 
-_PACKAGE = Path(__file__).resolve().parent
+PACKAGE = Path(__file__).resolve().parent
 
 
 def path(*parts: str) -> Path:
     """Return the path of a shipped asset, e.g. ``path("icons", "wall.svg")``."""
-    inside = _PACKAGE / "assets"
-    root = inside if inside.is_dir() else _PACKAGE.parent / "assets"
+    inside = PACKAGE / "assets"
+    root = inside if inside.is_dir() else PACKAGE.parent / "assets"
     return root.joinpath(*parts)
+
+
+def sources_stamp(*folders: str, package: Path = PACKAGE) -> str:
+    """Return a hash of the names and times of the Python files in some folders of the package."""
+    found = [f for folder in folders for f in sorted((package / folder).rglob("*.py"))]
+    facts = "\n".join(f"{f}:{f.stat().st_mtime_ns}" for f in found)
+    return hashlib.sha256(facts.encode()).hexdigest()[:16]

@@ -154,7 +154,7 @@ def find(count: int, seed: int, area: str | None) -> None:
         while len(known) < count:
             name = min(wanted, key=lambda a: sum(m.area == a for m in known))
             source = chance.choice(sources(name))
-            choices = [m for m in mutations(name, source) if m.path not in {k.path for k in known}]
+            choices = [m for m in mutations(name, source) if m.before not in {k.before for k in known}]
             if not choices:
                 continue
             mutation = chance.choice(choices)

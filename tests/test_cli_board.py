@@ -12,10 +12,8 @@ import numpy as np
 import pytest
 
 from hapkit_studio.commands import live_run
-from hapkit_studio.devices import flash
-from hapkit_studio.devices.base import DeviceEntry
-from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.devices.probing import probe
+from hapkit_studio.devices import DeviceEntry, flash
+from hapkit_studio.devices.hapkit import HapkitBoard, probe
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.haptics import arrays

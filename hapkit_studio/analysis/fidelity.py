@@ -20,8 +20,7 @@ from statistics import fmean
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
@@ -292,7 +291,8 @@ def file_of(environment: Environment) -> Path:
     inside = [name for name in sys.modules if name.startswith(environments.__name__ + ".")]
     for name in (*inside, environment.force.function.__module__):
         module = sys.modules.get(name)
-        if getattr(module, _NAME, None) is environment and getattr(module, "__file__", None):
+        declared = getattr(module, _NAME, None)
+        if getattr(declared, "force", None) is environment.force and getattr(module, "__file__", None):
             return Path(str(module.__file__))  # type: ignore[union-attr]
     raise ParameterError(f"{environment.title} has no file of its own to write into.")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapkit_studio.charts.style import Colors, save
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.fidelity import Effect, Fidelity

@@ -4,7 +4,7 @@ import argparse
 
 from hapkit_studio import devices as device_list
 from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.devices.probing import probe
+from hapkit_studio.devices.hapkit import probe
 
 
 def options(command: argparse.ArgumentParser) -> None:

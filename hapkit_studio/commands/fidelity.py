@@ -7,7 +7,7 @@ from hapkit_studio import environments as library
 from hapkit_studio.analysis import fidelity as judge
 from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
 from hapkit_studio.commands.base import Command, Result, environment_named, progress_line
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS
 
 
 def options(command: argparse.ArgumentParser) -> None:

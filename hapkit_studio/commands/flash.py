@@ -5,8 +5,8 @@ import sys
 
 from hapkit_studio import devices
 from hapkit_studio.commands.base import Command, Result
-from hapkit_studio.devices import discovery, flash
-from hapkit_studio.devices.flash_output import CONNECTING, STARTING, VERIFYING, WRITING
+from hapkit_studio.devices import flash, serial_ports
+from hapkit_studio.devices.avrdude import CONNECTING, STARTING, VERIFYING, WRITING
 from hapkit_studio.errors import DeviceError
 
 _WORDS = {
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> Result:
 def port_to_flash(given: str | None) -> str:
     """Return the port to write to, by default the only one; raise DeviceError for what needs no flashing."""
     listed = {entry.key: entry.title for entry in devices.available()} if given else {}
-    ports = {port.path for port in discovery.ports()} if given in listed else set()
+    ports = {port.path for port in serial_ports.ports()} if given in listed else set()
     if given in listed and given not in ports:
         raise DeviceError(f"{listed[given]} needs no flashing. Name a port: hapkit-studio flash PORT.")
     return _only_port() if given is None else given
@@ -53,10 +53,10 @@ def flash_and_greet(port: str, image: str | None, program: str | None) -> Result
         done = flash.flash(port, image, program, show)
         hello = flash.greet(port, show)
     except KeyboardInterrupt:
-        raise DeviceError(f"{discovery.port_name(port)}: ended in the middle. {_HALF}") from None
+        raise DeviceError(f"{serial_ports.port_name(port)}: ended in the middle. {_HALF}") from None
     finally:
         _clear()
-    name = discovery.port_name(port)
+    name = serial_ports.port_name(port)
     text = (
         f"{name}: {done.size:,} bytes written and verified in {done.seconds:.1f} s at {done.speed:,} baud.\n"
         f"The board says: firmware build {hello.build}, protocol version {hello.version}, "
@@ -80,8 +80,8 @@ def _clear() -> None:
 
 def _only_port() -> str:
     """Return the one port that a kit can be on; raise DeviceError."""
-    ports = [port for port in discovery.ports() if port.role is not discovery.Role.OTHER]
-    kits = [port for port in ports if port.role is discovery.Role.KIT] or ports
+    ports = [port for port in serial_ports.ports() if port.role is not serial_ports.Role.OTHER]
+    kits = [port for port in ports if port.role is serial_ports.Role.KIT] or ports
     if len(kits) != 1:
         there = ", ".join(port.path for port in ports) or "none"
         raise DeviceError(f"Say on which port the board is: hapkit-studio flash PORT. Ports here: {there}.")

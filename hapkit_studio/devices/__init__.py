@@ -1,12 +1,29 @@
 """The devices one can choose: one kind a file, found by the name ``DEVICE``."""
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 
-from hapkit_studio.devices.base import DeviceEntry, DeviceKind
 from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
 
-__all__ = ["DeviceEntry", "DeviceKind", "available", "kinds", "named"]
+
+@dataclass(frozen=True)
+class DeviceEntry:
+    """One line of the device list; ``make`` returns the device, not yet opened."""
+
+    key: str
+    title: str
+    make: Callable[[], object]
+
+
+@dataclass(frozen=True)
+class DeviceKind:
+    """A kind of device: its place in the list, what of it is there now, and what a key not listed means."""
+
+    order: int
+    entries: Callable[[], Sequence[DeviceEntry]]
+    unlisted: Callable[[str], object | None] = lambda key: None
 
 
 @cache

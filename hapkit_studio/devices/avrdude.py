@@ -1,13 +1,15 @@
-"""Where avrdude is on this computer: given, on the path, or inside the Arduino IDE; else how to get it."""
+"""avrdude: where it is on this computer, and what version 6 to 8 of it says, as progress and errors."""
 
 import os
+import re
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hapkit_studio.errors import AvrdudeMissingError
+from hapkit_studio.devices import port_errors
+from hapkit_studio.errors import AvrdudeMissingError, DeviceError, FlashError, PortGoneError
 
 NAME = "avrdude"
 _FOLDERS = {
@@ -97,3 +99,123 @@ def _version(folder: Path) -> list[tuple[int, ...]]:
     """Return the numbers in a path, so that 6.10 is newer than 6.3."""
     digits = "".join(c if c.isdigit() else " " for c in os.fspath(folder))
     return [tuple(int(n) for n in digits.split())]
+
+
+CONNECTING, WRITING, VERIFYING, STARTING = "connecting", "writing", "verifying", "starting"
+Progress = Callable[[str, float], object]
+"""Called often with one of these stages and how much of it is done, 0 to 1; may raise to end the work."""
+
+_BAR = 50
+_AGAIN = "Flash again; if it happens again, use another cable or another port."
+_NO_SYNC = re.compile(r"not in sync|not responding|out of sync|protocol error")
+_ATTEMPT = re.compile(r"attempt (\d+) of")
+_MISMATCH = re.compile(r"verification (error|mismatch)", re.IGNORECASE)
+_WHERE = re.compile(r"device (0x\w+) != input (0x\w+) at addr (0x\w+)|mismatch at byte (0x\w+)")
+_SIGNATURE = re.compile(r"signature = (0x)?((?:[0-9a-f]{2} ?){3})", re.IGNORECASE)
+_OTHER_CHIP = re.compile(r"expected signature|invalid device signature", re.IGNORECASE)
+_ANY_ERROR = re.compile(
+    r"^avrdude(?: OS)? error: (.*)|^(?:avrdude|error): (.*(?:fail|can't|cannot).*)", re.I | re.M
+)
+
+
+def not_there(port: str) -> PortGoneError:
+    """Return the error of a port that does not exist."""
+    return PortGoneError(f"{port_errors.port_name(port)} is not there. Plug the board in, then flash again.")
+
+
+_PORT = (
+    (re.compile(r"permission denied", re.IGNORECASE), port_errors.forbidden),
+    (re.compile(r"resource busy|access is denied", re.IGNORECASE), port_errors.busy),
+    (re.compile(r"no such (file|device)|cannot find the file", re.IGNORECASE), not_there),
+)
+
+
+class Output:
+    """All that avrdude has said so far; ``feed`` reports progress."""
+
+    def __init__(self, progress: Progress):
+        self.text = ""
+        self.stage, self.part = CONNECTING, 0.0
+        self._progress = progress
+
+    def feed(self, text: str) -> None:
+        """Take the next characters."""
+        self.text += text
+        stage, part = self._where()
+        if (stage, part) == (self.stage, self.part):
+            return
+        if self.stage == WRITING and stage == VERIFYING and self.part < 1.0:
+            self._progress(WRITING, 1.0)  # both came in one piece
+        self.stage, self.part = stage, part
+        self._progress(stage, part)
+
+    def repeat(self) -> None:
+        """Report where it is, though nothing new was said: whoever follows may want to end it."""
+        self._progress(self.stage, self.part)
+
+    @property
+    def failed_attempts(self) -> int:
+        """Return how often the boot loader was called in vain."""
+        found = _ATTEMPT.findall(self.text)
+        return int(found[-1]) if found else 0
+
+    @property
+    def no_sync(self) -> bool:
+        """Say whether nothing but silence or noise has come from the boot loader."""
+        return self.stage == CONNECTING and bool(_NO_SYNC.search(self.text)) and not self._other_chip
+
+    @property
+    def _other_chip(self) -> bool:
+        return bool(_OTHER_CHIP.search(self.text))
+
+    def _where(self) -> tuple[str, float]:
+        writing = self.text.rfind("Writing |")
+        if writing < 0:
+            return CONNECTING, 0.0
+        verifying = self.text.rfind("Reading |")
+        stage, start = (VERIFYING, verifying) if verifying > writing else (WRITING, writing)
+        bar = self.text[start:].split("|")[1]
+        return stage, min(bar.count("#") / _BAR, 1.0)
+
+    def error(self, port: str) -> DeviceError:
+        """Return what went wrong, in words with what to do."""
+        if _MISMATCH.search(self.text):
+            return FlashError(f"What was written reads back differently{self._place()}. {_AGAIN}")
+        if self._other_chip:
+            return FlashError(self._chip(port))
+        if self.stage == CONNECTING:
+            for pattern, words in _PORT:
+                if pattern.search(self.text):
+                    return words(port)
+        return FlashError(f"{self._last_words(port)} {_AGAIN}")
+
+    def _place(self) -> str:
+        found = _WHERE.search(self.text)
+        if found is None:
+            return ""
+        device, wanted, address, only = found.groups()
+        return f" from {only} on" if only else f": {device} instead of {wanted} at {address}"
+
+    def _chip(self, port: str) -> str:
+        found = _SIGNATURE.search(self.text)
+        seen = f" (signature {found[2].strip()})" if found else ""
+        name = port_errors.port_name(port)
+        return (
+            f"The board on {name} has another chip{seen}; the firmware is for the ATmega328P (1e950f). "
+            "Choose the Hapkit's port."
+        )
+
+    def _last_words(self, port: str) -> str:
+        found = _ANY_ERROR.findall(self.text)
+        said = next((words for pair in reversed(found) for words in pair if words), "")
+        what = f"avrdude gave up on {port_errors.port_name(port)}"
+        return f"{what}: {said.strip().rstrip('.')}." if said else f"{what}."
+
+
+def no_boot_loader(port: str, speeds: tuple[int, ...]) -> FlashError:
+    """Return the error of a board whose boot loader answers at none of the speeds."""
+    tried, name = " or ".join(f"{speed:,}" for speed in speeds), port_errors.port_name(port)
+    return FlashError(
+        f"The boot loader on {name} does not answer at {tried} baud. Unplug the board, plug it in, flash "
+        "again; a chip without a boot loader needs one first (Arduino IDE: Tools, Burn Bootloader)."
+    )

@@ -12,16 +12,7 @@ import numpy as np
 
 from hapkit_studio.devices.profiles import full_force, of_settings, readings
 from hapkit_studio.errors import DeviceError
-from hapkit_studio.protocol.messages import (
-    Board,
-    BoardFlag,
-    Force,
-    MotorMap,
-    Release,
-    Sample,
-    Settings,
-    Stop,
-)
+from hapkit_studio.protocol.messages import Board, BoardFlag, Force, MotorMap, Release, Sample, Settings, Stop
 
 Motion = Callable[[float, float, float], float]
 """Force in N from time in s, distance from where the run began in m, velocity in m/s."""

@@ -12,12 +12,69 @@ from pathlib import Path
 import serial
 
 from hapkit_studio import resources
-from hapkit_studio.devices import avrdude, hex_image, port_errors
-from hapkit_studio.devices.busy import holder
-from hapkit_studio.devices.flash_output import CONNECTING, STARTING, Progress, Said, no_boot_loader, not_there
+from hapkit_studio.devices import avrdude, port_errors
+from hapkit_studio.devices.avrdude import CONNECTING, STARTING, Output, Progress, no_boot_loader, not_there
 from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.serial_ports import holder
 from hapkit_studio.errors import DeviceError, FlashError, ParameterError, PortBusyError, PortGoneError
 from hapkit_studio.protocol.messages import BAUD, Hello
+
+FLASH_BYTES = 32256
+"""Of the ATmega328P beside the Arduino Uno's boot loader."""
+OLD_FLASH_BYTES = 30720
+"""Beside the boot loader of boards from before 2010, which is larger."""
+_DATA, _END, _SEGMENT, _HIGHER = 0, 1, 2, 4
+_HARMLESS = (3, 5)  # where to start, which a chip knows by itself
+
+
+@dataclass(frozen=True)
+class HexImage:
+    """A file and its bytes by address, from 0 on; gaps hold 0xFF as erased flash does."""
+
+    path: Path
+    data: bytes
+
+
+def read_image(path: str | Path) -> HexImage:
+    """Return the image in a file; raise ParameterError that names what is wrong with it, OSError."""
+    path = Path(path)
+    memory: dict[int, int] = {}
+    base, ended = 0, False
+    for number, line in enumerate(path.read_text("ascii", "replace").split(), 1):
+        address, kind, data = _record(path, number, line)
+        if kind == _DATA:
+            memory.update((base + address + at, byte) for at, byte in enumerate(data))
+        elif kind in (_SEGMENT, _HIGHER):
+            base = int.from_bytes(data, "big") << (4 if kind == _SEGMENT else 16)
+        elif kind not in (_END, *_HARMLESS):
+            raise ParameterError(
+                f"{path.name}, line {number}: a record of kind {kind} has no place in a .hex."
+            )
+        ended = kind == _END
+    if not memory or not ended:
+        raise ParameterError(f"{path.name} is no whole .hex file. Export it again.")
+    return _fitting(path, memory)
+
+
+def _fitting(path: Path, memory: dict[int, int]) -> HexImage:
+    size = max(memory) + 1
+    if size > FLASH_BYTES:
+        raise ParameterError(f"{path.name} takes {size:,} bytes; the chip has room for {FLASH_BYTES:,}.")
+    return HexImage(path, bytes(memory.get(at, 0xFF) for at in range(size)))
+
+
+def _record(path: Path, number: int, line: str) -> tuple[int, int, bytes]:
+    """Return address, kind and data of one line."""
+    try:
+        record = bytes.fromhex(line[1:])
+    except ValueError:
+        record = b""
+    if not line.startswith(":") or len(record) < 5 or len(record) != record[0] + 5:
+        raise ParameterError(f"{path.name}, line {number}: this is no line of a .hex file.")
+    if sum(record) % 256:
+        raise ParameterError(f"{path.name}, line {number}: the check sum is wrong. Export it again.")
+    return int.from_bytes(record[1:3], "big"), record[3], record[4:-1]
+
 
 SPEEDS = (115200, 57600)
 """bit/s of the boot loaders that kits have: optiboot's, and the one of boards from before 2010."""
@@ -43,11 +100,11 @@ def shipped() -> Path:
     return resources.path("firmware", "hapkit.hex")
 
 
-def image_of(given: str | Path | None = None) -> hex_image.HexImage:
+def image_of(given: str | Path | None = None) -> HexImage:
     """Return what is to be written, the shipped firmware by default; raise ParameterError."""
     path = shipped() if given is None else Path(given)
     try:
-        return hex_image.read(path)
+        return read_image(path)
     except FileNotFoundError:
         if given is not None:
             raise ParameterError(f"There is no file {path}. Give the path of a .hex file.") from None
@@ -57,7 +114,7 @@ def image_of(given: str | Path | None = None) -> hex_image.HexImage:
         raise ParameterError(f"{path} cannot be read: {error.strerror}. Make it readable.") from error
 
 
-def nobody(stage: str, part: float) -> None:
+def no_progress(stage: str, part: float) -> None:
     """Follow no progress."""
 
 
@@ -65,7 +122,7 @@ def flash(
     port: str,
     image: str | Path | None = None,
     program: str | Path | None = None,
-    progress: Progress = nobody,
+    progress: Progress = no_progress,
     speeds: tuple[int, ...] = SPEEDS,
     patience: float = 0.0,
 ) -> Flashed:
@@ -78,7 +135,7 @@ def flash(
     begin = time.monotonic()
     found = avrdude.find(program)
     checked = image_of(image)
-    if len(checked.data) > hex_image.OLD_FLASH_BYTES:
+    if len(checked.data) > OLD_FLASH_BYTES:
         speeds = tuple(speed for speed in speeds if speed != SPEEDS[1])  # the old boot loader is in its way
     progress(CONNECTING, 0.0)
     _wait_for_port(port, patience, progress)
@@ -86,7 +143,7 @@ def flash(
     return Flashed(len(checked.data), speed, time.monotonic() - begin)
 
 
-def greet(port: str, progress: Progress = nobody) -> Hello:
+def greet(port: str, progress: Progress = no_progress) -> Hello:
     """Return what the firmware on a port says about itself; raise DeviceError."""
     progress(STARTING, 0.0)
     board = HapkitBoard(port)
@@ -131,7 +188,7 @@ def _at_any_speed(
     """Return the speed at which it was written."""
     for speed in speeds * ROUNDS:
         words = [*found.words, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
-        said = Said(progress)
+        said = Output(progress)
         code = _run([*words, "-U", f"flash:w:{image}:i"], port, said)
         if code == 0:
             return speed
@@ -140,7 +197,7 @@ def _at_any_speed(
     raise no_boot_loader(port, speeds)
 
 
-def _run(words: list[str], port: str, said: Said) -> int:
+def _run(words: list[str], port: str, said: Output) -> int:
     """Run avrdude until it ends or has called once in vain; return its exit code."""
     try:
         child = subprocess.Popen(

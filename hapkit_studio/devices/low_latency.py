@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hapkit_studio.devices.discovery import Identity
+from hapkit_studio.devices.serial_ports import Identity
 
 FTDI = 0x0403
 USUAL = 0.016

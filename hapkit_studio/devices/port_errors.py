@@ -1,11 +1,14 @@
 """What can be wrong with a serial port, in the words that a person reads, and the next step."""
 
 import errno
+import getpass
+import os
+import stat
 import sys
+from pathlib import Path
 
-from hapkit_studio.devices import discovery, permission
-from hapkit_studio.devices.busy import holder
-from hapkit_studio.devices.discovery import Role, port_name
+from hapkit_studio.devices import serial_ports
+from hapkit_studio.devices.serial_ports import Port, Role, holder, port_name
 from hapkit_studio.errors import (
     DeviceError,
     NoDataError,
@@ -17,6 +20,52 @@ from hapkit_studio.errors import (
     PortPermissionError,
     WrongProtocolError,
 )
+
+RULES = "/etc/udev/rules.d/60-hapkit.rules"
+
+
+def permission_remedy(path: str, port: Port | None) -> tuple[str, str]:
+    """Return what to do in words, and the line to run, which may be none."""
+    if sys.platform != "linux":
+        return "Ask for the right to use it.", ""
+    group = _group(path)
+    if not group:
+        return "Then plug the board in again.", _rule(port)
+    if _joined(group):
+        return f"You are in the group {group} since you logged in: log out and in again.", ""
+    return "Then log out and in again.", f"sudo usermod -a -G {group} $USER"
+
+
+def _rule(port: Port | None) -> str:
+    """Return the line that lets whoever sits at the computer open this kind of port."""
+    vendor = port.identity.vendor if port else None
+    which = f', ATTRS{{idVendor}}=="{vendor:04x}"' if vendor else ', KERNEL=="ttyUSB*|ttyACM*"'
+    rule = f'SUBSYSTEM=="tty"{which}, MODE="0660", TAG+="uaccess"'
+    return f"echo '{rule}' | sudo tee {RULES} && sudo udevadm control --reload && sudo udevadm trigger"
+
+
+def _group(path: str) -> str:
+    """Return the group whose members may use a port; nothing where no group but root's may."""
+    try:
+        mode, group = Path(path).stat().st_mode, Path(path).group()
+    except (KeyError, OSError, NotImplementedError):
+        return ""
+    shared = mode & stat.S_IRGRP and mode & stat.S_IWGRP
+    return group if shared and group not in ("root", "tty") else ""
+
+
+def _joined(group: str) -> bool:
+    """Tell whether the system lists this person in a group that this login does not have yet."""
+    if sys.platform == "win32":
+        return False
+    import grp
+
+    try:
+        entry = grp.getgrnam(group)
+        return getpass.getuser() in entry.gr_mem and entry.gr_gid not in os.getgroups()
+    except (KeyError, OSError):
+        return False
+
 
 FLASH, UPDATE = "flash", "update"
 """Next steps that a window can offer, see DeviceError.step."""
@@ -54,7 +103,7 @@ def busy(port: str, by: str = "") -> PortBusyError:
 
 def forbidden(port: str) -> PortPermissionError:
     """Return the error of a port that this user may not open, with the line that mends it."""
-    words, command = permission.remedy(port, discovery.at(port))
+    words, command = permission_remedy(port, serial_ports.at(port))
     title = f"You may not open {port_name(port)}."
     if not command:
         return PortPermissionError(f"{title} {words}")
@@ -65,7 +114,7 @@ def forbidden(port: str) -> PortPermissionError:
 
 def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
     """Return the error of a port on which no Hapkit said hello, from what was heard instead, if anything."""
-    name, known = port_name(port), discovery.at(port)
+    name, known = port_name(port), serial_ports.at(port)
     if known is not None and known.role is Role.OTHER:
         return NotAHapkitError(f"{name} is a port of another kind: {known.words}. Choose another port.")
     if by := holder(port):  # two readers share what comes: neither gets it whole

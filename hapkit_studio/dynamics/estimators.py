@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapkit_studio.dynamics import filter_design, filters, foaw
+from hapkit_studio.dynamics import filter_design, filters
 from hapkit_studio.dynamics.filters import COEFFICIENTS, MEMORY, reset, resume, step
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.errors import ParameterError
@@ -75,7 +75,14 @@ _METHODS = (
         filters.FOAW,
         (
             Parameter(
-                "window", "Window", "", foaw.LONGEST, 2.0, foaw.LONGEST, "Periods in the longest line", "N"
+                "window",
+                "Window",
+                "",
+                filters.LONGEST,
+                2.0,
+                filters.LONGEST,
+                "Periods in the longest line",
+                "N",
             ),
             Parameter(
                 "noise", "Noise", "counts", 0.5, 0.1, 5.0, "How far a sample may lie off its line", "d"

@@ -3,8 +3,69 @@
 Coefficients come from ``filter_design``; what a method keeps from sample to sample is its memory.
 """
 
-from hapkit_studio.dynamics import foaw
 from hapkit_studio.dynamics.jit import compiled, internal
+
+LONGEST = 16
+# A sample of a quantised motion often lies just at the tolerance: it does not fit, whatever rounding says.
+_TIE = 1.0 - 1e-9
+_BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST
+
+
+@internal
+def begun(memory):
+    """Return whether the window holds samples."""
+    return memory[_BEGUN] != 0.0
+
+
+@internal
+def begin(memory, position, velocity, period):
+    """Fill the window with a steady motion that has just arrived at `position`."""
+    memory[_BEGUN] = 1.0
+    for i in range(LONGEST + 1):
+        memory[_AGES + i] = i * period
+        memory[_SAMPLES + i] = position - i * period * velocity
+
+
+@internal
+def push(memory, position, period):
+    """Take a new sample, `period` s after the last; the oldest one drops out."""
+    for i in range(LONGEST, 0, -1):
+        memory[_AGES + i] = memory[_AGES + i - 1] + period
+        memory[_SAMPLES + i] = memory[_SAMPLES + i - 1]
+    memory[_AGES] = 0.0
+    memory[_SAMPLES] = position
+
+
+@internal
+def _fits(memory, count, mean_age, mean, falling, tolerance):
+    """Return whether `count` samples lie on a line to within the tolerance."""
+    newest = memory[_SAMPLES]
+    for i in range(count):
+        line = mean + falling * (memory[_AGES + i] - mean_age)
+        if abs(memory[_SAMPLES + i] - newest - line) > _TIE * tolerance:
+            return False
+    return True
+
+
+@internal
+def slope(memory, window, tolerance):
+    """Return the velocity of the longest line, over up to `window` periods, that fits all its samples."""
+    newest = memory[_SAMPLES]
+    ages, moved, squares, products = 0.0, 0.0, 0.0, 0.0
+    velocity = 0.0
+    for n in range(1, window + 1):
+        age, way = memory[_AGES + n], memory[_SAMPLES + n] - newest
+        ages += age
+        moved += way
+        squares += age * age
+        products += age * way
+        count = n + 1
+        falling = (count * products - ages * moved) / (count * squares - ages * ages)
+        if n > 1 and not _fits(memory, count, ages / count, moved / count, falling, tolerance):
+            break
+        velocity = -falling
+    return velocity
+
 
 MEMORY = 48
 COEFFICIENTS = 8
@@ -65,10 +126,10 @@ def step(code, coefs, memory, position, period):
         velocity = _kalman(coefs, memory, position, period)
     elif code == FOAW:
         window = memory[_WINDOW:]
-        if not foaw.begun(window):
-            foaw.begin(window, memory[_POSITION], memory[_VELOCITY], period)
-        foaw.push(window, position, period)
-        velocity = foaw.slope(window, int(coefs[0]), coefs[1])
+        if not begun(window):
+            begin(window, memory[_POSITION], memory[_VELOCITY], period)
+        push(window, position, period)
+        velocity = slope(window, int(coefs[0]), coefs[1])
     memory[_POSITION] = position
     memory[_VELOCITY] = velocity
     return velocity

@@ -9,12 +9,38 @@ import os
 import shutil
 import tempfile
 from functools import partial
+from pathlib import Path
 
 from numba import config, njit
+
+from hapkit_studio.resources import PACKAGE, sources_stamp
+
+# The package's folders with compiled functions; a law's file is named by what is in it.
+_COMPILED = ("analysis", "devices", "dynamics", "haptics", "laws", "protocol")
 
 
 def _probe():
     """Stand in for any function that is to be cached."""
+
+
+def forget_outdated(package: Path = PACKAGE) -> None:
+    """Remove what was compiled from other sources, beside the source.
+
+    numba looks at a function's own file alone: after an update it would call what another file had, or fail
+    on a module that is gone.
+    """
+    kept = package / "__pycache__"
+    mark = kept / f"compiled-{sources_stamp(*_COMPILED, package=package)}"
+    try:
+        kept.mkdir(exist_ok=True)
+        mark.touch(exist_ok=False)
+        for old in kept.glob("compiled-*"):
+            if old != mark:
+                old.unlink(missing_ok=True)
+        for old in package.rglob("__pycache__/*.nb[ci]"):
+            old.unlink(missing_ok=True)
+    except OSError:
+        return  # known already, or nothing may be written here and numba keeps it elsewhere
 
 
 def find_cache() -> None:
@@ -30,6 +56,8 @@ def find_cache() -> None:
         atexit.register(shutil.rmtree, config.CACHE_DIR, ignore_errors=True)
 
 
+if not config.CACHE_DIR:
+    forget_outdated()
 find_cache()
 _options = partial(njit, cache=True, nogil=True, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
 

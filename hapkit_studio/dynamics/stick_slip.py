@@ -1,10 +1,140 @@
-"""A mass on a rubbing surface, drawn by a spring whose end moves: friction models show what they are."""
+"""A mass on a rubbing surface, drawn by a spring whose end moves: friction models show what they are.
+
+A step of one model goes from the velocity v m/s to the next one; the pull on the mass is known, as only a
+simulation knows it. memory holds the anchor, the bend of the bristles and the last position (m), and whether
+it sticks. Options stand in numbers in the order of the model's parameters.
+"""
+
+import math
 
 import numpy as np
 
-from hapkit_studio.dynamics import sliding
+from hapkit_studio.dynamics.friction import bristle, projected, sticking_tether, stribeck
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Parameter, resolve
+
+(
+    COULOMB,
+    SMOOTHED,
+    KARNOPP,
+    KARNOPP_BAND,
+    STRIBECK,
+    PROJECTION,
+    TETHER,
+    LUGRE,
+    DAHL,
+    HAYWARD_ARMSTRONG,
+) = range(10)
+MEMORY = 4
+_ANCHOR, _BEND, _BEFORE, _STUCK = range(MEMORY)
+
+
+@internal
+def _slid(v, pull, kinetic, step):
+    return v + step * (pull - math.copysign(kinetic, v))
+
+
+@internal
+def _held(v, pull, static, kinetic, step):
+    """Return the velocity of what rests: 0 up to the static force, then off against the kinetic one."""
+    return 0.0 if abs(pull) <= static else v + step * (pull - math.copysign(kinetic, pull))
+
+
+@internal
+def _coulomb(v, pull, static, kinetic, step):
+    """By the sign of the velocity alone."""
+    if v != 0.0:
+        return _slid(v, pull, kinetic, step)
+    return step * (pull - math.copysign(min(abs(pull), static), pull))
+
+
+@internal
+def _karnopp(v, pull, static, kinetic, step):
+    """A state machine: it sticks where the velocity would change its sign."""
+    if v == 0.0:
+        return _held(v, pull, static, kinetic, step)
+    after = _slid(v, pull, kinetic, step)
+    return after if after * v > 0.0 else 0.0
+
+
+@internal
+def _projection(v, pull, static, kinetic, step):
+    if v == 0.0 and abs(pull) <= static:
+        return 0.0
+    return projected(v + step * pull, kinetic * step)
+
+
+@internal
+def _bristles(v, memory, level, stiffness, damping, dt):
+    """Return the friction in N of bristles that bend with stiffness and damping."""
+    before = memory[_BEND]
+    memory[_BEND] = bristle(before, v * dt, level, stiffness)
+    return stiffness * memory[_BEND] + damping * (memory[_BEND] - before) / dt
+
+
+@internal
+def _hayward_armstrong(x, memory, static, kinetic, stiffness):
+    """Return the friction in N of an anchor that creeps the more the farther it is strained."""
+    reach, strain = kinetic / stiffness, x - memory[_ANCHOR]
+    share = (strain * stiffness) ** 8
+    creep = share / (static**8 + share) / reach if share > 0.0 else 0.0
+    if creep * abs(strain) > 1.0:
+        memory[_ANCHOR] = x - math.copysign(reach, strain)
+    else:
+        memory[_ANCHOR] += abs(x - memory[_BEFORE]) * creep * strain
+    return stiffness * (x - memory[_ANCHOR])
+
+
+@internal
+def _strained(model, x, v, memory, static, kinetic, options, dt):
+    """Return the friction in N, against positive motion, of the models that strain something."""
+    if model == TETHER:
+        drag, memory[_ANCHOR], memory[_STUCK] = sticking_tether(
+            x, memory[_BEFORE], memory[_ANCHOR], memory[_STUCK], options[0], options[1], static, kinetic, dt
+        )
+        return -drag
+    if model == LUGRE:
+        return _bristles(v, memory, stribeck(v, static, kinetic, options[2]), options[0], options[1], dt)
+    if model == DAHL:
+        return _bristles(v, memory, kinetic, options[0], 0.0, dt)
+    if model == HAYWARD_ARMSTRONG:
+        return _hayward_armstrong(x, memory, static, kinetic, options[0])
+    return stribeck(v, static, kinetic, options[1]) * math.tanh(v / options[0])
+
+
+@internal
+def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
+    step = dt / mass
+    if model == COULOMB:
+        return _coulomb(v, pull, static, kinetic, step)
+    if model == KARNOPP:
+        return _karnopp(v, pull, static, kinetic, step)
+    if model == KARNOPP_BAND:
+        if abs(v) >= options[0]:
+            return _slid(v, pull, kinetic, step)
+        return _held(v, pull, static, kinetic, step)
+    if model == STRIBECK:
+        return projected(v + step * pull, stribeck(v, static, kinetic, options[0]) * step)
+    if model == PROJECTION:
+        return _projection(v, pull, static, kinetic, step)
+    friction = _strained(model, x, v, memory, static, kinetic, options, dt)
+    memory[_BEFORE] = x
+    return v + step * (pull - friction)
+
+
+@compiled
+def run(model, applied, mass, spring, viscous, static, kinetic, options, dt, memory, x, v):
+    """Fill x, v (n,) from their first values: m x'' = applied - spring x - viscous v - friction.
+
+    The semi-implicit rule: the new velocity moves the mass.
+    """
+    memory[_ANCHOR], memory[_BEND], memory[_BEFORE], memory[_STUCK] = x[0], 0.0, x[0], 1.0
+    for n in range(x.size - 1):
+        pull = applied[n] - spring * x[n] - viscous * v[n]
+        v[n + 1] = _next(model, x[n], v[n], pull, memory, mass, static, kinetic, options, dt)
+        x[n + 1] = x[n] + dt * v[n + 1]
+
 
 _HUGE = 1e12
 _TINY = 1e-12
@@ -41,25 +171,25 @@ def _damping(default: float) -> Parameter:
 
 # What each model takes besides its levels, in the order of ``sliding``.
 MODELS: dict[str, tuple[int, tuple[Parameter, ...]]] = {
-    "coulomb": (sliding.COULOMB, ()),
+    "coulomb": (COULOMB, ()),
     "smoothed": (
-        sliding.SMOOTHED,
+        SMOOTHED,
         (
             _speed("smoothing", "Smoothing", 0.01),
             _speed("stribeck_velocity", "Stribeck velocity", 0.03),
         ),
     ),
-    "karnopp": (sliding.KARNOPP, ()),
-    "karnopp_band": (sliding.KARNOPP_BAND, (_speed("band", "Band", 0.005),)),
-    "stribeck": (sliding.STRIBECK, (_speed("stribeck_velocity", "Stribeck velocity", 0.02),)),
-    "projection": (sliding.PROJECTION, ()),
-    "tether": (sliding.TETHER, (_stiffness(2e4), _damping(20.0))),
+    "karnopp": (KARNOPP, ()),
+    "karnopp_band": (KARNOPP_BAND, (_speed("band", "Band", 0.005),)),
+    "stribeck": (STRIBECK, (_speed("stribeck_velocity", "Stribeck velocity", 0.02),)),
+    "projection": (PROJECTION, ()),
+    "tether": (TETHER, (_stiffness(2e4), _damping(20.0))),
     "lugre": (
-        sliding.LUGRE,
+        LUGRE,
         (_stiffness(1e4), _damping(45.0), _speed("stribeck_velocity", "Stribeck velocity", 0.005)),
     ),
-    "dahl": (sliding.DAHL, (_stiffness(1e4),)),
-    "hayward_armstrong": (sliding.HAYWARD_ARMSTRONG, (_stiffness(5e3),)),
+    "dahl": (DAHL, (_stiffness(1e4),)),
+    "hayward_armstrong": (HAYWARD_ARMSTRONG, (_stiffness(5e3),)),
 }
 
 
@@ -97,7 +227,7 @@ def slide(
     x, v = np.full(forces.size, number["x0"]), np.full(forces.size, number["v0"])
     levels = [number[key] for key in ("mass", "spring", "viscous", "static", "kinetic")]
     if forces.size:
-        sliding.run(code, forces, *levels, chosen, number["dt"], np.zeros(sliding.MEMORY), x, v)
+        run(code, forces, *levels, chosen, number["dt"], np.zeros(MEMORY), x, v)
     return np.arange(forces.size) * number["dt"], x, v
 
 

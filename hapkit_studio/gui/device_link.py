@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.devices.terms import MODELS
+from hapkit_studio.devices.simulated import MODELS
 from hapkit_studio.dynamics.estimators import USUAL
 from hapkit_studio.errors import DeviceError, PortBusyError, PortGoneError, PortPermissionError, StudioError
 from hapkit_studio.gui.environment_library import Chosen

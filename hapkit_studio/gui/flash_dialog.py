@@ -6,9 +6,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QProgressBar, QPushButton, QWidget
 
-from hapkit_studio.devices import DeviceEntry, avrdude, discovery, flash
+from hapkit_studio.devices import DeviceEntry, avrdude, flash, serial_ports
+from hapkit_studio.devices.avrdude import CONNECTING, VERIFYING, WRITING
 from hapkit_studio.devices.flash import Flashed
-from hapkit_studio.devices.flash_output import CONNECTING, VERIFYING, WRITING
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import AvrdudeMissingError, ParameterError
 from hapkit_studio.gui.background import Job, Progress
@@ -49,10 +49,10 @@ class FlashSheet(FormSheet):
         self.ports.clear()
         self.write.setText("Flash")
         own = self._own_port()
-        for port in discovery.ports():
+        for port in serial_ports.ports():
             self.ports.addItem(port.title, port.path)
         if own and self.ports.findData(own) < 0:
-            self.ports.insertItem(0, discovery.port_name(own), own)
+            self.ports.insertItem(0, serial_ports.port_name(own), own)
         self.ports.setCurrentIndex(max(self.ports.findData(own), 0) if self.ports.count() else -1)
         self._find()
 
@@ -124,7 +124,9 @@ class FlashSheet(FormSheet):
         port = self.ports.currentData()
         self.verdict.say(f"{result.size:,} bytes written and verified. Starting the board…")
         entry = next((e for e in self._studio.entries() if e.key == port), None)
-        self._studio.open(entry or DeviceEntry(port, discovery.port_name(port), partial(HapkitBoard, port)))
+        self._studio.open(
+            entry or DeviceEntry(port, serial_ports.port_name(port), partial(HapkitBoard, port))
+        )
 
     def _look_at_link(self) -> None:
         """Say what the flashed board says, or why it says nothing."""

@@ -14,6 +14,8 @@ from pathlib import Path
 
 import platformdirs
 
+from hapkit_studio.resources import sources_stamp
+
 # What the loop begins with in any case: no force for the first tick, and the engine's own environment.
 ALWAYS = ("free", "wall")
 FIRST = "wall"
@@ -29,10 +31,7 @@ _MODULE = "hapkit_studio.gui.prepare"
 
 def stamp(part: str) -> Path:
     """Return the file that says: for these sources, this Python and this cache, a part is compiled."""
-    package = Path(__file__).resolve().parents[1]
-    found = [f for folder in _SOURCES for f in sorted((package / folder).rglob("*.py"))]
-    facts = [f"{f}:{f.stat().st_mtime_ns}" for f in found]
-    facts += [sys.version, os.environ.get("NUMBA_CACHE_DIR", ""), sys.prefix]
+    facts = [sources_stamp(*_SOURCES), sys.version, os.environ.get("NUMBA_CACHE_DIR", ""), sys.prefix]
     name = hashlib.sha256("\n".join(facts).encode()).hexdigest()[:16]
     return Path(platformdirs.user_cache_dir("hapkit-studio")) / f"prepared-{part}-{name}"
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.devices.terms import MODELS
+from hapkit_studio.devices.simulated import MODELS, SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment

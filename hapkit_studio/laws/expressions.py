@@ -1,14 +1,196 @@
-"""Rewrites the expressions of a law for numba: names become indices, what may fail is watched."""
+"""Rewrite the expressions of a law for numba: names become indices, what may fail is watched.
+
+Beside it the functions that a law calls, each translated once, and what the names in a law stand for.
+"""
 
 import ast
+import inspect
 import math
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 
+from hapkit_studio.dynamics import jit
+from hapkit_studio.errors import LawError
 from hapkit_studio.laws import subset
-from hapkit_studio.laws.helpers import Helpers, function_tree, is_proven, values_returned
-from hapkit_studio.laws.names import Names
-from hapkit_studio.laws.subset import fail
-from hapkit_studio.parameters import Choice
+from hapkit_studio.laws.subset import MATH, fail
+from hapkit_studio.parameters import AnyParameter, Choice
+
+# Generated names begin with an underscore, a law's own never do.
+PREFIX = "_of_"
+# The studio's own numbers are proven to end and to have a value wherever a law may call them.
+_PROVEN = "hapkit_studio.dynamics."
+
+
+class Helpers:
+    """The functions one law calls, by the names they have in its generated file."""
+
+    def __init__(self) -> None:
+        self.names: dict[FunctionType, str] = {}
+
+    def name(self, function: FunctionType) -> str:
+        """Return a function's name in the generated file; two of the same name differ there."""
+        if function not in self.names:
+            wanted = PREFIX + function.__name__
+            while wanted in self.names.values():
+                wanted += "_"
+            self.names[function] = wanted
+        return self.names[function]
+
+
+def is_proven(function: FunctionType) -> bool:
+    """Return whether a function is the studio's own: it needs no fuel, its divisions no check."""
+    return (function.__module__ or "").startswith(_PROVEN)
+
+
+def function_tree(function: Callable) -> ast.FunctionDef:
+    """Return a function's syntax tree with the line numbers of its file."""
+    if not isinstance(function, FunctionType):
+        raise LawError(f"A law is a function (p, s, x, v, dt), not {function!r}.")
+    try:
+        lines, first = inspect.getsourcelines(function)
+        tree = ast.parse(textwrap.dedent("".join(lines)))
+    except (OSError, SyntaxError):
+        raise LawError(f"The source of {function.__name__!r} cannot be read; write it in a file.") from None
+    ast.increment_lineno(tree, first - 1)
+    node = tree.body[0]
+    if not isinstance(node, ast.FunctionDef):
+        raise fail(node, "a law is a function")
+    for name in function.__code__.co_freevars:
+        raise fail(node, f"'{name}' belongs to the function around the law: write it at the file's top level")
+    return node
+
+
+def values_returned(tree: ast.FunctionDef) -> int:
+    """Return how many numbers a function returns at once; raise LawError where that differs."""
+    found = sorted((n for n in ast.walk(tree) if isinstance(n, ast.Return)), key=lambda n: n.lineno)
+    sizes = [len(n.value.elts) if isinstance(n.value, ast.Tuple) else 1 for n in found]
+    for node, size in zip(found, sizes, strict=True):
+        if size != sizes[0]:
+            raise fail(node, f"`{tree.name}` returns {sizes[0]} values before and {size} here")
+    return sizes[0] if sizes else 1
+
+
+class Names:
+    """The parameters, the state values and the globals of a law's file."""
+
+    def __init__(self, parameters: Sequence[AnyParameter], state: Mapping[str, object], scope: dict):
+        self.parameters: dict[str, tuple[int, AnyParameter | None]] = {
+            p.key: (i, p) for i, p in enumerate(parameters)
+        }
+        self.globals = scope
+        self.places: dict[str, tuple[int, int]] = {}
+        start = 0
+        for key, value in state.items():
+            size = len(value) if isinstance(value, tuple) else 0
+            self.places[key] = (start, size)
+            start += size or 1
+
+    def function(self, name: str) -> FunctionType | None:
+        """Return the function of a name that a law may call: of its own file, or of the studio's numbers."""
+        found = self.globals.get(name)
+        found = getattr(found, "py_func", found)
+        if not isinstance(found, FunctionType):
+            return None
+        return found if found.__globals__ is self.globals or is_proven(found) else None
+
+    def math_function(self, name: str) -> bool:
+        """Return whether a name is one of `math`'s functions, imported by itself."""
+        return name in MATH and self.globals.get(name) is getattr(math, name)
+
+    def is_compiling(self, decorator: ast.expr) -> bool:
+        """Return whether a decorator only says how numba compiles the function."""
+        known = (jit.compiled, jit.internal, jit.inlined)
+        return isinstance(decorator, ast.Name) and self.globals.get(decorator.id) in known
+
+    def parameter(self, node: ast.Attribute) -> int:
+        if node.attr not in self.parameters:
+            raise fail(node, f"'p.{node.attr}' is not a parameter; there is: {', '.join(self.parameters)}")
+        return self.parameters[node.attr][0]
+
+    def choice(self, node: ast.expr) -> Choice | None:
+        if not (
+            isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "p"
+        ):
+            return None
+        _, found = self.parameters.get(node.attr, (0, None))
+        return found if isinstance(found, Choice) else None
+
+    def state(self, node: ast.Attribute) -> tuple[int, int]:
+        if node.attr not in self.places:
+            known = ", ".join(self.places) or "none"
+            raise fail(node, f"'s.{node.attr}' is not a state of this law; there is: {known}")
+        return self.places[node.attr]
+
+
+# Functions of the generated file that give a float whatever they are given.
+_MADE_FLOATS = frozenset(("_float", "_divisor", "_noted", "_force"))
+# These give what they are given: floats for floats.
+_KEEP_FLOATS = frozenset(("abs", "min", "max"))
+_ARRAYS = ("p", "s", "_fault")
+
+
+class _Floats(ast.NodeTransformer):
+    """Knows the names of one function that hold nothing but floats."""
+
+    def __init__(self, function: ast.FunctionDef):
+        self.names = {a.arg for a in function.args.args} | _stored(function)
+        loops = [n.target for n in ast.walk(function) if isinstance(n, ast.For)]
+        self.names -= {*_ARRAYS, *(n.id for n in loops if isinstance(n, ast.Name))}
+        before = -1
+        while before != len(self.names):
+            before = len(self.names)
+            for node in ast.walk(function):
+                if isinstance(node, ast.Assign):
+                    self._assign(node.targets[0], node.value)
+
+    def _assign(self, target: ast.expr, value: ast.expr) -> None:
+        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+            for one, its in zip(target.elts, value.elts, strict=True):
+                self._assign(one, its)
+        elif isinstance(target, ast.Name) and not self.is_float(value):
+            self.names.discard(target.id)
+
+    def is_float(self, node: ast.expr) -> bool:
+        """Return whether an expression is surely a float, neither a whole number nor a truth value."""
+        match node:
+            case ast.Constant():
+                return isinstance(node.value, float)
+            case ast.Name():
+                return node.id in self.names
+            case ast.Subscript(value=ast.Name(id="p" | "s")):
+                return True
+            case ast.UnaryOp(op=ast.UAdd() | ast.USub()):
+                return self.is_float(node.operand)
+            case ast.BinOp():
+                return self.is_float(node.left) or self.is_float(node.right)
+            case ast.IfExp():
+                return self.is_float(node.body) and self.is_float(node.orelse)
+            case ast.Call(func=ast.Name(id=name)):
+                return name in _MADE_FLOATS or (name in _KEEP_FLOATS and all(map(self.is_float, node.args)))
+            case ast.Call(func=ast.Attribute(value=ast.Name(id="_math"))):
+                return True
+        return False
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        """Leave constants alone: Python itself would reckon them out, (-1.0) ** 0.5 as a complex number."""
+        names = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
+        return self.generic_visit(node) if names > {"_float"} or "_float" not in names else node  # type: ignore
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        self.generic_visit(node)
+        is_conversion = isinstance(node.func, ast.Name) and node.func.id == "_float"
+        return node.args[0] if is_conversion and self.is_float(node.args[0]) else node
+
+
+def _stored(function: ast.FunctionDef) -> set[str]:
+    return {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+
+
+def without_conversions(function: ast.FunctionDef) -> ast.FunctionDef:
+    """Return a generated function without the conversions of surely floats; its types stay what they were."""
+    return _Floats(function).visit(function)
+
 
 # Whole numbers stay floats: what has no end, or is no number, remains so.
 FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil": "_np.ceil"}

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from hapkit_studio.laws.algebra import beyond_single, computed, negated, simpler
+from hapkit_studio.laws.folding import beyond_single, computed, negated, simpler
 from hapkit_studio.laws.specialise import Specialiser, is_test
 from hapkit_studio.laws.translate import CheckedLaw
 from hapkit_studio.laws.tree import (

@@ -8,8 +8,8 @@ import ast
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from hapkit_studio.laws import forward
-from hapkit_studio.laws.algebra import COMPUTED, MIRRORED, beyond_single, computed, joined, negated, simpler
+from hapkit_studio.laws import folding
+from hapkit_studio.laws.folding import COMPUTED, MIRRORED, beyond_single, computed, joined, negated, simpler
 from hapkit_studio.laws.translate import CheckedLaw
 from hapkit_studio.laws.tree import (
     Assign,
@@ -73,7 +73,7 @@ def specialise(
         inlined |= more
     drop_unused(made)
     if period is not None:
-        forward.substitute(made)
+        folding.substitute(made)
     return made
 
 

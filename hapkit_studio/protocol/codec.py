@@ -6,34 +6,122 @@ A reader is two arrays, zero at the start: ``state`` (int64, STATE_WIDTH) and ``
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.protocol import fields
-from hapkit_studio.protocol.fields import (
-    ANSWERED,
-    ASKED,
-    BOARD_TIME,
-    COUNT,
-    DELAY,
-    FLAGS,
-    GENERATION,
-    KIND,
-    LOST,
-    OVERRUNS,
-    PWM,
-    RECEIVED,
-    REFUSAL,
-    RX_ERRORS,
-    SAMPLE,
-    SAMPLE_WIDTH,
-    SEQ,
-    STALE,
-    STATE,
-    STATE_AT,
-    TELEMETRY,
-    US,
-    VELOCITY,
-)
 from hapkit_studio.protocol.framing import CRC_SIZE, CRC_START
-from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Settings, Stop
+from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Sample, Settings, Stop, Telemetry
+
+# Columns of a decoded row: those of a sample, then what only telemetry has.
+SEQ, BOARD_TIME, COUNT, ANSWERED, DELAY, FLAGS, PWM, LOST, RX_ERRORS = range(9)
+KIND, GENERATION, STALE, RECEIVED, REFUSAL = range(9, 14)
+VELOCITY, ASKED, OVERRUNS, STATE_AT, STATE = range(14, 19)
+SAMPLE_WIDTH = 19
+
+# What a row came from. LOST counts samples in the one, ticks not shown in the other.
+SAMPLE, TELEMETRY = 0, 1
+
+US = 1e-6
+
+SAMPLE_ID = Sample.ID
+SAMPLE_BODY = 1 + Sample.size()
+TELEMETRY_ID = Telemetry.ID
+TELEMETRY_BODY = 1 + Telemetry.size()
+AT_SEQ = Sample.offset("seq")
+assert Telemetry.offset("seq") == AT_SEQ
+_AT_TIME = Sample.offset("time_us")
+_AT_COUNT = Sample.offset("count")
+_AT_ANSWERED = Sample.offset("answered")
+_AT_DELAY = Sample.offset("delay_us")
+_AT_FLAGS = Sample.offset("flags")
+_AT_PWM = Sample.offset("pwm")
+_AT_RX_ERRORS = Sample.offset("rx_errors")
+_AT_STALE = Sample.offset("stale")
+_AT_GENERATION = Sample.offset("generation")
+_AT_RECEIVED = Sample.offset("received")
+_AT_REFUSAL = Sample.offset("refusal")
+_T_TIME = Telemetry.offset("time_us")
+_T_COUNT = Telemetry.offset("count")
+_T_VELOCITY = Telemetry.offset("velocity")
+_T_ASKED = Telemetry.offset("asked")
+_T_PWM = Telemetry.offset("pwm")
+_T_DELAY = Telemetry.offset("delay_us")
+_T_FLAGS = Telemetry.offset("flags")
+_T_RX_ERRORS = Telemetry.offset("rx_errors")
+_T_OVERRUNS = Telemetry.offset("overruns")
+_T_GENERATION = Telemetry.offset("generation")
+_T_STATE_AT = Telemetry.offset("state_at")
+_T_STATE = Telemetry.offset("state")
+
+
+@compiled
+def unsigned(buffer, at, size):
+    """Return the whole number of so many bytes at a place."""
+    value = 0
+    for i in range(size):
+        value |= int(buffer[at + i]) << (8 * i)
+    return value
+
+
+@compiled
+def signed(buffer, at, size):
+    """Return the whole number with a sign of so many bytes at a place."""
+    value = unsigned(buffer, at, size)
+    half = 1 << (8 * size - 1)
+    return value - 2 * half if value >= half else value
+
+
+@compiled
+def float_at(buffer, at):
+    """Return the 32-bit number at a place."""
+    return float(np.uint32(unsigned(buffer, at, 4)).view(np.float32))
+
+
+@compiled
+def number(buffer):
+    """Return the number of a sample, or of the tick that telemetry shows."""
+    return unsigned(buffer, AT_SEQ, 2)
+
+
+@compiled
+def time_us(buffer, kind):
+    """Return the board's clock in µs, of 32 bits."""
+    return unsigned(buffer, _AT_TIME if kind == SAMPLE else _T_TIME, 4)
+
+
+@compiled
+def read_sample(buffer, row):
+    """Fill a row but for time and losses."""
+    row[SEQ] = number(buffer)
+    row[KIND] = SAMPLE
+    row[COUNT] = signed(buffer, _AT_COUNT, 4)
+    row[ANSWERED] = unsigned(buffer, _AT_ANSWERED, 2)
+    row[DELAY] = unsigned(buffer, _AT_DELAY, 2) * US
+    row[FLAGS] = buffer[_AT_FLAGS]
+    row[PWM] = signed(buffer, _AT_PWM, 2)
+    row[RX_ERRORS] = buffer[_AT_RX_ERRORS]
+    row[GENERATION] = buffer[_AT_GENERATION]
+    row[STALE] = buffer[_AT_STALE]
+    row[RECEIVED] = unsigned(buffer, _AT_RECEIVED, 2)
+    row[REFUSAL] = buffer[_AT_REFUSAL]
+    row[VELOCITY:] = 0.0
+
+
+@compiled
+def read_telemetry(buffer, row):
+    """Fill a row but for time and losses."""
+    row[SEQ] = row[ANSWERED] = number(buffer)
+    row[KIND] = TELEMETRY
+    row[COUNT] = signed(buffer, _T_COUNT, 4)
+    row[DELAY] = unsigned(buffer, _T_DELAY, 2) * US
+    row[FLAGS] = buffer[_T_FLAGS]
+    row[PWM] = signed(buffer, _T_PWM, 2)
+    row[RX_ERRORS] = buffer[_T_RX_ERRORS]
+    row[VELOCITY] = float_at(buffer, _T_VELOCITY)
+    row[ASKED] = float_at(buffer, _T_ASKED)
+    row[OVERRUNS] = buffer[_T_OVERRUNS]
+    row[GENERATION] = buffer[_T_GENERATION]
+    row[STALE] = row[RECEIVED] = row[REFUSAL] = 0.0
+    row[STATE_AT] = buffer[_T_STATE_AT]
+    row[STATE] = float_at(buffer, _T_STATE)
+
 
 __all__ = ["ANSWERED", "ASKED", "BOARD_TIME", "COUNT", "DELAY", "FLAGS", "GENERATION", "KIND", "LOST"]
 __all__ += ["OVERRUNS", "PWM", "RECEIVED", "REFUSAL", "RX_ERRORS", "SAMPLE", "SAMPLE_WIDTH", "SEQ", "STALE"]
@@ -78,7 +166,7 @@ def new_reader() -> tuple[np.ndarray, np.ndarray]:
 
 def rows_for(size: int) -> int:
     """Return how many rows a chunk of size bytes can complete at most."""
-    return size // (fields.SAMPLE_BODY + CRC_SIZE + 2) + 1
+    return size // (SAMPLE_BODY + CRC_SIZE + 2) + 1
 
 
 @compiled
@@ -148,9 +236,9 @@ def _unwrapped(state, time_us):
 def _kind(state, buffer):
     """Return what row a whole frame makes, -1 for none; count the others."""
     size = state[_SIZE] - CRC_SIZE
-    if buffer[0] == fields.SAMPLE_ID and size == fields.SAMPLE_BODY:
+    if buffer[0] == SAMPLE_ID and size == SAMPLE_BODY:
         return SAMPLE
-    if buffer[0] == fields.TELEMETRY_ID and size == fields.TELEMETRY_BODY:
+    if buffer[0] == TELEMETRY_ID and size == TELEMETRY_BODY:
         return TELEMETRY
     state[OTHER_FRAMES] += 1
     if buffer[0] == _SETTINGS_ID and size == _SETTINGS_BODY:
@@ -175,14 +263,14 @@ def _finish(state, buffer, out, rows):
         state[SKIPPED] += 1
         return 0
     row = out[rows]
-    lost = _lost_before(state, fields.number(buffer), kind)
+    lost = _lost_before(state, number(buffer), kind)
     if kind == SAMPLE:
-        fields.read_sample(buffer, row)
+        read_sample(buffer, row)
         state[LOST_FRAMES] += lost
     else:
-        fields.read_telemetry(buffer, row)
-    row[fields.LOST] = lost
-    row[fields.BOARD_TIME] = _unwrapped(state, fields.time_us(buffer, kind))
+        read_telemetry(buffer, row)
+    row[LOST] = lost
+    row[BOARD_TIME] = _unwrapped(state, time_us(buffer, kind))
     state[FRAMES] += 1
     return 1
 

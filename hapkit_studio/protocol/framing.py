@@ -2,8 +2,7 @@
 
 import binascii
 
-from hapkit_studio.protocol.declare import Message
-from hapkit_studio.protocol.messages import MESSAGES
+from hapkit_studio.protocol.messages import MESSAGES, Message
 
 DELIMITER = b"\0"
 CRC_SIZE = 2

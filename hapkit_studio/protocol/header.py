@@ -4,7 +4,6 @@ import argparse
 import sys
 from pathlib import Path
 
-from hapkit_studio.protocol.declare import Message, Wire
 from hapkit_studio.protocol.messages import (
     BAUD,
     MESSAGES,
@@ -13,10 +12,12 @@ from hapkit_studio.protocol.messages import (
     TUNED,
     BoardFlag,
     Estimator,
+    Message,
     MotorMap,
     Origin,
     Pins,
     Sensor,
+    Wire,
 )
 
 _TYPES = {"B": "uint8_t", "b": "int8_t", "h": "int16_t", "H": "uint16_t"}

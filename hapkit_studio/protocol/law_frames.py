@@ -7,7 +7,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.protocol import codec
-from hapkit_studio.protocol.fields import signed
+from hapkit_studio.protocol.codec import signed
 from hapkit_studio.protocol.framing import CRC_SIZE
 from hapkit_studio.protocol.messages import PIECE, TUNED, Alive, Board, HelloRequest, Law, Leave, Piece, Tune
 

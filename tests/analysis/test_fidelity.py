@@ -8,8 +8,7 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.analysis import fidelity
-from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows

@@ -14,8 +14,9 @@ from hapkit_studio.analysis import fidelity
 from hapkit_studio.analysis.fidelity import with_needs
 from hapkit_studio.charts import fidelity as charts
 from hapkit_studio.cli import main
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.laws import law
 
 
 def run(capsys, *words):
@@ -187,7 +188,11 @@ def test_a_copy_is_written_once(tmp_path, monkeypatch):
 
 
 def test_where_there_is_nothing_to_write_into():
+    @law
+    def nowhere(p, s, x, v, dt):
+        return 0.0
+
     with pytest.raises(ParameterError, match=r"does not say ENVIRONMENT = Environment\("):
         with_needs("x = 1\n", ("mass",))
     with pytest.raises(ParameterError, match="Wall has no file of its own"):
-        fidelity.file_of(replace(LIBRARY["wall"]))
+        fidelity.file_of(replace(LIBRARY["wall"], force=nowhere))

@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from hapkit_studio.devices import discovery
+from hapkit_studio.devices import serial_ports
 
 FT232 = (0x0403, 0x6001)
 UNO = (0x2341, 0x0043)
@@ -21,4 +21,4 @@ def info(device, numbers=(None, None), serial=None, place=None, product=None, de
 
 def list_ports(monkeypatch, *known):
     """Let the system list these ports and no others."""
-    monkeypatch.setattr(discovery.list_ports, "comports", lambda: list(known))
+    monkeypatch.setattr(serial_ports.list_ports, "comports", lambda: list(known))

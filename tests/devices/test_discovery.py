@@ -3,9 +3,9 @@
 import pytest
 
 from hapkit_studio import errors
-from hapkit_studio.devices import discovery, ports
-from hapkit_studio.devices.discovery import Identity, Role
+from hapkit_studio.devices import hapkit, serial_ports
 from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.serial_ports import Identity, Role
 from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import FakeKit
 from tests.devices.fake_ports import CH340, FT232, UNO, info, list_ports
@@ -23,7 +23,7 @@ ZOO = (
 
 def test_kits_come_first_and_what_is_surely_else_last(monkeypatch):
     list_ports(monkeypatch, *ZOO)
-    assert [(entry.key, entry.title) for entry in ports.entries()] == [
+    assert [(entry.key, entry.title) for entry in hapkit.entries()] == [
         ("/dev/ttyACM0", "ttyACM0: Arduino Uno"),
         ("/dev/ttyUSB0", "ttyUSB0: Hapkit board (FT232)"),
         ("/dev/ttyUSB1", "ttyUSB1: Uno-like board (CH340)"),
@@ -44,26 +44,26 @@ def test_kits_come_first_and_what_is_surely_else_last(monkeypatch):
     ],
 )
 def test_a_vendors_other_products_are_not_a_kit(numbers, role):
-    assert discovery.chip_of(*numbers).role is role
+    assert serial_ports.chip_of(*numbers).role is role
 
 
 def test_no_row_of_the_table_is_hidden_by_another():
-    for chip in discovery.CHIPS:
+    for chip in serial_ports.CHIPS:
         number = 0xFFFF if chip.product is None else chip.product
-        assert discovery.chip_of(chip.vendor, number) is chip
+        assert serial_ports.chip_of(chip.vendor, number) is chip
 
 
 def test_a_port_on_a_mac_is_known_by_its_name(monkeypatch):
     list_ports(monkeypatch, info("/dev/cu.Bluetooth-Incoming-Port"), info("/dev/cu.debug-console"))
-    assert [port.role for port in discovery.ports()] == [Role.OTHER, Role.OTHER]
+    assert [port.role for port in serial_ports.ports()] == [Role.OTHER, Role.OTHER]
 
 
 def test_ports_without_hardware_are_left_out(monkeypatch):
     nothing = info("/dev/ttyS4")
     nothing.hwid = "n/a"
     list_ports(monkeypatch, nothing)
-    assert discovery.ports() == []
-    assert discovery.at("/dev/ttyS4") is None
+    assert serial_ports.ports() == []
+    assert serial_ports.at("/dev/ttyS4") is None
 
 
 A, B = Identity(*FT232, "AAA", "1-1"), Identity(*FT232, "BBB", "1-2")
@@ -71,7 +71,7 @@ BARE = Identity(*CH340, "", "1-1")
 
 
 def port(path, identity):
-    return discovery.Port(path, "x", Role.KIT, identity)
+    return serial_ports.Port(path, "x", Role.KIT, identity)
 
 
 @pytest.mark.parametrize(
@@ -88,18 +88,18 @@ def port(path, identity):
     ],
 )
 def test_the_same_board_is_found_again(wanted, there, path):
-    found = discovery.found_again(wanted, [port(p, identity) for p, identity in there.items()])
+    found = serial_ports.found_again(wanted, [port(p, identity) for p, identity in there.items()])
     assert (found.path if found else None) == path
 
 
 def test_a_board_that_came_back_under_another_name_is_opened_there(monkeypatch):
     peer = FakeBoard(FakeKit())
     list_ports(monkeypatch, info("/dev/ttyUSB0", FT232, "AAA"))
-    board = ports.entries()[0].make()
+    board = hapkit.entries()[0].make()
     list_ports(monkeypatch, info("/dev/ttyUSB0", FT232, "BBB"), info(peer.path, FT232, "AAA"))
     board.open()
     assert board.port == peer.path
-    assert board.title == f"{discovery.port_name(peer.path)}: Hapkit board (FT232)"
+    assert board.title == f"{serial_ports.port_name(peer.path)}: Hapkit board (FT232)"
     board.close()
     peer.unplug()
 
@@ -107,7 +107,7 @@ def test_a_board_that_came_back_under_another_name_is_opened_there(monkeypatch):
 def test_another_kit_under_its_name_is_left_alone(monkeypatch):
     peer = FakeBoard(FakeKit())
     list_ports(monkeypatch, info(peer.path, FT232, "AAA"))
-    board = ports.entries()[0].make()
+    board = hapkit.entries()[0].make()
     list_ports(monkeypatch, info(peer.path, FT232, "BBB"))
     with pytest.raises(errors.PortGoneError, match="is gone"):
         board.open()

@@ -7,8 +7,8 @@ import sys
 import pytest
 import serial
 
-from hapkit_studio.devices import avrdude, flash, hex_image
-from hapkit_studio.devices.flash_output import VERIFYING, WRITING, Said
+from hapkit_studio.devices import avrdude, flash
+from hapkit_studio.devices.avrdude import VERIFYING, WRITING, Output
 from hapkit_studio.errors import (
     AvrdudeMissingError,
     FlashError,
@@ -105,7 +105,7 @@ def test_an_image_has_its_bytes_where_they_belong(tmp_path):
         record(0, 3, bytes(4)),
         END,
     )
-    data = hex_image.read(image(tmp_path, *lines)).data
+    data = flash.read_image(image(tmp_path, *lines)).data
     assert data == b"\xff\xff\xff\xffabcd" + b"\xff" * 248 + b"xy"
 
 
@@ -123,7 +123,7 @@ def test_an_image_has_its_bytes_where_they_belong(tmp_path):
 )
 def test_a_bad_image_is_refused_in_one_line(tmp_path, lines, words):
     with pytest.raises(ParameterError, match=words) as error:
-        hex_image.read(image(tmp_path, *lines))
+        flash.read_image(image(tmp_path, *lines))
     assert "\n" not in str(error.value)
 
 
@@ -140,7 +140,7 @@ def test_an_image_that_is_not_there_or_not_to_be_read_is_said_in_one_line(tmp_pa
 
 
 def test_an_image_that_just_fits_is_taken(tmp_path):
-    assert len(hex_image.read(image(tmp_path, record(0x7DFE, 0, b"ab"), END)).data) == hex_image.FLASH_BYTES
+    assert len(flash.read_image(image(tmp_path, record(0x7DFE, 0, b"ab"), END)).data) == flash.FLASH_BYTES
 
 
 # --- what avrdude says
@@ -158,7 +158,7 @@ def test_an_image_that_just_fits_is_taken(tmp_path):
     ],
 )  # fmt: skip
 def test_each_failure_has_its_words(text, words):
-    said = Said(flash.nobody)
+    said = Output(flash.no_progress)
     said.feed(text)
     assert not said.no_sync
     error = said.error(PORT)
@@ -177,14 +177,14 @@ def test_each_failure_has_its_words(text, words):
     ],
 )
 def test_a_port_that_cannot_be_opened_is_the_ports_own_error(text, kind):
-    said = Said(flash.nobody)
+    said = Output(flash.no_progress)
     said.feed(text)
     assert isinstance(said.error(PORT), kind)
 
 
 def test_progress_grows_with_every_mark_and_leaves_nothing_out():
     seen = []
-    said = Said(lambda stage, part: seen.append((stage, round(part, 2))))
+    said = Output(lambda stage, part: seen.append((stage, round(part, 2))))
     whole = (
         SIGNED
         + f"Reading | {BAR} | 100% 0.00s\n\nWriting | {BAR} | 100% 1.0s\n\nReading | {BAR} | 100% 1.0s\n"
@@ -193,7 +193,7 @@ def test_progress_grows_with_every_mark_and_leaves_nothing_out():
         said.feed(character)
     steps = [round(k / 50, 2) for k in range(51)]
     assert seen == [(WRITING, part) for part in steps] + [(VERIFYING, part) for part in steps]
-    in_two, seen[:] = Said(lambda stage, part: seen.append((stage, part))), []
+    in_two, seen[:] = Output(lambda stage, part: seen.append((stage, part))), []
     in_two.feed(whole[:150])
     in_two.feed(whole[150:])
     assert seen[-2:] == [(WRITING, 1.0), (VERIFYING, 1.0)]
@@ -259,7 +259,7 @@ def test_no_boot_loader_at_any_speed(talker, port, tmp_path):
 
 @posix
 def test_an_image_that_would_hit_the_old_boot_loader_is_never_sent_to_it(talker, port, tmp_path):
-    large = image(tmp_path, record(hex_image.OLD_FLASH_BYTES, 0, b"a"), END)
+    large = image(tmp_path, record(flash.OLD_FLASH_BYTES, 0, b"a"), END)
     with pytest.raises(FlashError, match="does not answer at 115,200 baud"):
         flash.flash(port, large, talker(OLD_ONLY))
 
@@ -283,4 +283,4 @@ def test_a_port_in_use_or_gone_is_said_before_avrdude_is_run(talker, port, tmp_p
 
 
 def test_what_ships_is_an_image_that_fits():
-    assert 1000 < len(hex_image.read(flash.shipped()).data) <= hex_image.FLASH_BYTES
+    assert 1000 < len(flash.read_image(flash.shipped()).data) <= flash.FLASH_BYTES

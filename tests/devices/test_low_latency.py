@@ -3,8 +3,8 @@
 import pytest
 
 from hapkit_studio.devices import low_latency
-from hapkit_studio.devices.discovery import NOWHERE, Identity
 from hapkit_studio.devices.low_latency import Latency, shorten
+from hapkit_studio.devices.serial_ports import NOWHERE, Identity
 
 KIT = Identity(0x0403, 0x6001, "AAA", "1-2")
 

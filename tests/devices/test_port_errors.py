@@ -9,10 +9,10 @@ import pytest
 import serial
 
 from hapkit_studio import errors
-from hapkit_studio.devices import busy, permission
-from hapkit_studio.devices.discovery import Identity, Port, Role, port_name
+from hapkit_studio.devices import port_errors, serial_ports
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.port_errors import unopened
+from hapkit_studio.devices.serial_ports import Identity, Port, Role, port_name
 from hapkit_studio.protocol.framing import frame
 from hapkit_studio.protocol.messages import Hello
 from tests.devices.fake_board import FakeBoard
@@ -89,7 +89,7 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake):
     child.stdout.readline()
     try:
         name = f"{os.path.basename(sys.executable)} (process {child.pid})"
-        assert busy.holder(path) == name
+        assert serial_ports.holder(path) == name
         error = refusal(path)  # it reads what is meant for us
         assert isinstance(error, errors.PortBusyError)
         assert str(error) == f"{port_name(path)} is used by {name}. Close it, then try again."
@@ -97,7 +97,7 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake):
         assert str(refused) == str(error)
     finally:
         child.communicate()
-    assert busy.holder(path) == ""
+    assert serial_ports.holder(path) == ""
 
 
 @linux
@@ -110,30 +110,30 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake):
     ],
 )
 def test_the_studio_is_called_by_its_name(monkeypatch, tmp_path, line, name):
-    monkeypatch.setattr(busy, "LOCKS", tmp_path)
-    monkeypatch.setattr(busy, "PROCESSES", tmp_path)
+    monkeypatch.setattr(serial_ports, "LOCKS", tmp_path)
+    monkeypatch.setattr(serial_ports, "PROCESSES", tmp_path)
     (tmp_path / "41").mkdir()
     (tmp_path / "41" / "cmdline").write_text(line)
     (tmp_path / "LCK..ttyUSB0").write_text("41\n")
-    assert busy.holder("/dev/ttyUSB0") == f"{name} (process 41)"
+    assert serial_ports.holder("/dev/ttyUSB0") == f"{name} (process 41)"
 
 
 @linux
 def test_a_lock_file_names_who_may_not_be_looked_into(monkeypatch, tmp_path):
-    monkeypatch.setattr(busy, "LOCKS", tmp_path)
-    monkeypatch.setattr(busy, "PROCESSES", tmp_path)
+    monkeypatch.setattr(serial_ports, "LOCKS", tmp_path)
+    monkeypatch.setattr(serial_ports, "PROCESSES", tmp_path)
     (tmp_path / "41").mkdir()
     (tmp_path / "41" / "cmdline").write_bytes(b"/usr/bin/minicom\0-D\0/dev/ttyUSB0\0")
     (tmp_path / "LCK..ttyUSB0").write_text("        41\n")
-    assert busy.holder("/dev/ttyUSB0") == "minicom (process 41)"
+    assert serial_ports.holder("/dev/ttyUSB0") == "minicom (process 41)"
     (tmp_path / "LCK..ttyUSB0").write_text("        42\n")  # long gone
-    assert busy.holder("/dev/ttyUSB0") == ""
+    assert serial_ports.holder("/dev/ttyUSB0") == ""
 
 
 def forbidden(monkeypatch, group, joined=False):
-    monkeypatch.setattr(permission.sys, "platform", "linux")
-    monkeypatch.setattr(permission, "_group", lambda path: group)
-    monkeypatch.setattr(permission, "_joined", lambda name: joined)
+    monkeypatch.setattr(port_errors.sys, "platform", "linux")
+    monkeypatch.setattr(port_errors, "_group", lambda path: group)
+    monkeypatch.setattr(port_errors, "_joined", lambda name: joined)
     return unopened("/dev/ttyUSB0", serial.SerialException(errno.EACCES, "Permission denied"))
 
 
@@ -166,11 +166,11 @@ def test_the_group_counts_only_where_it_may_read_and_write(tmp_path):
     port = tmp_path / "ttyUSB0"
     port.touch()
     port.chmod(0o600)
-    assert permission.remedy(str(port), None)[1].startswith("echo ")
+    assert port_errors.permission_remedy(str(port), None)[1].startswith("echo ")
     unknown = Port("ttyUSB0", "x", Role.UNKNOWN, Identity())
-    assert 'KERNEL=="ttyUSB*|ttyACM*"' in permission.remedy(str(port), unknown)[1]
+    assert 'KERNEL=="ttyUSB*|ttyACM*"' in port_errors.permission_remedy(str(port), unknown)[1]
 
 
 def test_nothing_to_run_where_there_is_no_udev(monkeypatch):
-    monkeypatch.setattr(permission.sys, "platform", "darwin")
-    assert permission.remedy("/dev/cu.x", None) == ("Ask for the right to use it.", "")
+    monkeypatch.setattr(port_errors.sys, "platform", "darwin")
+    assert port_errors.permission_remedy("/dev/cu.x", None) == ("Ask for the right to use it.", "")

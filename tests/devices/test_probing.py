@@ -5,8 +5,8 @@ import json
 import pytest
 
 from hapkit_studio import cli
-from hapkit_studio.devices import ports
-from hapkit_studio.devices.probing import probe
+from hapkit_studio.devices import hapkit
+from hapkit_studio.devices.hapkit import probe
 from hapkit_studio.protocol.messages import SettingsRequest
 from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import FakeKit
@@ -21,7 +21,7 @@ def plugged(monkeypatch):
     def plug(kit, numbers=FT232):
         peers.append(FakeBoard(kit))
         list_ports(monkeypatch, info(peers[-1].path, numbers, "AAA"))
-        (entry,) = ports.entries()
+        (entry,) = hapkit.entries()
         return entry, peers[-1]
 
     yield plug

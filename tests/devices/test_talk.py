@@ -7,17 +7,10 @@ from dataclasses import replace
 import pytest
 
 from hapkit_studio import errors
-from hapkit_studio.devices import talk
+from hapkit_studio.devices import messaging
 from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
 from hapkit_studio.protocol.framing import encode
-from hapkit_studio.protocol.messages import (
-    Board,
-    Origin,
-    Save,
-    Settings,
-    SettingsRequest,
-    Stream,
-)
+from hapkit_studio.protocol.messages import Board, Origin, Save, Settings, SettingsRequest, Stream
 from tests.devices.fake_board import UNPLUG
 from tests.devices.fake_kit import KIT, FakeKit, sample
 
@@ -115,7 +108,7 @@ class Streaming:
 
 
 def test_a_stream_that_is_on_does_not_keep_an_answer_back():
-    assert near(talk.request(Streaming(), "port", SettingsRequest(), Settings, 0.2), KIT)
+    assert near(messaging.request(Streaming(), "port", SettingsRequest(), Settings, 0.2), KIT)
 
 
 def test_no_answer_has_a_text_of_its_own(opened):

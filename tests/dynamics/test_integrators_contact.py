@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from hapkit_studio.dynamics import steps
+from hapkit_studio.dynamics import integrators
 from hapkit_studio.dynamics.events import exact
 from hapkit_studio.dynamics.integrators import INTEGRATORS, step
 from tests.dynamics.reference_mass import World, advance
@@ -147,7 +147,7 @@ def test_verlet_takes_the_damper_at_the_new_velocity(rng):
         world, x, v = anywhere(rng)
         h = 10 ** rng.uniform(-3.3, -2.0)
         before = world.acceleration(x, v)
-        q, u = steps.verlet(x, v, before, h, *world.numbers)
+        q, u = integrators.verlet(x, v, before, h, *world.numbers)
         assert q == pytest.approx(x + h * v + 0.5 * h * h * before, abs=1e-15)
         assert u == pytest.approx(v + 0.5 * h * (before + world.acceleration(q, u)), abs=1e-10)
 

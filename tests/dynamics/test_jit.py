@@ -8,6 +8,8 @@ from pathlib import Path
 import numba
 import pytest
 
+from hapkit_studio.dynamics import jit
+
 ROOT = Path(__file__).parents[2]
 REFUSE = """
 import numba.core.caching as caching
@@ -34,3 +36,27 @@ def test_without_a_place_to_write_a_folder_serves_while_the_program_runs():
     velocity, folder = done.stdout.split()
     assert float(velocity) == 1.0
     assert not Path(folder).exists()
+
+
+def test_what_was_compiled_from_other_sources_is_removed(tmp_path):
+    source, kept = (
+        tmp_path / "dynamics" / "paddle.py",
+        tmp_path / "haptics" / "__pycache__" / "tick-1.py311.nbi",
+    )
+    for file in (source, kept):
+        file.parent.mkdir(parents=True)
+
+    def remains():
+        kept.write_text("compiled")
+        jit.forget_outdated(tmp_path)
+        return kept.exists()
+
+    source.write_text("x = 1")
+    assert not remains()  # nobody knows from what
+    assert remains()
+    os.utime(source, (1.0, 1.0))
+    assert not remains()
+    source.rename(source.with_name("motor.py"))
+    assert not remains()
+    assert remains()
+    assert len(list((tmp_path / "__pycache__").iterdir())) == 1

@@ -13,9 +13,8 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics.board_rendering import ALIVE_APART
 from hapkit_studio.laws import board as code
 from hapkit_studio.laws.board import Program
-from hapkit_studio.protocol.declare import Message
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, crc16, encode
-from hapkit_studio.protocol.messages import PIECE, Alive, Estimator, Law, Piece, Sample, Telemetry
+from hapkit_studio.protocol.messages import PIECE, Alive, Estimator, Law, Message, Piece, Sample, Telemetry
 from tests.waiting import PATIENCE
 
 FREQUENCY = 16e6

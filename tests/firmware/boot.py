@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from hapkit_studio.devices import hex_image, virtual_board
-from hapkit_studio.devices.board_program import BoardProgram
+from hapkit_studio.devices import flash, virtual_board
+from hapkit_studio.devices.virtual_board import BoardProgram
 from tests.firmware.vb import chip
 
 BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")
@@ -63,7 +63,7 @@ def small_image(folder: Path, name: str = "chatter") -> Path:
     """Return one of the small programs as .hex."""
     image = folder / f"{name}.hex"
     subprocess.run(["avr-objcopy", "-O", "ihex", chip(name, folder), image], check=True)
-    assert hex_image.read(image).data
+    assert flash.read_image(image).data
     return image
 
 

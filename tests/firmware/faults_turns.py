@@ -15,9 +15,9 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.devices.board_program import BoardProgram
-from hapkit_studio.protocol.declare import Message
+from hapkit_studio.devices.virtual_board import BoardProgram
 from hapkit_studio.protocol.framing import Decoder, encode
+from hapkit_studio.protocol.messages import Message
 from tests.waiting import PATIENCE, write_all
 
 _POLLIN, _POLLHUP = 1, 16

@@ -9,15 +9,7 @@ import pytest
 
 from hapkit_studio.devices.virtual_board import VirtualBoard, firmware
 from hapkit_studio.protocol.framing import Decoder, encode
-from hapkit_studio.protocol.messages import (
-    Alive,
-    Board,
-    Origin,
-    Pins,
-    Save,
-    Sensor,
-    SettingsRequest,
-)
+from hapkit_studio.protocol.messages import Alive, Board, Origin, Pins, Save, Sensor, SettingsRequest
 from tests.firmware import kits
 from tests.firmware.vb import needs_board, run
 from tests.waiting import wait_until

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.devices.board_program import BoardProgram
+from hapkit_studio.devices.virtual_board import BoardProgram
 from tests.firmware.vb import Host, chip, needs_compiler, run
 
 pytestmark = needs_compiler

@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from hapkit_studio.devices import flash as flashing
 from hapkit_studio.devices import profiles, virtual_board
-from hapkit_studio.devices.flash import flash
-from hapkit_studio.devices.flash_output import CONNECTING, VERIFYING, WRITING
+from hapkit_studio.devices.avrdude import CONNECTING, VERIFYING, WRITING
+from hapkit_studio.devices.flash import flash, read_image
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import FlashError
 from hapkit_studio.protocol.messages import Origin
@@ -38,7 +37,7 @@ SOON = 1_000_000
 def newest():
     """Return the image that was built beside the virtual board, else the one that ships."""
     beside = virtual_board.program().with_name("hapkit.hex")
-    return beside if beside.is_file() else flashing.shipped()
+    return beside if beside.is_file() else flash.shipped()
 
 
 def test_a_firmware_is_written_verified_and_says_hello_and_the_kits_settings_stay(tmp_path):
@@ -53,8 +52,8 @@ def test_a_firmware_is_written_verified_and_says_hello_and_the_kits_settings_sta
     finally:
         board.end()
     assert (settings.label, settings.origin) == (label, Origin.STORED)
-    assert done.size == len(flashing.hex_image.read(image).data)
-    assert build.encode() in flashing.hex_image.read(image).data
+    assert done.size == len(read_image(image).data)
+    assert build.encode() in read_image(image).data
     assert seen[0] == (CONNECTING, 0.0)
     assert {(WRITING, 1.0), (VERIFYING, 1.0)} <= set(seen)
     order = [(CONNECTING, WRITING, VERIFYING).index(stage) + part for stage, part in seen]

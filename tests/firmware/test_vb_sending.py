@@ -8,8 +8,7 @@ import select
 import pytest
 
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.devices.board_program import BoardProgram
-from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.devices.virtual_board import BoardProgram, VirtualBoard
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
 from hapkit_studio.protocol.messages import (
     BoardFlag,

@@ -4,10 +4,10 @@ from functools import partial
 
 import pytest
 
-from hapkit_studio.devices import DeviceEntry, avrdude, discovery, flash
-from hapkit_studio.devices.discovery import Port, Role
+from hapkit_studio.devices import DeviceEntry, avrdude, flash, serial_ports
 from hapkit_studio.devices.flash import shipped
 from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.serial_ports import Port, Role
 from hapkit_studio.errors import AvrdudeMissingError
 from hapkit_studio.gui.flash_dialog import FlashSheet
 from hapkit_studio.protocol.messages import PROTOCOL_VERSION
@@ -21,7 +21,7 @@ SOON = 1_000_000
 @pytest.fixture
 def no_ports(monkeypatch):
     """Have a computer without serial ports."""
-    monkeypatch.setattr(discovery, "ports", list)
+    monkeypatch.setattr(serial_ports, "ports", list)
 
 
 @pytest.fixture
@@ -47,7 +47,9 @@ def test_without_a_port_there_is_nothing_to_flash(window, no_ports, monkeypatch)
     assert not sheet.ports.isEnabled()
     assert sheet.ports.placeholderText() == "No port found"
     assert not sheet.bar.isVisible()
-    monkeypatch.setattr(discovery, "ports", lambda: [Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT)])
+    monkeypatch.setattr(
+        serial_ports, "ports", lambda: [Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT)]
+    )
     sheet.again.click()
     assert sheet.write.isEnabled()
     assert sheet.ports.currentText() == "ttyUSB0: Hapkit board (FT232)"
@@ -65,7 +67,9 @@ def test_without_avrdude_it_says_how_to_get_it(window, no_ports, no_avrdude, mon
 
 def test_a_missing_firmware_is_said_before_anything_is_let_go(window, tmp_path, monkeypatch):
     monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude("/usr/bin/avrdude"))
-    monkeypatch.setattr(discovery, "ports", lambda: [Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT)])
+    monkeypatch.setattr(
+        serial_ports, "ports", lambda: [Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT)]
+    )
     there = shipped()
     monkeypatch.setattr(flash, "shipped", lambda: tmp_path / "firmware" / "hapkit.hex")
     sheet = sheet_of(window)
@@ -82,7 +86,7 @@ def test_a_missing_firmware_is_said_before_anything_is_let_go(window, tmp_path, 
 def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp_path, monkeypatch):
     board = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), firmware=shipped())
     monkeypatch.setattr(flash, "flash", partial(flash.flash, speeds=(SOON,)))
-    monkeypatch.setattr(discovery, "ports", list)
+    monkeypatch.setattr(serial_ports, "ports", list)
     entry = DeviceEntry(board.port, "Hapkit on port", lambda: HapkitBoard(board.port))
     window = make_window(entries=(SIMULATED, entry))
     try:
@@ -118,7 +122,7 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp
 @boot.needs_avrdude
 def test_a_flash_that_failed_says_why_and_can_be_repeated(make_window, qtbot, tmp_path, monkeypatch):
     board = boot.Board(tmp_path, boot.of_another_chip(tmp_path))
-    monkeypatch.setattr(discovery, "ports", lambda: [Port(board.port, "board", Role.KIT)])
+    monkeypatch.setattr(serial_ports, "ports", lambda: [Port(board.port, "board", Role.KIT)])
     window = make_window()
     window.studio.open(SIMULATED)
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from hapkit_studio.devices import ports
+from hapkit_studio.devices import hapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.gui import device_link
 from hapkit_studio.gui.live.time_plots import LEAST
@@ -26,7 +26,7 @@ class Kit:
         self.monkeypatch, self.program = monkeypatch, VirtualBoard(mode)
         self.program.start()
         self.list(self.program.port)
-        (self.entry,) = ports.entries()
+        (self.entry,) = hapkit.entries()
 
     def list(self, *paths):
         list_ports(self.monkeypatch, *(info(path, FT232, SERIAL, "1-2") for path in paths))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.devices.terms import OPTIONAL
+from hapkit_studio.devices.simulated import OPTIONAL
 from hapkit_studio.gui.panel.parameter_panel import ModelLine
 
 FREE = environments.named("free")

@@ -1,5 +1,7 @@
 """Scenes: the pointer is the hand, the handle is true to scale, no words overlap, colours follow."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -37,8 +39,11 @@ def pixels_of(image, token, y):
     return [x for x in range(4, image.width() - 4) if image.pixelColor(x, y) == color]
 
 
-def test_every_environment_has_a_drawing():
-    assert set(LIBRARY) <= set(scenes.discover())
+def test_every_drawing_is_of_an_environment_and_without_one_there_is_the_bare_handle(view):
+    assert set(scenes.discover()) <= set(LIBRARY)
+    bare = replace(LIBRARY["spring"], scene="drawn by nobody")
+    view.set_environment(bare, bare.values())
+    assert pixels_of(show(view, 0.0), "handle", int(Stage(880, 236).knob_middle))
 
 
 @pytest.mark.parametrize("position", [-0.04, -0.0123, 0.0, 0.02, 0.05])

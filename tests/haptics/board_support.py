@@ -7,15 +7,7 @@ import numpy as np
 
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.framing import crc16, encode
-from hapkit_studio.protocol.messages import (
-    Law,
-    Leave,
-    Piece,
-    Sample,
-    Stream,
-    Telemetry,
-    Tune,
-)
+from hapkit_studio.protocol.messages import Law, Leave, Piece, Sample, Stream, Telemetry, Tune
 from tests.devices.fake_board import FakeBoard
 from tests.devices.fake_kit import ARENA, KIT, FakeKit
 from tests.lateness import ATTEMPTS

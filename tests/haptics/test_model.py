@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, headless, rows

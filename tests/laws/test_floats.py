@@ -4,7 +4,7 @@ import ast
 
 import pytest
 
-from hapkit_studio.laws.floats import without_conversions
+from hapkit_studio.laws.expressions import without_conversions
 from tests.laws.law_files import environment, held, law_text
 
 SURE = ["x", "1.0", "-x", "x * flag", "flag / x", "1.0 if flag else x", "abs(x)", "_math.sqrt(flag)", "p[2]"]

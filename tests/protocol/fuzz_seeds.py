@@ -8,9 +8,19 @@ import numpy as np
 
 from hapkit_studio.devices import profiles
 from hapkit_studio.laws.machine import MOST_CALLS
-from hapkit_studio.protocol.declare import Message
 from hapkit_studio.protocol.framing import crc16, frame
-from hapkit_studio.protocol.messages import MESSAGES, PIECE, Estimator, Force, Law, Leave, Piece, Save, Tune
+from hapkit_studio.protocol.messages import (
+    MESSAGES,
+    PIECE,
+    Estimator,
+    Force,
+    Law,
+    Leave,
+    Message,
+    Piece,
+    Save,
+    Tune,
+)
 from tests.laws.random_code import RandomCode, code, random_code
 
 FRAMED = 0x80

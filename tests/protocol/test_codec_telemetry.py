@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hapkit_studio.protocol import codec, fields, law_frames
+from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import (
     PIECE,
@@ -137,7 +137,7 @@ def test_tune(law, generation, values):
 def test_settings_with_another_zero(board, zero, sense):
     body = np.frombuffer(board.pack(), np.uint8).copy()
     assert len(body) == law_frames.BOARD_BODY
-    assert fields.signed(body, law_frames.AT_ZERO, 4) == board.zero
+    assert codec.signed(body, law_frames.AT_ZERO, 4) == board.zero
     law_frames.put_whole(body, law_frames.AT_ZERO, 4, zero)
     law_frames.put_whole(body, law_frames.AT_SENSE, 1, sense)
     wanted = Board(**{**vars(board), "zero": zero, "sense": sense})

@@ -15,7 +15,7 @@ from hapkit_studio.analysis.accuracy import driving, timing
 from hapkit_studio.analysis.accuracy.driving import samples
 from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, always, repeats
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics import sliding
+from hapkit_studio.dynamics import stick_slip
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.dynamics.stick_slip import MODELS
@@ -36,7 +36,9 @@ SLIDES_IN = 0.02
 def slides(times, model, applied, spring, levels, options, dt, memory, x, v):
     """Fill x, v (n,) from their first values, `times` over; levels are mass, static, kinetic."""
     for _ in range(times):
-        sliding.run(model, applied, levels[0], spring, 0.0, levels[1], levels[2], options, dt, memory, x, v)
+        stick_slip.run(
+            model, applied, levels[0], spring, 0.0, levels[1], levels[2], options, dt, memory, x, v
+        )
 
 
 def trembling(t: np.ndarray) -> np.ndarray:
@@ -72,7 +74,7 @@ class Trial:
         applied = trembling(t) if self.held else SPRING * DRAWN * t
         x, v = np.zeros_like(t), np.zeros_like(t)
         v[0] = SLIDES_IN if self.held else 0.0
-        levels, memory = np.array([MASS, STATIC, KINETIC]), np.zeros(sliding.MEMORY)
+        levels, memory = np.array([MASS, STATIC, KINETIC]), np.zeros(stick_slip.MEMORY)
         spring = 0.0 if self.held else SPRING
         return (
             (lambda: slides(times, code, applied, spring, levels, options, self.dt, memory, x, v)),

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.background import Progress
 from hapkit_studio.gui.pages.base import Pairs, SidePanel, View, hint

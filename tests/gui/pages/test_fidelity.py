@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.analysis.fidelity import Effect, Fidelity
-from hapkit_studio.devices.terms import TERMS
+from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages.fidelity import Row, scale_words
 from hapkit_studio.gui.pages.measuring import write

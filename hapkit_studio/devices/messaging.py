@@ -9,13 +9,13 @@ import numpy as np
 import serial
 
 from hapkit_studio.devices.port_errors import impossible, no_answer, no_data, not_a_hapkit, wrong_version
-from hapkit_studio.protocol.declare import Message
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
 from hapkit_studio.protocol.messages import (
     PROTOCOL_VERSION,
     Board,
     Hello,
     HelloRequest,
+    Message,
     Sample,
     Save,
     SettingsRequest,
