@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from hapkit_studio.analysis.accuracy import timing
+from hapkit_studio.formatting import json_number
 
 
 @dataclass(frozen=True)
@@ -37,11 +38,11 @@ class Point:
             "scene": self.scene,
             "method": self.method,
             "step_s": self.step_s,
-            "error": self.error if math.isfinite(self.error) else None,
+            "error": json_number(self.error),
             "ns_per_simulated_s": self.ns_per_simulated_s,
             "pareto": self.pareto,
             **({"options": dict(self.options)} if self.options else {}),
-            **{key: value if math.isfinite(value) else None for key, value in self.extra},
+            **{key: json_number(value) for key, value in self.extra},
         }
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import json_number
 from hapkit_studio.haptics.settings_writer import RATE
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
 
@@ -240,20 +241,25 @@ def try_json(one: Try, traces: bool = False) -> dict[str, Any]:
     made = {
         "value": one.value,
         "holds": found.holds,
-        "measure": _finite(found.measure),
+        "measure": json_number(found.measure),
         "measure_unit": found.measure_unit,
         "words": found.words,
     }
     if not traces:
         return made
-    trace = [_finite(y) for y in found.trace]
+    trace = [json_number(y) for y in found.trace]
     labels = {"trace_label": found.label, "trace_unit": found.unit}
     return {**made, "time": [float(t) for t in found.time], "trace": trace, **labels}
 
 
 def _chart_json(chart: Chart) -> dict[str, Any]:
     lines = [
-        {"label": one.label, "role": one.role, "x": list(map(_finite, one.x)), "y": list(map(_finite, one.y))}
+        {
+            "label": one.label,
+            "role": one.role,
+            "x": list(map(json_number, one.x)),
+            "y": list(map(json_number, one.y)),
+        }
         for one in chart.lines
     ]
     return {
@@ -263,8 +269,3 @@ def _chart_json(chart: Chart) -> dict[str, Any]:
         "lines": lines,
         "marks": [{"label": mark.label, "x": mark.x} for mark in chart.marks],
     }
-
-
-def _finite(value: float) -> float | None:
-    """Return a number that JSON knows."""
-    return float(value) if math.isfinite(value) else None

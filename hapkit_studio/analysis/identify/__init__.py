@@ -14,6 +14,7 @@ from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, 
 from hapkit_studio.analysis.identify.rendered import rendered
 from hapkit_studio.analysis.identify.windows import lay
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import json_number
 
 __all__ = ["TERMS", "Estimate", "Handle", "Identified", "Part", "Points", "Recording", "Setup", "Term"]
 __all__ += ["from_csv", "from_run", "identify", "of_rows", "words"]
@@ -92,8 +93,8 @@ def _as_json(found: Identified) -> dict[str, Any]:
 def _part(found: Identified, part: Part) -> dict[str, Any]:
     return {
         "estimates": [_estimate(e) for e in part.estimates],
-        "explained": _finite(part.explained),
-        "motion_Hz": _finite(part.hertz),
+        "explained": json_number(part.explained),
+        "motion_Hz": json_number(part.hertz),
         "used_s": part.seconds,
         "released": part.released,
         "left_out": part.left_out,
@@ -105,14 +106,10 @@ def _estimate(e: Estimate) -> dict[str, Any]:
     return {
         "key": e.key,
         "unit": e.term.unit,
-        "value": _finite(e.value),
-        "low": _finite(e.low),
-        "high": _finite(e.high),
+        "value": json_number(e.value),
+        "low": json_number(e.low),
+        "high": json_number(e.high),
         "set": e.asked,
         "expected": e.expected,
         "told": e.told,
     }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

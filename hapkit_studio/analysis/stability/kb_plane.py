@@ -20,6 +20,7 @@ from hapkit_studio.analysis.stability.margin import Margin, sentence
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.formatting import json_number
 
 RENDERED_STIFFNESS = replace(STIFFNESS, label="The rendered stiffness")
 RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
@@ -224,11 +225,6 @@ def passive(plane: Plane) -> np.ndarray:
     if not plane.setting.linear:
         return np.full(len(plane.damping), math.nan)
     return passivity_line(plane.setting, plane.damping)
-
-
-def json_number(number: float) -> float | None:
-    """Return a number that JSON knows."""
-    return float(number) if math.isfinite(number) else None
 
 
 def json_column(numbers: np.ndarray) -> list[float | None]:

@@ -13,6 +13,7 @@ from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import json_number
 
 if TYPE_CHECKING:
     pass  # MERGED
@@ -127,11 +128,13 @@ class ZWidth:
         """Return one object of plain numbers; None where there is no number."""
         points = zip(self.damping, self.stiffness, self.linear, self.ends, self.clamped, strict=True)
         keys = "damping", "stiffness", "linear_limit", "ended", "clamped"
-        numbers = ((float(b), float(k), _number(linear), *rest) for b, k, linear, *rest in points)
+        numbers = ((float(b), float(k), json_number(linear), *rest) for b, k, linear, *rest in points)
         return {
             "where": self.where,
             "points": [dict(zip(keys, row, strict=True)) for row in numbers],
-            "conditions": {c.key: _number(c.value) for c in self.conditions},
+            "conditions": {
+                c.key: c.value if isinstance(c.value, str) else json_number(c.value) for c in self.conditions
+            },
         }
 
 
@@ -167,10 +170,6 @@ def table(result: ZWidth) -> str:
 def text(result: ZWidth) -> str:
     """Return verdict, table and conditions for a person."""
     return f"{result.sentence}\n\n{table(result)}\n\nConditions: {result.caption}"
-
-
-def _number(value: float | str) -> float | str | None:
-    return value if isinstance(value, str) else float(value) if math.isfinite(value) else None
 
 
 _CURVE = 81
