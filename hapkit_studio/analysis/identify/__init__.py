@@ -3,7 +3,6 @@
 ``identify(from_run(run))``, ``identify(from_csv("run.csv"))``, ``identify(of_rows(rows, setup))``.
 """
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
