@@ -12,6 +12,9 @@ from hapkit_studio.protocol.messages import Force, Sample
 
 MEASURED_SECONDS = 1.0
 _SETTLING = 50
+_LEFT_OVER_SECONDS = 1.0
+_SLOWEST = 10.0
+"""A measurement of s of the board's clock may take so many times as long."""
 _LONGER = 0xFFFF
 _HALF = 0x8000
 
@@ -34,7 +37,8 @@ def measure_padding(board: HapkitBoard, seconds: float = MEASURED_SECONDS) -> Pa
 
 
 def _delay(board: HapkitBoard, padded: int, seconds: float) -> float:
-    while _read(board):  # what an earlier stream left on its way
+    settled = time.monotonic() + _LEFT_OVER_SECONDS
+    while _read(board) and time.monotonic() < settled:  # what an earlier stream left on its way
         pass
     board.start_stream(padded)
     try:
@@ -52,8 +56,8 @@ def _delay(board: HapkitBoard, padded: int, seconds: float) -> float:
 def _answered(board: HapkitBoard, seconds: float) -> list[Sample]:
     """Answer the newest sample of every chunk, as the loop does, for so many s of the board's clock."""
     decoder, taken = Decoder(), deque[Sample]()
-    silent = time.monotonic() + 1.0
-    while time.monotonic() < silent:
+    silent, end = time.monotonic() + 1.0, time.monotonic() + _SLOWEST * seconds + 1.0
+    while time.monotonic() < min(silent, end):
         new = [m for m in decoder.feed(_read(board)) if isinstance(m, Sample)]
         if not new:
             continue

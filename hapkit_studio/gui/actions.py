@@ -143,15 +143,15 @@ _VIEW = (
 
 
 def _set_up(window: "MainWindow") -> object:
-    from hapkit_studio.gui.wizard.opening import open_setup
+    from hapkit_studio.gui.wizard.setup import SetupDialog
 
-    return open_setup(window)
+    return SetupDialog.open_over(window)
 
 
 def _test(window: "MainWindow") -> object:
-    from hapkit_studio.gui.wizard.opening import open_check
+    from hapkit_studio.gui.wizard.check import CheckDialog
 
-    return open_check(window)
+    return CheckDialog.open_over(window)
 
 
 _DEVICE = (

@@ -2,12 +2,21 @@
 
 import math
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hapkit_studio.analysis.calibrate.motions import PULSES, SWEEP_LIMITS, pulse, sweep
-from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Limits, StoppedError, track_of
+from hapkit_studio.devices import board_runner
+from hapkit_studio.devices.board_runner import (
+    AbortedError,
+    BoardRunner,
+    CancelledError,
+    Limits,
+    StoppedError,
+    track_of,
+)
 from hapkit_studio.devices.profiles import default
 from hapkit_studio.protocol.messages import Sample
 from tests.devices.paddle_kit import PaddleKit
@@ -116,3 +125,38 @@ def test_a_run_says_how_far_it_is_and_forgets_it_at_its_end(runner):
     with pytest.raises(AbortedError):
         runner.run(lambda t, x, v: math.nan, 0.2, Limits(0.3))
     assert runner.progress == (0.0, 0.0)
+
+
+def test_cancel_ends_a_run_and_a_recording_until_the_next_job(runner):
+    def cancelling(t, x, v):
+        if t > 0.05:
+            runner.cancel()
+        return 0.2
+
+    with pytest.raises(CancelledError):
+        runner.run(cancelling, 5.0, Limits(0.3))
+    assert runner.board.pwm == 0
+    with pytest.raises(CancelledError):
+        runner.record(5.0)
+    runner.begin_job()
+    assert len(runner.record(0.05)) > 40
+
+
+def test_a_board_whose_clock_stands_still_ends_a_run(monkeypatch):
+    monkeypatch.setattr(board_runner, "_SPARE_SECONDS", 0.05)
+    monkeypatch.setattr(board_runner, "_SLOWEST", 0.0)
+    kit = PaddleKit()
+    sample = kit._sample
+    kit._sample = lambda: replace(sample(), time_us=0)
+    runner = BoardRunner(kit)
+    runner.open()
+    with pytest.raises(AbortedError, match="too slowly"):
+        runner.record(1.0)
+    assert not kit.streaming
+
+
+def test_idle_keeps_the_motor_off_and_no_more_samples_than_are_drawn(runner):
+    runner.idle(lambda: runner.board.seq >= 12_000)
+    assert set(runner.board.forces) == {0.0}
+    assert len(runner.recent) == board_runner.RECENT_SAMPLES
+    assert not runner.board.streaming

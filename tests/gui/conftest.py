@@ -13,7 +13,6 @@ from tests.gui.board_fixtures import board_window, held_board_window, scripted  
 from tests.gui.pages.break_it_fixtures import break_it_page, gate  # noqa: F401
 from tests.gui.plot_fixtures import history, phase, plots  # noqa: F401
 from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
-from tests.gui.wizard_fixtures import played  # noqa: F401
 
 
 @pytest.fixture(autouse=True)

@@ -38,7 +38,7 @@ class KitDrawing(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        return _SIZE
+        return self.minimumSize()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
@@ -152,4 +152,5 @@ class KitDrawing(QWidget):
         font = theme.font("strong")
         font.setPixelSize(round(max(font.pixelSize(), _LEAST / self._zoom)))
         painter.setFont(font)
-        painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, words)
+        flags = where | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip
+        painter.drawText(box, flags, words)

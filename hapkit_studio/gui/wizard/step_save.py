@@ -1,4 +1,4 @@
-"""Last: what changed, the kit's name, and keeping it: on the board and in a file."""
+"""Save: what changed, the kit's name, and keeping it: on the board and in a file."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,27 +12,28 @@ from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.calibration_file import MEASURED, setting_label, setting_text
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.widgets.style import dress
-from hapkit_studio.gui.wizard.desk import Desk
-from hapkit_studio.gui.wizard.page import StepPage
+from hapkit_studio.gui.wizard.board_thread import BoardThread
+from hapkit_studio.gui.wizard.step_page import StepPage
 from hapkit_studio.protocol.messages import Sensor
-
-Notes = dict[str, tuple[bool, str]]
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.calibrate.calibration import Calibration
 
+Notes = dict[str, tuple[bool, str]]
+"""By the name of a step: whether it is done, and what was found or else is assumed."""
 _UNSAVED = "Not saved yet: the board would forget it at its next start."
 
 
 class SaveStep(StepPage):
-    """Finished once the board has kept its settings. ``undone``: the old ones are back."""
+    """Complete once the board has kept its settings. ``undone``: the old ones are back."""
 
     undone = Signal()
-    title = "Save: on the board, and in a file"
-    assumed = "nothing is kept: the board forgets at its next start"
+    name = "Save"
+    heading = "Save: on the board, and in a file"
+    if_skipped = "nothing is kept: the board forgets at its next start"
 
-    def __init__(self, desk: Desk, notes: Callable[[], Notes]):
-        super().__init__(desk)
+    def __init__(self, board: BoardThread, notes: Callable[[], Notes]) -> None:
+        super().__init__(board)
         self._notes = notes
         self.table = QWidget()
         self._grid = QGridLayout(self.table)
@@ -41,45 +42,43 @@ class SaveStep(StepPage):
         self._grid.setVerticalSpacing(2)
         dress(self.table, "QLabel { font-size: 14px; }")
         self.column.addWidget(self.table)
-        self.assumptions = QLabel()
-        self.assumptions.setWordWrap(True)
+        self.assumptions = self.add_text("")
         dress(self.assumptions, "QLabel { font-size: 14px; color: @ink2; }")
-        self.column.addWidget(self.assumptions)
         self.column.addStretch(1)
         self.label = QLineEdit()
         self.label.setMaxLength(12)
         self.label.setAccessibleName("Name of the kit")
         dress(self.label, "QLineEdit { font-size: 14px; min-height: 32px; max-width: 180px; }")
-        self.save = self.button("Save", self.keep, primary=True)
+        self.save = self.button("Save", self.store, primary=True)
         self.undo = self.button("Undo everything…", self.ask)
-        self.sure, self.stay = (
-            self.button("Undo it all", self.put_back),
-            self.button("Keep", self.ask_no_more),
-        )
-        row = self.row(QLabel("Name of the kit"), self.label, self.save)
-        for button in (self.undo, self.sure, self.stay):
-            row.addWidget(button)
-        self.ask_no_more()
-        self.file = QLabel()
-        self.file.setWordWrap(True)
+        self.undo_all = self.button("Undo it all", self.undo_everything)
+        self.keep = self.button("Keep", self.keep_everything)
+        self.add_row(QLabel("Name of the kit"), self.label, self.save, self.undo, self.undo_all, self.keep)
+        self.file = self.add_text("")
         self.file.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.file.hide()
         dress(self.file, "QLabel { font-size: 13px; color: @ink2; }")
-        self.column.addWidget(self.file)
-        self.column.addWidget(self.box)
+        self.keep_everything()
 
     def enter(self) -> None:
         """Show what the board had, and what it has now."""
-        self.ask_no_more()
-        if self.desk.subject is None:
+        self.keep_everything()
+        if self.board.subject is None:
             return
         if not self.label.text():
-            self.label.setText(self.subject.board.label)
-        self._fill()
-        skipped = [f"{title}: {words}" for title, (done, words) in self._notes().items() if not done]
+            self.label.setText(self.calibration.board.label)
+        self._fill_table()
+        skipped = [f"{name}: {words}" for name, (done, words) in self._notes().items() if not done]
         self.assumptions.setText("Assumed. " + "; ".join(skipped) + "." if skipped else "")
 
-    def keep(self) -> None:
+    def reset(self) -> None:
+        super().reset()
+        self.label.clear()
+        self.file.hide()
+
+    # saving
+
+    def store(self) -> None:
         """Keep the settings on the board and write the file."""
         try:
             label = calibration_file.checked_label(self.label.text())
@@ -87,83 +86,76 @@ class SaveStep(StepPage):
             self.show_refusal(str(error))
             return
         notes = {
-            title: words if done else f"left out; assumed: {words}"
-            for title, (done, words) in self._notes().items()
+            name: words if done else f"left out; assumed: {words}"
+            for name, (done, words) in self._notes().items()
         }
 
         def job(work: "Calibration") -> str:
             work.store(label)
             return str(calibration_file.write(profiles.of_settings(work.runner.settings), notes))
 
-        self.do("Saving…", job, self._kept)
+        self.run_job("Saving…", job, self._stored)
 
-    def ask(self) -> None:
-        """Ask before everything that was found is dropped."""
-        self._show_question(True)
-        self.box.say(
-            "Put back what the board had when this window opened?",
-            "All that the steps found is forgotten. A saved file stays.",
-            "triangle",
-            "warn",
-        )
-        self.stay.setFocus()
-
-    def ask_no_more(self) -> None:
-        """Leave things as they are."""
-        self._show_question(False)
-        if self.verdict is not None:
-            self.box.show_verdict(self.verdict)
-        else:
-            self.box.say(_UNSAVED)
-
-    def _show_question(self, asked: bool) -> None:
-        self.undo.setVisible(not asked)
-        self.sure.setVisible(asked)
-        self.stay.setVisible(asked)
-
-    def withdraw(self) -> None:
-        super().withdraw()
-        self.label.clear()
-        self.file.hide()
-
-    def put_back(self) -> None:
-        """Put back what the board had at the start."""
-        self.do("Putting back…", lambda work: work.undo(), self._put_back)
-
-    def _kept(self, path: str) -> None:
-        self._fill()
+    def _stored(self, path: str) -> None:
+        self._fill_table()
         self.file.setText(f"File: {path}")
         self.file.show()
-        self.show_verdict(passed(f"Saved on the board and in {Path(path).name}. {self._next_start()}"))
+        self.finish(passed(f"Saved on the board and in {Path(path).name}. {self._next_start()}"))
 
     def _next_start(self) -> str:
         """Say where the handle must be when the board is switched on, for its zero to be right."""
-        board = self.subject.board
+        board = self.calibration.board
         if board.sensor == Sensor.QUADRATURE:
             return "Always switch on with the handle in the middle: an encoder's zero is where it starts."
         reach = 0.4e3 * board.counts_per_flip * board.quantum
         words = f"Switch on with the handle within {reach:.0f}\N{NO-BREAK SPACE}mm of the middle"
         return f"{words}: the board finds its zero from there."
 
-    def _put_back(self, _none: object) -> None:
-        self._fill()
-        self.undone.emit()
+    # undoing
 
-    def _fill(self) -> None:
+    def ask(self) -> None:
+        """Ask before everything that was found is dropped."""
+        self._show_question(True)
+        self.box.show_warning(
+            "Put back what the board had when this window opened?",
+            "All that the steps found is forgotten. A saved file stays.",
+        )
+        self.keep.setFocus()
+
+    def keep_everything(self) -> None:
+        """Leave things as they are."""
+        self._show_question(False)
+        if self.result is not None:
+            self.box.show_result(self.result)
+        else:
+            self.box.show_text(_UNSAVED)
+
+    def undo_everything(self) -> None:
+        """Put back what the board had at the start."""
+        self.run_job("Putting back…", lambda work: work.undo(), lambda _none: self.undone.emit())
+
+    def _show_question(self, asked: bool) -> None:
+        self.undo.setVisible(not asked)
+        self.undo_all.setVisible(asked)
+        self.keep.setVisible(asked)
+
+    # the table
+
+    def _fill_table(self) -> None:
         while (item := self._grid.takeAt(0)) is not None:
             if (cell := item.widget()) is not None:
                 cell.deleteLater()
-        before, now = self.subject.original, self.subject.board
+        before, now = self.calibration.original, self.calibration.board
         for column, words in enumerate(("", "before", "now")):
-            self._cell(0, column, words, "axis")
+            self._add_cell(0, column, words, "axis")
         for line, name in enumerate(MEASURED, 1):
             old, new = setting_text(before, name), setting_text(now, name)
-            self._cell(line, 0, setting_label(name), "axis")
-            self._cell(line, 1, old, "axis")
-            self._cell(line, 2, new if new != old else "as before", "" if new != old else "axis")
+            self._add_cell(line, 0, setting_label(name), "axis")
+            self._add_cell(line, 1, old, "axis")
+            self._add_cell(line, 2, new if new != old else "as before", "" if new != old else "axis")
         self._grid.setColumnStretch(3, 1)
 
-    def _cell(self, line: int, column: int, words: str, role: str) -> None:
+    def _add_cell(self, line: int, column: int, words: str, role: str) -> None:
         label = QLabel(words)
         label.setProperty("role", role)
         if not role:

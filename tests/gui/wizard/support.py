@@ -1,10 +1,8 @@
-"""A wizard on a kit in this process: opened, played through, its buttons pressed as a student does."""
+"""A dialog on a kit in this process: opened, its buttons pressed as a student does."""
 
 import math
 
 from hapkit_studio.devices import DeviceEntry
-from hapkit_studio.gui.wizard.check_window import CheckWindow
-from hapkit_studio.gui.wizard.window import WizardWindow
 from tests.devices.paddle_kit import PaddleKit
 from tests.gui.window_support import PATIENCE_MS
 
@@ -13,21 +11,19 @@ PACE = 2e-5
 
 
 class Played:
-    """A shell (wizard or test) over a kit, inside a window that has let go of its device."""
+    """A dialog (set-up or test) over a kit, inside a window that has let go of its device."""
 
     def __init__(self, kind, window, qtbot, kit=None, **truth):
         self.kit = kit or PaddleKit(pace=PACE, **truth)
         self.qtbot, self.window = qtbot, window
         window.studio.entry = DeviceEntry("kit", "Hapkit on test", lambda: self.kit)
-        self.shell = kind(window.studio, window)
-        self.shell.show()
-        self.shell.begin()
+        self.dialog = kind.open_over(window)
         self.wait()
 
     def wait(self):
         """Wait until nothing runs."""
-        desk = self.shell.desk
-        self.qtbot.waitUntil(lambda: desk.bench is not None and not desk.busy, timeout=PATIENCE_MS)
+        board = self.dialog.board
+        self.qtbot.waitUntil(lambda: board.runner is not None and not board.busy, timeout=PATIENCE_MS)
 
     def press(self, button):
         """Press a button and wait for what it began."""
@@ -58,11 +54,11 @@ class Played:
         self.kit.student, self.kit.hand = (lambda k: None), None
 
     def direct(self):
-        """Have the direction tried, which steps 4 and 5 wait for."""
+        """Have the direction tried, which Strength and Friction wait for."""
         self.let_go()
-        self.shell.go(3)
-        self.press(self.shell.step.push)
-        assert self.shell.step.verdict.good
+        self.dialog.go(3)
+        self.press(self.dialog.step.push)
+        assert self.dialog.step.result.good
 
     def hang(self, mass):
         """Hold the handle with a mass in kg on it, and let go after a second."""
@@ -76,13 +72,3 @@ class Played:
             k.hand = None if begin and k.time > begin[0] + 1.2 else 0.0
 
         kit.student = lets_go
-
-
-def wizard(window, qtbot, **truth):
-    """Return an open wizard."""
-    return Played(WizardWindow, window, qtbot, **truth)
-
-
-def check(window, qtbot, **truth):
-    """Return an open test of a kit."""
-    return Played(CheckWindow, window, qtbot, **truth)

@@ -1,0 +1,275 @@
+"""A dialog that has the board for itself: E-stop in its corner, Esc stops, closing gives the board back."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QDialog,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
+from hapkit_studio.devices.board_runner import motor_force
+from hapkit_studio.devices.profiles import readings
+from hapkit_studio.gui.header import StopButton
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.wizard.board_thread import BoardThread
+
+if TYPE_CHECKING:
+    from hapkit_studio.devices.board_runner import BoardRunner
+    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.window import MainWindow
+
+FRAME_MS = 50
+SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger")}
+"""Icon and colour of a result's level."""
+NEUTRAL = ("circle", "ink3")
+LONG_SECONDS = 5.0
+"""s from which on a run shows how far it is."""
+_EVERY = 5
+"""Of so many samples pictures show one."""
+_STYLE = """
+#boardDialog { background: @surface; }
+#boardDialogHeader { background: @side; border-bottom: 1px solid @line; }
+"""
+
+
+@dataclass(frozen=True)
+class Recent:
+    """The last ten seconds of a board: time s (n,), reading (n,), position m (n,), and the force in N now."""
+
+    time: np.ndarray
+    raw: np.ndarray
+    position: np.ndarray
+    force: float
+
+
+class BoardDialog(QDialog):
+    """Takes the board over from the loop while it is open, and hands it back. Never blocks the window."""
+
+    title = ""
+
+    def __init__(self, studio: "Studio", parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("boardDialog")
+        self.setWindowTitle(self.title)
+        self.setModal(False)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.studio = studio
+        entry = studio.entry
+        assert entry is not None
+        self.board = BoardThread(entry.make, self.prepare, self)
+        self.stop, self.release = StopButton(studio), QPushButton("Release E-stop")
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(0, 0, 0, 0)
+        self.column.setSpacing(0)
+        self.column.addWidget(self._header())
+        dress(self, _STYLE)
+        self._frames = QTimer(self, interval=FRAME_MS)
+        self._frames.timeout.connect(self._show_frame)
+        studio.stop_changed.connect(self._stop_changed)
+        studio.link_changed.connect(self._link_changed)
+        self._stop_changed()
+
+    @classmethod
+    def open_over(cls, window: "MainWindow") -> "BoardDialog":
+        """Open the dialog over the window, or bring to the front the one that has the board."""
+        for dialog in window.findChildren(BoardDialog):
+            if dialog.isVisible():
+                dialog.raise_()
+                dialog.activateWindow()
+                return dialog
+        made = cls(window.studio, window)
+        window.closed.connect(made.close)
+        made.show()
+        made.begin()
+        return made
+
+    # what each dialog does
+
+    @staticmethod
+    def prepare(runner: "BoardRunner") -> Any:
+        """Return what jobs are given, made of the open board in the board's thread."""
+        return runner
+
+    def show_recent(self, recent: Recent) -> None:
+        """Draw what the board reports; twenty times a second."""
+
+    # the board
+
+    def begin(self) -> None:
+        """Take the board over."""
+        self.studio.let_go(self.windowTitle())
+        self.setFocus()  # not the E-stop: an Enter too many would latch it
+        self.board.start()
+        self._frames.start()
+
+    def _show_frame(self) -> None:
+        samples = self.board.samples()
+        if self.board.runner is None or not samples:
+            return
+        settings = self.board.runner.settings
+        # every sample would cost the thread that answers them its time
+        shown = samples[(len(samples) - 1) % _EVERY :: _EVERY]
+        clock, raw, count = np.array([(s.time_us, s.raw, s.count) for s in shown]).T
+        time = 1e-6 * np.cumsum(np.diff(clock, prepend=clock[0]) % 2**32)
+        force = float(motor_force(settings, np.array([samples[-1].pwm]))[0])
+        self.show_recent(Recent(time, readings(raw, settings.sensor), count * settings.quantum, force))
+
+    def _stop_changed(self) -> None:
+        stopped = self.studio.stopped
+        self.release.setVisible(stopped)
+        if stopped:
+            self.board.stop()
+        else:
+            self.board.release()
+
+    def _link_changed(self) -> None:
+        """Leave the board to another device that was chosen meanwhile."""
+        if self.studio.link.state != "idle" and self.isVisible():
+            self.close()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Stop the motor at Esc; at Enter press only the button that has the focus.
+
+        A number that is typed must not start the motor, nor a key held down.
+        """
+        if event.key() == Qt.Key.Key_Escape:
+            self.studio.stop()
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            focused = self.focusWidget()
+            if isinstance(focused, QPushButton) and not event.isAutoRepeat():
+                focused.click()
+        else:
+            super().keyPressEvent(event)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Motor off, and the board back to the loop."""
+        self._frames.stop()
+        self.board.end()
+        self.studio.stop_changed.disconnect(self._stop_changed)
+        self.studio.link_changed.disconnect(self._link_changed)
+        if self.studio.link.state == "idle":
+            self.studio.reconnect()
+        super().closeEvent(event)
+
+    def _header(self) -> QWidget:
+        header = QWidget()
+        header.setObjectName("boardDialogHeader")
+        header.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        header.setFixedHeight(56)
+        title = QLabel(self.title)
+        title.setFont(theme.font("title"))
+        self.release.setProperty("tall", True)
+        self.release.clicked.connect(self.studio.release_stop)
+        row = QHBoxLayout(header)
+        row.setContentsMargins(24, 0, 12, 0)
+        row.setSpacing(12)
+        row.addWidget(title, 1)
+        row.addWidget(self.release)
+        row.addWidget(self.stop)
+        for button in (self.release, self.stop):
+            button.setAutoDefault(False)
+        return header
+
+
+_BACKGROUND = {"ok": "oksoft", "warn": "warnsoft", "danger": "dangersoft"}
+_SIDE, _MARGIN, _GAP, _ICON, _SPACE = 14, 9, 4, 22, 12
+_BAR_HEIGHT, _BAR_STEPS = 5, 1000
+
+
+class ResultBox(QWidget):
+    """An icon, what was found, and below it what to do; in the margin, how far something is."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("resultBox")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.icon, self.words, self.remedy = QLabel(), QLabel("one line"), QLabel("one line")
+        dress(self.words, "QLabel { font-size: 15px; font-weight: 650; }")
+        dress(self.remedy, "QLabel { font-size: 14px; }")
+        for label in (self.words, self.remedy):
+            label.setWordWrap(True)
+        self._two_lines = self.words.sizeHint().height() + self.remedy.sizeHint().height()
+        column = QVBoxLayout()
+        column.setSpacing(_GAP)
+        column.addStretch(1)
+        column.addWidget(self.words)
+        column.addWidget(self.remedy)
+        column.addStretch(1)
+        self.bar = QProgressBar(self)  # not in the layout: its coming moves nothing
+        self.bar.setRange(0, _BAR_STEPS)
+        self.bar.setTextVisible(False)
+        self.bar.setFixedHeight(_BAR_HEIGHT)
+        self.bar.setAccessibleName("Progress")
+        self.bar.hide()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(_SIDE, _MARGIN, _SIDE, _MARGIN)
+        row.setSpacing(_SPACE)
+        row.addWidget(self.icon, 0, Qt.AlignmentFlag.AlignVCenter)
+        row.addLayout(column, 1)
+        self._look = NEUTRAL
+        theme.changed.connect(self._paint)
+        self.show_text("")
+
+    def show_text(self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL) -> None:
+        """Show words and what to do, with an icon and its colour."""
+        self.words.setText(words)
+        self.remedy.setText(remedy)
+        self.remedy.setVisible(bool(remedy))
+        self._look = look
+        self.setAccessibleName(f"{words} {remedy}".strip())
+        self._paint()
+        self._fit()
+
+    def show_result(self, result: CheckResult) -> None:
+        """Show the result of a check."""
+        self.show_text(result.words, result.remedy, SIGNS.get(result.level, NEUTRAL))
+
+    def show_warning(self, words: str, remedy: str = "") -> None:
+        """Show what went wrong, and what to do."""
+        self.show_text(words, remedy, SIGNS[WARN])
+
+    def show_working(self, words: str) -> None:
+        """Show what is under way."""
+        self.show_text(words, "", ("circle", "accent"))
+
+    def show_progress(self, passed: float, seconds: float) -> None:
+        """Show how far a run is that takes so many s; nothing for a short one and one without end."""
+        shown = LONG_SECONDS <= seconds < math.inf
+        if shown:
+            self.bar.setValue(round(_BAR_STEPS * passed / seconds))
+        self.bar.setVisible(shown)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Be as high as the words need at this width, at least two lines: most results then move nothing."""
+        bar_top = self.height() - _BAR_HEIGHT - 3
+        self.bar.setGeometry(_SIDE, bar_top, self.width() - 2 * _SIDE, _BAR_HEIGHT)
+        width = self.width() - 2 * _SIDE - _ICON - _SPACE
+        height = sum(part.heightForWidth(width) for part in (self.words, self.remedy) if part.text())
+        self.setMinimumHeight(max(height, self._two_lines) + 2 * _MARGIN + _GAP)
+
+    def _paint(self) -> None:
+        name, color = self._look
+        self.icon.setPixmap(icons.pixmap(name, _ICON, color, self.devicePixelRatioF()))
+        background = f"background: @{_BACKGROUND.get(color, 'side')};"
+        dress(self, f"#resultBox {{ {background} border: 1px solid @line; border-radius: 8px; }}")

@@ -1,0 +1,185 @@
+"""The thread that owns the board while a dialog has it: jobs one at a time, samples between them."""
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from hapkit_studio.devices.board_runner import BoardRunner
+from hapkit_studio.errors import DeviceError, PortBusyError, StudioError
+
+if TYPE_CHECKING:
+    from hapkit_studio.protocol.messages import Sample
+
+BUSY_SECONDS = 5.0
+"""s for the studio's own loop to let go of the port."""
+JOIN_SECONDS = 5.0
+_RETRY_SECONDS = 0.05
+POLL_MS = 15
+"""How often the window looks for what the thread reports."""
+
+Job = Callable[[Any], object]
+
+
+class BoardThread(QObject):
+    """Opens a board in its own thread; ``run_job`` hands it a job on what ``prepare`` made of the runner.
+
+    Signals are emitted in the window's thread. ``refused``: a job ended without a result, the board is there.
+    ``failed``: the board is gone, nothing will run any more until ``restart``.
+    """
+
+    opened = Signal(object)
+    done = Signal(object)
+    refused = Signal(str)
+    failed = Signal(str)
+
+    def __init__(
+        self, make_board: Callable[[], Any], prepare: Callable[[BoardRunner], Any], parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self._make_board, self._prepare = make_board, prepare
+        self.runner: BoardRunner | None = None
+        self.subject: Any = None
+        self.busy = True
+        self._stopped = False
+        self._job: Job | None = None
+        self._after: Callable[[Any], object] | None = None
+        self._quit = threading.Event()
+        self._reports: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
+        self._timer = QTimer(self, interval=POLL_MS)
+        self._timer.timeout.connect(self._read_reports)
+        self.destroyed.connect(self._quit.set)  # whoever forgets to end it leaves no thread behind
+        self._thread = threading.Thread()
+
+    def start(self) -> None:
+        """Open the board; after a failure anew, with nothing kept of the time before."""
+        if self._thread.ident is not None:
+            self._thread.join(JOIN_SECONDS)
+        if self._thread.is_alive() or self._quit.is_set():
+            return
+        self.runner = self.subject = self._job = self._after = None
+        self.busy = True
+        self._thread = threading.Thread(target=self._run, name="wizard", daemon=True)
+        self._thread.start()
+        self._timer.start()
+
+    def run_job(self, job: Job, after: Callable[[Any], object]) -> bool:
+        """Run a job on the subject, then ``after(result)`` here; False where one runs or no board is."""
+        if self.busy or self.runner is None:
+            return False
+        self.runner.begin_job()
+        self.busy = True
+        self._after = after
+        self._job = job
+        return True
+
+    @property
+    def job_running(self) -> bool:
+        """Say whether a job was handed over and has not ended yet."""
+        return self._after is not None
+
+    def cancel(self) -> None:
+        """End the job at the next sample, with the motor off."""
+        if self.runner is not None and self.job_running:
+            self.runner.cancel()
+
+    def stop(self) -> None:
+        """E-stop: at the next sample; also for a board that is not open yet."""
+        self._stopped = True
+        if self.runner is not None:
+            self.runner.stop()
+
+    def release(self) -> None:
+        """End the E-stop."""
+        self._stopped = False
+        if self.runner is not None:
+            self.runner.release()
+
+    @property
+    def has_hand(self) -> bool:
+        """Say whether the board has a hand that the window moves, as the virtual board has."""
+        return self.runner is not None and getattr(self.runner.board, "hand", None) is True
+
+    def move_hand(self, place: float | None) -> None:
+        """Hold the virtual board's hand at a place in m; None lets go."""
+        if self.runner is not None and self.has_hand:
+            self.runner.board.move_hand(place)
+
+    def samples(self) -> "list[Sample]":
+        """Return the samples of the last ten seconds, oldest first."""
+        return list(self.runner.recent) if self.runner is not None else []
+
+    def end(self) -> None:
+        """Motor off, let go of the board, wait for that; may be called twice."""
+        self._quit.set()
+        self._timer.stop()
+        if self.runner is not None:
+            self.runner.stop()
+            self.runner.cancel()
+        if self._thread.ident is not None:
+            self._thread.join(JOIN_SECONDS)
+
+    # in the thread, which touches nothing of Qt: the window may be destroyed at any moment
+
+    def _run(self) -> None:
+        runner = None
+        try:
+            runner = self._open()
+            self.subject = self._prepare(runner)
+            self.runner = runner
+            if self._stopped:
+                runner.stop()
+            self._report("opened", self.subject)
+            while not self._quit.is_set():
+                self._next_job(runner)
+        except DeviceError as error:
+            self._report("failed", str(error))
+        except Exception:
+            self._report("failed", "An error in the studio ended this. Force is zero.")
+            raise
+        finally:
+            if runner is not None:
+                runner.close()
+
+    def _open(self) -> BoardRunner:
+        """Return an open board; the loop may need a moment to let go of the port. Raise DeviceError."""
+        deadline = time.monotonic() + BUSY_SECONDS
+        while True:
+            runner = BoardRunner(self._make_board())
+            try:
+                runner.open()
+                return runner
+            except PortBusyError:
+                if time.monotonic() > deadline or self._quit.is_set():
+                    raise
+                time.sleep(_RETRY_SECONDS)
+
+    def _next_job(self, runner: BoardRunner) -> None:
+        """Keep the motor off until there is a job, then do it."""
+        runner.idle(until=lambda: self._job is not None or self._quit.is_set())
+        job, self._job = self._job, None
+        if job is None:
+            return
+        try:
+            self._report("done", job(self.subject))
+        except StudioError as error:
+            self._report("refused", str(error))
+        except OSError as error:  # of a file; a port's are a DeviceError
+            self._report("refused", f"{error.strerror}: {error.filename}.")
+
+    def _report(self, kind: str, what: object) -> None:
+        self._reports.put((kind, what))
+
+    # in the window's thread again
+
+    def _read_reports(self) -> None:
+        while not self._reports.empty():
+            kind, what = self._reports.get()
+            self.busy = kind == "failed"
+            after, self._after = self._after, None
+            if kind == "done" and after is not None:
+                after(what)
+            getattr(self, kind).emit(what)

@@ -1,0 +1,159 @@
+"""Test my Hapkit: every check with its result, and what to do; nothing is changed on the board."""
+
+import math
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, Report, run_all
+from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
+from hapkit_studio.gui.pages.measuring import PRIMARY
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.wizard.board_dialog import LONG_SECONDS, NEUTRAL, SIGNS, BoardDialog, Recent, ResultBox
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.studio import Studio
+
+_STEPS = 100
+"""Steps of the progress bar for each check."""
+_ICON = 20
+_WAITING, _SAID = "QLabel { font-size: 14px; color: @ink3; }", "QLabel { font-size: 14px; color: @ink; }"
+_BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."
+
+
+class CheckDialog(BoardDialog):
+    """A row a check; one line for the whole."""
+
+    title = "Test my Hapkit"
+    _reported = Signal(str, object)
+
+    def __init__(self, studio: "Studio", parent: QWidget) -> None:
+        super().__init__(studio, parent)
+        self.resize(820, 600)
+        self.setMinimumSize(640, 480)
+        self.report: Report | None = None
+        self._finished_checks = 0
+        self.box, self.bar = ResultBox(), QProgressBar()
+        self.test, self.close_button = QPushButton("Test"), QPushButton("Close")
+        self.test.setEnabled(False)
+        dress(self.test, PRIMARY + "QPushButton { font-size: 14px; }")
+        self.rows: dict[str, tuple[QLabel, QLabel]] = {}
+        self.column.addLayout(self._body(), 1)
+        self.test.clicked.connect(self.run)
+        self.close_button.clicked.connect(self.close_or_cancel)
+        self._reported.connect(self._show_check)
+        self.board.opened.connect(self._opened)
+        self.board.refused.connect(self._refused)
+        self.board.failed.connect(self._failed)
+        self.box.show_working("Starting the board…")
+
+    def run(self) -> None:
+        """Run every check."""
+        for check in CHECKS:
+            icon, words = self.rows[check.key]
+            icon.clear()
+            dress(words, _WAITING)
+            words.setText(check.about)
+
+        def report(check: Check, result: CheckResult | None) -> None:
+            self._reported.emit(check.key, result)
+
+        if self.board.run_job(lambda runner: run_all(runner, report), self._finished):
+            self.test.setEnabled(False)
+            self.close_button.setText("Cancel")
+            self._finished_checks = 0
+            self.bar.setValue(0)
+            self.box.show_working("Testing. Hands off…")
+
+    def close_or_cancel(self) -> None:
+        """Cancel the checks while they run; close where they do not."""
+        if self.board.job_running:
+            self.board.cancel()
+        else:
+            self.close()
+
+    def show_recent(self, _recent: Recent) -> None:
+        """Show how far a long check is; one that begins again leaves the bar where it is."""
+        runner = self.board.runner
+        passed, seconds = runner.progress if runner is not None and self.board.busy else (0.0, 0.0)
+        if LONG_SECONDS <= seconds < math.inf:
+            within = round(_STEPS * (self._finished_checks + passed / seconds))
+            self.bar.setValue(max(self.bar.value(), min(within, _STEPS * (self._finished_checks + 1))))
+
+    def _opened(self, _runner: object) -> None:
+        self.test.setEnabled(True)
+        self.test.setFocus()
+        self.box.show_text(_BEGIN)
+
+    def _show_check(self, key: str, result: CheckResult | None) -> None:
+        icon, words = self.rows[key]
+        dress(words, _SAID)
+        name, color = ("circle", "accent") if result is None else SIGNS.get(result.level, NEUTRAL)
+        icon.setPixmap(icons.pixmap(name, _ICON, color, self.devicePixelRatioF()))
+        if result is None:
+            words.setText(f"{words.text()} Under way…")
+            return
+        words.setText(f"{result.words} {result.remedy}".strip())
+        words.setAccessibleName(f"{key}: {result.level}. {words.text()}")
+        self._finished_checks += 1
+        self.bar.setValue(_STEPS * self._finished_checks)
+
+    def _finished(self, report: Report) -> None:
+        self.report = report
+        self._offer_test("Test again")
+        level = PASS if report.good else FAIL if report.dangerous else WARN
+        self.box.show_text(report.words, look=SIGNS[level])
+
+    def _refused(self, words: str) -> None:
+        self._offer_test("Test again")
+        self.box.show_warning(words)
+
+    def _failed(self, words: str) -> None:
+        self._offer_test("Test")
+        self.test.setEnabled(False)
+        self.box.show_text(words, "Close this window, connect the board again.", ("unplugged", "warn"))
+
+    def _offer_test(self, words: str) -> None:
+        self.test.setText(words)
+        self.test.setEnabled(True)
+        self.close_button.setText("Close")
+
+    def _body(self) -> QVBoxLayout:
+        column, grid, row = QVBoxLayout(), QGridLayout(), QHBoxLayout()
+        column.setContentsMargins(24, 18, 24, 18)
+        column.setSpacing(12)
+        grid.setHorizontalSpacing(16)
+        grid.setVerticalSpacing(12)
+        grid.setColumnStretch(2, 1)
+        self.bar.setRange(0, _STEPS * len(CHECKS))
+        for line, check in enumerate(CHECKS):
+            icon, title, words = QLabel(), QLabel(check.title), QLabel(check.about)
+            icon.setFixedWidth(_ICON + 2)
+            words.setWordWrap(True)
+            dress(title, "QLabel { font-size: 15px; font-weight: 600; }")
+            dress(words, _WAITING)
+            self.rows[check.key] = (icon, words)
+            for place, part in enumerate((icon, title, words)):
+                grid.addWidget(part, line, place, Qt.AlignmentFlag.AlignTop)
+        for button in (self.test, self.close_button):
+            button.setProperty("tall", True)
+            button.setAutoDefault(False)
+        row.addWidget(self.test)
+        row.addStretch(1)
+        row.addWidget(self.close_button)
+        column.addLayout(grid)
+        column.addStretch(1)
+        column.addWidget(self.bar)
+        column.addWidget(self.box)
+        column.addLayout(row)
+        return column

@@ -1,0 +1,49 @@
+"""Test my Hapkit in the window, and how both are opened."""
+
+import pytest
+
+from hapkit_studio.gui.wizard.board_dialog import BoardDialog
+from hapkit_studio.gui.wizard.check import CheckDialog
+from hapkit_studio.gui.wizard.setup import SetupDialog
+from hapkit_studio.protocol.messages import Origin
+from tests.gui.window_support import PATIENCE_MS
+
+
+@pytest.mark.parametrize(("truth", "good"), [({}, True), ({"direction": -1}, False)])
+def test_every_check_has_its_verdict_in_words(checked, qtbot, truth, good):
+    play = checked(**truth)
+    play.kit.origin = Origin.STORED
+    dialog = play.dialog
+    dialog.test.click()
+    qtbot.waitUntil(lambda: dialog.report is not None, timeout=PATIENCE_MS)
+    assert dialog.report.good is good
+    assert dialog.box.words.text() == dialog.report.words
+    assert dialog.bar.value() == dialog.bar.maximum()
+    for key, verdict in dialog.report.results.items():
+        assert verdict.words in dialog.rows[key][1].text()
+    dialog.close()
+    assert play.kit.pwm == 0
+
+
+def test_what_is_said_is_seen_whole(checked, qtbot):
+    dialog = checked().dialog
+    for width in (820, 640):
+        dialog.resize(width, 600)
+        qtbot.wait(20)
+        words = dialog.box.words
+        assert words.height() >= words.heightForWidth(words.width())
+
+
+def test_neither_is_offered_without_a_board(window):
+    actions = window.actions_by_key
+    actions.refresh()
+    assert not actions.qt["device.setup"].isEnabled()
+    assert not actions.qt["device.check"].isEnabled()
+
+
+def test_one_of_them_at_a_time_has_the_board(checked, idle_window):
+    play = checked()
+    assert SetupDialog.open_over(idle_window) is play.dialog
+    assert CheckDialog.open_over(idle_window) is play.dialog
+    play.dialog.close()
+    assert [dialog for dialog in idle_window.findChildren(BoardDialog) if dialog.isVisible()] == []

@@ -1,0 +1,339 @@
+"""What keeps a hand safe: E-stop and Cancel at every step, no key starts the motor by chance."""
+
+import threading
+
+import pytest
+import shiboken6
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QApplication, QPushButton
+
+from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
+from hapkit_studio.devices import calibration_file, profiles
+from hapkit_studio.errors import NoDataError
+from hapkit_studio.gui.wizard.board_thread import BoardThread
+from hapkit_studio.protocol.messages import Force, Sensor
+from tests.devices.paddle_kit import PaddleKit
+from tests.gui.window_support import PATIENCE_MS
+from tests.gui.wizard.support import PACE
+
+
+@pytest.mark.parametrize("directed", [False, True])
+def test_no_step_gives_the_keyboard_to_a_button_that_starts_the_motor(played, qtbot, directed):
+    play = played()
+    if directed:
+        play.direct()
+    before = len([force for force in play.kit.forces if force])
+    for index in (3, 4, 5):
+        play.dialog.list.setCurrentRow(index)
+        focused = play.dialog.focusWidget()
+        assert not (isinstance(focused, QPushButton) and focused.property("motor"))
+        if not play.dialog.next.hasFocus():
+            qtbot.keyClick(play.dialog, Qt.Key.Key_Return)
+            assert play.dialog.index == index
+        assert not play.dialog.board.busy
+    assert len([force for force in play.kit.forces if force]) == before
+
+
+def test_a_key_held_down_presses_nothing(played):
+    play = played()
+    play.dialog.skip.setFocus()
+    for repeats, step in ((True, 0), (False, 1)):
+        enter = QKeyEvent(
+            QEvent.Type.KeyPress, Qt.Key.Key_Return, Qt.KeyboardModifier.NoModifier, "\r", repeats
+        )
+        QApplication.sendEvent(play.dialog, enter)
+        assert play.dialog.index == step
+
+
+def test_strength_and_sweep_wait_for_the_direction(played):
+    play = played()
+    dialog = play.dialog
+    for index, names in ((4, ("carry", "push")), (5, ("sweep",))):
+        dialog.go(index)
+        assert not any(getattr(dialog.step, name).isEnabled() for name in names)
+        assert dialog.step.box.words.text() == NO_DIRECTION
+    play.direct()
+    dialog.go(5)
+    assert dialog.step.sweep.isEnabled()
+    # what turns the position round afterwards takes that back
+    work = dialog.board.subject
+    dialog.steps[2].run_job(
+        "…", lambda w: w._change(sense=-1), lambda _none: dialog.steps[2].completeChanged.emit()
+    )
+    play.wait()
+    assert work.direction is None
+    assert dialog.steps[3].result is None
+    assert not dialog.step.sweep.isEnabled()
+
+
+def test_while_the_motor_moves_only_the_stop_is_left(played, qtbot):
+    play = played()
+    dialog = play.dialog
+    play.direct()
+    dialog.go(5)
+    play.kit.pace = 1e-3
+    dialog.step.sweep.click()
+    qtbot.waitUntil(lambda: play.kit.pwm != 0, timeout=PATIENCE_MS)
+    assert dialog.stop.hasFocus() or dialog.focusWidget() is dialog.stop
+    assert not dialog.list.isEnabled()
+    qtbot.mouseClick(dialog.list.viewport(), Qt.MouseButton.LeftButton)
+    assert dialog.focusWidget() is dialog.stop
+    assert dialog.index == 5
+    dialog.stop.click()
+    play.wait()
+    assert dialog.list.isEnabled()
+    dialog.release.click()
+
+
+def test_a_board_that_does_not_answer_leaves_try_again_and_close(played, qtbot):
+    play = played()
+    dialog = play.dialog
+    silent = NoDataError("The Hapkit does not answer.")
+
+    def fails(_work):
+        raise silent
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(dialog.board, "_next_job", fails)
+        dialog.board._job = fails
+        qtbot.waitUntil(lambda: dialog.again.isVisible(), timeout=PATIENCE_MS)
+    assert dialog.close_button.isVisible()
+    assert not dialog.next.isEnabled()
+    assert not dialog.list.isEnabled()
+    assert play.kit.hello is None
+    dialog.again.click()
+    play.wait()
+    assert dialog.next.isVisible()
+    assert dialog.skip.isEnabled()
+    assert not dialog.again.isVisible()
+    assert play.kit.pwm == 0
+
+
+def test_enter_while_the_board_starts_does_not_stop_it(played, qtbot, monkeypatch):
+    from tests.gui.wizard import support
+
+    monkeypatch.setattr(support.Played, "wait", lambda self: qtbot.keyClick(self.dialog, Qt.Key.Key_Return))
+    play = played()
+    assert not play.window.studio.stopped
+
+
+def test_undo_asks_and_may_be_left(played):
+    play = played()
+    play.press(play.dialog.connect_step.take)
+    play.dialog.go(6)
+    save = play.dialog.save_step
+    save.undo.click()
+    assert save.undo_all.isVisible()
+    assert play.dialog.focusWidget() is save.keep
+    save.keep.click()
+    assert save.undo.isVisible()
+    assert not save.undo_all.isVisible()
+    assert play.dialog.connect_step.result is not None
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_a_board_with_other_settings_comes_back_stopped(played, changed):
+    play = played()
+    step = play.dialog.steps[2]
+    step.run_job(
+        "…", lambda work: work._change(zero=work.board.zero + (400 if changed else 0)), lambda _none: None
+    )
+    play.wait()
+    play.dialog.close()
+    assert play.window.studio.stopped is changed
+
+
+def test_after_the_stop_it_is_said_what_to_do(played):
+    play = played()
+    play.dialog.go(3)
+    play.dialog.stop.click()
+    play.press(play.dialog.step.push)
+    assert "Release E-stop" in play.dialog.step.box.remedy.text()
+    play.dialog.release.click()
+
+
+def test_a_kit_chosen_by_mistake_is_given_back(played):
+    play = played()
+    step = play.dialog.connect_step
+    for key, sensor in (("hapkit-hall", Sensor.AS5048A), ("hapkit3", Sensor.MAGNETORESISTIVE)):
+        step.kits.setCurrentIndex(step.kits.findData(key))
+        play.press(step.take)
+        assert play.dialog.board.subject.board.sensor == sensor
+        assert profiles.named(key).title in step.box.words.text()
+
+
+def test_force_is_zero_while_nothing_is_pressed(played, qtbot):
+    play = played()
+    for index in range(7):
+        play.dialog.go(index)
+        qtbot.wait(30)
+    assert set(play.kit.forces) == {0.0}
+
+
+@pytest.mark.parametrize("by", ["button", "key"])
+def test_e_stop_ends_a_sweep_and_holds(played, qtbot, by):
+    play = played()
+    dialog, kit = play.dialog, play.kit
+    play.direct()
+    dialog.go(5)
+    kit.pace = 1e-3
+    dialog.step.sweep.click()
+    qtbot.waitUntil(lambda: kit.pwm != 0, timeout=PATIENCE_MS)
+    if by == "button":
+        dialog.stop.click()
+    else:
+        qtbot.keyClick(dialog, Qt.Key.Key_Escape)
+    play.wait()
+    assert kit.pwm == 0
+    assert kit.stopped
+    assert "Stopped" in dialog.step.box.words.text()
+    assert dialog.isVisible()
+    assert dialog.release.isVisible()
+    play.press(dialog.step.sweep)
+    assert kit.pwm == 0
+    dialog.release.click()
+    assert not play.window.studio.stopped
+    kit.pace = 2e-5
+    play.press(dialog.step.sweep)
+    assert dialog.step.result.good
+
+
+def test_closing_in_the_middle_of_a_sweep_leaves_the_motor_off(played, qtbot):
+    play = played()
+    dialog, kit = play.dialog, play.kit
+    play.direct()
+    dialog.go(5)
+    kit.pace = 1e-3
+    dialog.step.sweep.click()
+    qtbot.waitUntil(lambda: kit.pwm != 0, timeout=PATIENCE_MS)
+    dialog.close()
+    assert kit.pwm == 0
+    assert kit.hello is None
+    assert not any(thread.name == "wizard" for thread in threading.enumerate())
+    assert play.window.studio.link.state != "idle"
+
+
+def test_enter_in_a_number_starts_nothing(played, qtbot):
+    play = played()
+    play.dialog.go(4)
+    play.dialog.step.mass.setFocus()
+    qtbot.keyClick(play.dialog.step.mass, Qt.Key.Key_Return)
+    qtbot.wait(50)
+    assert set(play.kit.forces) == {0.0}
+    play.dialog.skip.setFocus()
+    qtbot.keyClick(play.dialog.skip, Qt.Key.Key_Return)
+    assert play.dialog.index == 5
+
+
+def test_another_device_chosen_meanwhile_gets_the_window_back(played, qtbot):
+    play = played()
+    studio = play.window.studio
+    studio.open(studio.entries()[0])
+    assert play.kit.hello is None
+    qtbot.waitUntil(lambda: studio.engine is not None, timeout=PATIENCE_MS)
+
+
+RECORDINGS = [(1, "start_button"), (2, "take")]
+MOTIONS = [(3, "push"), (4, "carry"), (4, "push"), (5, "sweep")]
+
+
+@pytest.mark.parametrize(("index", "name"), RECORDINGS + MOTIONS)
+def test_cancel_ends_the_job_of_every_step_which_can_be_begun_again(played, qtbot, index, name):
+    play = played()
+    end_and_begin_again(play, qtbot, index, name, "Cancelled", play.dialog.close_button)
+
+
+@pytest.mark.parametrize(("index", "name"), MOTIONS)
+def test_the_e_stop_ends_the_job_of_every_step_which_can_be_begun_again(played, qtbot, index, name):
+    play = played()
+    end_and_begin_again(play, qtbot, index, name, "Stopped", play.dialog.stop)
+
+
+def end_and_begin_again(play, qtbot, index, name, words, button_that_ends):
+    """Press a step's button, end the job in its midst, press the button once more."""
+    dialog, kit = play.dialog, play.kit
+    play.direct()
+    play.lead(0.0)
+    dialog.go(index)
+    kit.pace = 1e-3
+    getattr(dialog.step, name).click()
+    assert dialog.close_button.text() == "Cancel"
+    qtbot.waitUntil(lambda: dialog.board.runner.progress[0] > 0.02)
+    button_that_ends.click()
+    qtbot.waitUntil(lambda: not dialog.board.busy, timeout=5_000)
+    assert kit.pwm == 0
+    assert words in dialog.step.box.words.text()
+    assert dialog.close_button.text() == "Close"
+    assert dialog.isVisible()
+    play.window.studio.release_stop()
+    kit.pace = PACE
+    play.press(getattr(dialog.step, name))
+    assert words not in dialog.step.box.words.text()
+
+
+class LateKit(PaddleKit):
+    """A kit that hears nothing for 40 ms, once, in the midst of a push."""
+
+    late, mute = False, 0
+
+    def tell(self, *messages):
+        pushed = max((abs(m.force) for m in messages if isinstance(m, Force)), default=0.0)
+        if self.late and pushed and self.pwm:
+            self.late, self.mute = False, 40
+        if not self.mute or not pushed:
+            super().tell(*messages)
+        self.mute = max(self.mute - 1, 0)
+
+
+def test_carrying_again_after_the_computer_was_late(played):
+    play = played(kit=LateKit(pace=PACE))
+    play.direct()
+    play.dialog.go(4)
+    step = play.dialog.step
+    play.kit.late = True
+    play.hang(0.0)
+    play.press(step.carry)
+    assert "This computer was late" in step.box.words.text()
+    play.hang(0.0)
+    play.press(step.carry)
+    assert "0 g took" in step.box.words.text()
+
+
+def test_a_stop_that_was_pressed_before_it_opened_holds(played, idle_window):
+    idle_window.studio.stop()
+    play = played()
+    play.dialog.go(3)
+    play.press(play.dialog.step.push)
+    assert "Stopped" in play.dialog.step.box.words.text()
+    assert not any(play.kit.forces)
+
+
+@pytest.mark.parametrize("fails", ["board", "file"])
+def test_saving_that_failed_is_said_and_tried_again(played, monkeypatch, fails):
+    play = played()
+    play.dialog.go(6)
+    save = play.dialog.save_step
+
+    def refuse(*_words):
+        raise (
+            NoDataError("Silent.") if fails == "board" else PermissionError(13, "Permission denied", "x.toml")
+        )
+
+    with monkeypatch.context() as patched:
+        target = (play.kit, "save") if fails == "board" else (calibration_file, "write")
+        patched.setattr(*target, refuse)
+        play.press(save.save)
+        assert save.result is None
+        assert save.box.words.text() == ("Silent." if fails == "board" else "Permission denied: x.toml.")
+    play.press(save.save)
+    assert save.result.good
+
+
+def test_a_board_whose_owner_is_destroyed_is_let_go(qtbot):
+    kit, owner = PaddleKit(pace=PACE), QObject()
+    board = BoardThread(lambda: kit, lambda runner: runner, owner)
+    board.start()
+    qtbot.waitUntil(lambda: board.runner is not None)
+    shiboken6.delete(owner)
+    qtbot.waitUntil(lambda: kit.hello is None)

@@ -1,0 +1,242 @@
+"""Set up my Hapkit, played through: what it finds, says and draws, by kit and for mistakes."""
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QPushButton
+
+from hapkit_studio.devices import calibration_file, profiles
+from hapkit_studio.devices.profiles import quantum_of
+from hapkit_studio.protocol.messages import Origin
+from tests.devices.paddle_kit import PaddleKit
+from tests.gui.wizard.support import PACE
+
+PLACES = (0.0, -0.02, 0.02, 0.0)
+
+
+def test_a_kit_with_everything_wrong_is_set_up(played, tmp_path):
+    play = played(sense=-1, direction=-1, magnet=700.0, torque=0.7 * 0.0183)
+    dialog, kit = play.dialog, play.kit
+    connect, sensor, scale, direction, strength, friction, save = dialog.steps
+    play.press(connect.take)
+    dialog.next.click()
+    play.end_to_end()
+    play.press(sensor.start_button)
+    assert sensor.result.key == "inverted"
+    dialog.next.click()
+    for place in (0.0, -0.02, 0.02, 0.0):
+        play.lead(place)
+        assert scale.place.si == pytest.approx(place)
+        play.press(scale.take)
+    play.press(scale.apply)
+    assert scale.result.good
+    dialog.next.click()
+    play.let_go()
+    play.press(direction.push)
+    assert direction.result.good
+    assert kit.settings_now.direction == -1
+    dialog.next.click()
+    for mass in (0.0, 0.05, 0.1):
+        assert strength.mass.si == pytest.approx(mass)
+        play.hang(mass)
+        play.press(strength.carry)
+        kit.weight = 0.0
+    play.press(strength.use)
+    assert kit.settings_now.motor_constant == pytest.approx(0.7 * 0.0183, rel=0.05)
+    dialog.next.click()
+    play.let_go()
+    play.press(friction.sweep)
+    assert "±" in friction.found["mass"].text()
+    dialog.next.click()
+    save.label.setText("red 7")
+    play.press(save.save)
+    assert kit.stored.label == "red 7"
+    assert kit.origin == Origin.STORED
+    (file,) = (tmp_path / "calibrations").glob("*.toml")
+    assert calibration_file.read(file).sense == -1
+    assert [step.result is not None for step in dialog.steps] == [True] * 7
+    save.undo.click()
+    assert kit.stored.label == "red 7"  # it asks first
+    play.press(save.undo_all)
+    assert kit.stored.label == "Hapkit"
+    assert [step.result for step in dialog.steps] == [None] * 7
+    assert not any(done for done, _words in dialog.notes().values())
+    assert all(dialog.list.item(row).toolTip() == "not done yet" for row in range(7))
+    assert friction.found["mass"].text() == "–"
+    assert dialog.index == 0
+
+
+def test_a_skipped_step_says_what_is_assumed(played):
+    play = played()
+    dialog = play.dialog
+    for index in range(6):
+        assert dialog.step.if_skipped in dialog.step.hint.text()
+        dialog.skip.click()
+        assert dialog.step.if_skipped
+        assert "Left out" in dialog.list.item(index).toolTip()
+    assert all(step.if_skipped in dialog.step.assumptions.text() for step in dialog.steps[:-1])
+
+
+def test_no_supply_offers_the_questions_and_the_search(played):
+    play = played(supply=0.0)
+    play.dialog.go(3)
+    step = play.dialog.step
+    play.press(step.push)
+    assert step.result.key == "no motion"
+    assert "supply" in step.box.remedy.text()
+    assert step.find_dead_band.isVisible()
+    play.press(step.find_dead_band)
+    assert "supply" in step.box.words.text()
+
+
+def test_the_hand_of_a_board_that_has_one_is_dragged_in_the_picture(played, qtbot):
+    play = played()
+    dialog, kit = play.dialog, play.kit
+    led = []
+    kit.move_hand = led.append
+    dialog.go(2)
+    view = dialog.step.handle
+    middle = view.rect().center()
+    qtbot.mouseClick(view, Qt.MouseButton.LeftButton, pos=middle)
+    assert led == []
+    kit.hand = True
+    view.set_hand_enabled(dialog.board.has_hand)
+    qtbot.mousePress(view, Qt.MouseButton.LeftButton, pos=middle)
+    assert led[-1] == pytest.approx(0.0, abs=3e-4)
+    view.let_go.click()
+    assert led[-1] is None
+    kit.hand = None
+
+
+@pytest.mark.parametrize("size", [(860, 560), (1060, 672)])
+def test_words_are_whole_and_controls_named(played, qtbot, size):
+    play = played()
+    dialog = play.dialog
+    dialog.resize(*size)
+    for index in range(7):
+        dialog.go(index)
+        qtbot.wait(20)
+        step = dialog.step
+        assert step.width() <= step.parentWidget().width(), "it does not scroll sideways"
+        for label in step.findChildren(QLabel):
+            if label.isVisible() and label.text() and not label.wordWrap():
+                assert label.sizeHint().width() <= label.width() + 1, label.text()
+        for button in step.findChildren(QPushButton):
+            assert button.text()
+            assert button.sizeHint().width() <= button.width() or not button.isVisible(), button.text()
+
+
+class EncoderKit(PaddleKit):
+    """An encoder on the motor: it begins at 0 and counts both ways, 16 bits."""
+
+    def __init__(self, **truth):
+        board = profiles.named("hapkit-encoder").board
+        super().__init__(board, sector=board.sector_radius, **truth)
+        self.count_length = quantum_of(board)
+
+    def _raw(self):
+        return self._steps() % 2**16
+
+    def _sample(self):
+        board = self.settings_now
+        return replace(super()._sample(), count=board.sense * (self._steps() - board.zero))
+
+    def _steps(self):
+        return math.floor(self.x / self.count_length)
+
+
+def taken(play):
+    """Have every mark taken on the step in sight."""
+    for place in PLACES:
+        play.lead(place)
+        play.press(play.dialog.step.take)
+
+
+@pytest.fixture
+def diameter(played):
+    """Return a set-up at Zero and scale with the pulley's diameter for its radius, every mark taken."""
+    play = played()
+    play.dialog.go(2)
+    step = play.dialog.step
+    step.radii["pulley_radius"].show_si(0.010)
+    play.press(step.set_radii)
+    taken(play)
+    return play
+
+
+def test_the_right_radius_is_checked_against_the_marks_there_are(diameter):
+    play, step = diameter, diameter.dialog.step
+    assert "10.0 mm looks like the pulley's diameter" in step.box.words.text()
+    assert "Type 5.0 mm for the pulley" in step.box.remedy.text()
+    assert not step.set_radii.isEnabled()  # the board has what is shown
+    assert play.dialog.focusWidget() not in (step.take, step.apply)
+    step.radii["pulley_radius"].show_si(0.005)
+    play.press(step.set_radii)
+    assert len(play.dialog.board.subject.marks) == len(PLACES)
+    assert "the radii make 20.74" in step.box.words.text()
+    assert play.dialog.focusWidget() is step.apply
+    play.press(step.apply)
+    assert step.result.good
+    assert play.dialog.focusWidget() is play.dialog.next
+
+
+def test_a_scale_in_force_says_which_radius_gave_way(diameter):
+    play, step = diameter, diameter.dialog.step
+    play.press(step.apply)
+    assert play.kit.settings_now.pulley_radius == pytest.approx(0.005, rel=0.01)
+    assert "The pulley's radius rp counts as 5.0" in step.box.words.text()
+    assert "now, not 10.00 mm" in step.box.words.text()
+    assert step.result.good
+    assert "assumed" not in step.hint.text()
+
+
+def test_an_encoder_counts_both_ways(played):
+    play = played(kit=EncoderKit(pace=PACE))
+    sensor = play.dialog.steps[1]
+    play.dialog.go(1)
+    play.end_to_end()
+    play.press(sensor.start_button)
+    reach = math.floor(0.048 / play.kit.count_length)
+    low, high = (int(n) for n in re.findall(r"-?\d+", sensor.box.words.text().replace("−", "-"))[:2])
+    assert (low, high) == (pytest.approx(-reach, abs=2), pytest.approx(reach, abs=2))
+    bottom, top = sensor.plot.getViewBox().viewRange()[1]
+    assert bottom == -top < low
+    assert np.ptp(sensor.plot.values) < 3 * reach
+
+
+@pytest.mark.parametrize(("kit", "words"), [(EncoderKit, "in the middle:"), (PaddleKit, "within 8")])
+def test_how_to_switch_on_depends_on_the_sensor(played, kit, words):
+    play = played(kit=kit(pace=PACE))
+    play.dialog.go(6)
+    play.press(play.dialog.save_step.save)
+    assert words in play.dialog.save_step.box.words.text()
+
+
+def test_the_drawing_is_of_the_way_that_is_chosen(played):
+    play = played()
+    play.direct()
+    play.dialog.go(4)
+    step = play.dialog.step
+    assert (step.drawing.weight, step.drawing.scale) == ("0", False)
+    play.hang(0.0)
+    play.press(step.carry)
+    assert "hang 50 g on it" in step.box.remedy.text()
+    assert step.drawing.weight == "50"
+    step.method.button(1).click()
+    assert (step.drawing.weight, step.drawing.scale) == (None, True)
+
+
+def test_a_handle_that_ran_away_is_to_be_held_again(played):
+    play = played()
+    play.direct()
+    play.dialog.go(4)
+    step = play.dialog.step
+    play.hang(0.1)
+    play.kit.weight = -9.0  # N, more than a motor carries
+    play.press(step.carry)
+    assert step.result is None
+    assert "Hold the handle in the middle again" in step.box.remedy.text()
