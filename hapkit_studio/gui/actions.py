@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar
 
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui import tabs
+from hapkit_studio.gui import pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 from hapkit_studio.gui.header import fill_frames_menu, fill_menu
 from hapkit_studio.gui.live.time_plots import SPANS
@@ -116,7 +116,7 @@ def _span(seconds: float) -> Action:
 
 def _views() -> tuple[Action, ...]:
     """Return one action per view, in the order of the header."""
-    named = [("live", "Live"), *((tab.key, tab.title) for tab in tabs.discover().values())]
+    named = [("live", "Live"), *((tab.key, tab.title) for tab in pages.discover().values())]
 
     def go(key: str) -> Callable[["MainWindow"], object]:
         return lambda window: window.views.show(key)

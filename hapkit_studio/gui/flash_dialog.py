@@ -11,9 +11,9 @@ from hapkit_studio.devices.avrdude import CONNECTING, VERIFYING, WRITING
 from hapkit_studio.devices.flash import Flashed
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import AvrdudeMissingError, ParameterError
+from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.dialogs import FormSheet
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.tabs.job import Job, Progress
 
 STAGES = (CONNECTING, WRITING, VERIFYING)
 _WORDS = ("Looking for the boot loader…", "Writing…", "Verifying…")

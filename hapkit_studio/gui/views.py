@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
-from hapkit_studio.gui import tabs
-from hapkit_studio.gui.tabs.base import Page
+from hapkit_studio.gui import pages
+from hapkit_studio.gui.pages.base import Page
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
@@ -23,7 +23,7 @@ class Views(QObject):
         super().__init__(window)
         self._window = window
         self._bar, self._centre, self._desk = window.header.tabs, window.centre, window.desk
-        self._library = tabs.discover()
+        self._library = pages.discover()
         self._pages: dict[str, Page] = {}
         self._shown: Page | None = None
         self._room = (0, 0)

@@ -26,8 +26,8 @@ from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.workshop import folder
+from hapkit_studio.workshop.folder import Template
 from hapkit_studio.workshop.source import Source
-from hapkit_studio.workshop.templates import Template
 
 _SIDE = 16
 _ICONS = {"two_walls": "wall", "mass_on_a_spring": "mass_spring_damper"}

@@ -7,7 +7,8 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.panel.limits import MarginWorker, steady_delay
+from hapkit_studio.gui.background import LatestAnswer
+from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.rows import ChoiceRow
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -77,9 +78,9 @@ class Found:
 
 def solve(question: Limits) -> Found:
     """Compute both limits."""
-    from hapkit_studio.analysis import plane  # off the first picture's way
+    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
 
-    limits = [None if s is None else plane.limit(s, question.damping) for s in question.settings]
+    limits = [None if s is None else kb_plane.limit(s, question.damping) for s in question.settings]
     return Found(question, (limits[0], limits[1]))
 
 
@@ -221,10 +222,10 @@ class WhereSwitch(QWidget):
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__(parent)
         self._studio = studio
-        self._worker = MarginWorker(solve, self)
+        self._worker = LatestAnswer(solve, self)
         self._worker.answered.connect(self._take)
         self._found: Found | None = None
-        self._finder = MarginWorker(_find, self)
+        self._finder = LatestAnswer(_find, self)
         self._finder.answered.connect(self._take_cheaper)
         self._cheaper: Cheaper | None = None
         self.label = QLabel("Rendered by")

@@ -8,10 +8,11 @@ from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
 from PySide6.QtGui import QBrush, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.margin import hand_words, short, verdict
-from hapkit_studio.analysis.scales import height, nice_width
+from hapkit_studio.analysis.stability.axes import height, nice_width
+from hapkit_studio.analysis.stability.margin import hand_words, short, verdict
 from hapkit_studio.dynamics.estimators import ESTIMATORS
-from hapkit_studio.gui.panel.limits import Answer, LoopFacts, MarginWorker, Question
+from hapkit_studio.gui.background import LatestAnswer
+from hapkit_studio.gui.panel.limits import Answer, LoopFacts, Question, answer
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.style import mark
@@ -218,10 +219,10 @@ class StabilityCard(QWidget):
     judged = Signal(str, str, str)
     crossed = Signal(object)
 
-    def __init__(self, studio: Studio, worker: MarginWorker | None = None, parent: QWidget | None = None):
+    def __init__(self, studio: Studio, worker: LatestAnswer | None = None, parent: QWidget | None = None):
         super().__init__(parent)
         self._studio = studio
-        self._worker = worker or MarginWorker(parent=self)
+        self._worker = worker or LatestAnswer(answer, self)
         self.facts = LoopFacts(studio, self)
         self._sign = ("check", "ok")
         self._judged: Answer | None = None

@@ -7,8 +7,7 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import failures, named
-from hapkit_studio.analysis.failures.base import MEASURED, OTHER, THEORY
-from hapkit_studio.analysis.failures.shown import show
+from hapkit_studio.analysis.failures.base import MEASURED, OTHER, THEORY, show
 from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
