@@ -245,16 +245,6 @@ def test_a_slow_link_is_none_for_the_board(setup):
     assert not setup.told(Stop)
 
 
-<<<<<<< HEAD
-@with_desk(values={"stiffness": 100.0})
-def test_what_a_link_allows_is_said_where_it_is_too_little(desk):
-    assert on_board.link_warning(desk.engine) == on_board.UNKNOWN
-    desk.run(40)
-    assert on_board.link_warning(desk.engine) == ""
-    desk.engine.set_parameter("stiffness", 2000.0)
-    words = on_board.link_warning(desk.engine)
-    limit = on_board.rendering_limit(desk.engine, "computer")
-=======
 @with_board(values={"stiffness": 100.0})
 def test_what_a_link_allows_is_said_where_it_is_too_little(setup):
     assert on_board.link_warning(setup.engine) == on_board.UNKNOWN
@@ -263,13 +253,8 @@ def test_what_a_link_allows_is_said_where_it_is_too_little(setup):
     setup.engine.set_parameter("stiffness", 2000.0)
     words = on_board.link_warning(setup.engine)
     limit = on_board.rendering_limit(setup.engine, "computer")
->>>>>>> main
     assert words.startswith(f"The measured delay of 0.5 ms allows {limit:,.0f} N/m at most")
     assert words.endswith(
         "2,000 N/m are in force: it may swing. Lower the stiffness, or let the board render."
     )
-<<<<<<< HEAD
-    assert on_board.rendering_rate(desk.engine, "computer") == 1000.0
-=======
     assert on_board.rendering_rate(setup.engine, "computer") == 1000.0
->>>>>>> main
