@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.parameters import Parameter, check_number
+from hapkit_studio.parameters import Parameter
 
 # More than any device renders; arithmetic is safe up to there.
 MOST = 1e9
@@ -13,11 +13,6 @@ STIFFNESS = Parameter("stiffness", "The stiffness", "N/m", 0.0, 0.0, MOST)
 DAMPING = Parameter("damping", "The virtual damping", "N·s/m", 0.0, 0.0, MOST)
 # Periods from a sample to its force: so many turns of the phase are looked at one by one.
 MOST_LATE = 2000.0
-
-
-def check_number(value: object, name: str, unit: str, above: bool) -> None:
-    """Raise ParameterError unless a value is a number from 0, or above it, to 1e9."""
-    check_number(value, name, unit, above=above, high=MOST)
 
 
 def check_delay(rate: float, delay: float) -> None:
