@@ -143,7 +143,7 @@ def flash(
     return Flashed(len(checked.data), speed, time.monotonic() - begin)
 
 
-def greet(port: str, progress: Progress = no_progress) -> Hello:
+def read_hello(port: str, progress: Progress = no_progress) -> Hello:
     """Return what the firmware on a port says about itself; raise DeviceError."""
     progress(STARTING, 0.0)
     board = HapkitBoard(port)

@@ -111,12 +111,12 @@ class Late(PaddleKit):
         super().__init__()
         self.times, self.mute = times, 0
 
-    def tell(self, *messages):
+    def send_messages(self, *messages):
         pushed = max((abs(m.force) for m in messages if isinstance(m, Force)), default=0.0)
         if pushed >= 0.1 and self.times and not self.mute and abs(self.pwm):
             self.times, self.mute = self.times - 1, 40
         if not self.mute or not pushed:
-            super().tell(*messages)
+            super().send_messages(*messages)
         self.mute = max(self.mute - 1, 0)
 
 
