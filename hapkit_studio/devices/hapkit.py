@@ -37,7 +37,11 @@ from hapkit_studio.protocol.messages import (
 
 
 def _claim(line: Any) -> None:
-    """Let the system refuse whoever else opens the port, but root; where it cannot, nothing changes."""
+    """Let the system refuse whoever else opens the port, but root; where it cannot, nothing changes.
+
+    A serial monitor would take half of the frames and restart the board; pyserial's own lock is only heeded
+    by those who ask for it.
+    """
     _set_exclusive(line, "TIOCEXCL")
 
 

@@ -145,7 +145,10 @@ STUDIO = "Hapkit Studio"
 
 
 def holder(port: str) -> str:
-    """Return the name and number of another program that has a port open; nothing where nobody can tell."""
+    """Return the name and number of another program that has a port open; nothing where nobody can tell.
+
+    Linux shows what one's own programs have open.
+    """
     real, own = os.path.realpath(port), str(os.getpid())
     for process in _processes():
         if process.name != own and any(_leads_to(file, real) for file in _files(process)):

@@ -1,13 +1,18 @@
 """The compiled part of the velocity estimators: one measured position in, one velocity out.
 
 Coefficients come from ``filter_design``; what a method keeps from sample to sample is its memory.
+
+First-order adaptive windowing takes the longest line that fits the newest samples (Janabi-Sharifi, Hayward
+and Chen, IEEE Trans. Control Systems Technology 8(6), 2000, the best-fit variant): a line of least squares
+as long as no sample lies farther from it than the sensor's noise. It is long and smooth when slow, short and
+quick at an impact. Samples carry their age, so that a late one tilts no line.
 """
 
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled, internal
 
-LONGEST = 16
+LONGEST = 16  # periods in the window of adaptive windowing
 # A sample of a quantised motion often lies just at the tolerance: it does not fit, whatever rounding says.
 _TIE = 1.0 - 1e-9
 _BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST

@@ -96,7 +96,9 @@ def test_what_moves_by_itself_is_left_out_where_the_direction_is_wrong():
 
 def test_a_board_that_does_not_go_off_gets_no_more_force():
     kit = PaddleKit()
-    kit.tell = lambda *messages, tell=kit.tell: tell(*[m for m in messages if type(m).__name__ != "Stop"])
+    kit.send_messages = lambda *messages, send=kit.send_messages: send(
+        *[m for m in messages if type(m).__name__ != "Stop"]
+    )
     runner = BoardRunner(kit)
     runner.open()
     report = run_all(runner)
@@ -142,7 +144,7 @@ def test_a_computer_that_is_always_late_is_told_so_and_not_the_kit():
 
 def test_a_board_that_heard_its_last_force_late_is_no_board_that_stays_on():
     kit, waiting = PaddleKit(), []
-    hear, kit.tell = kit.tell, lambda *messages: waiting.append((kit.time, messages))
+    hear, kit.send_messages = kit.send_messages, lambda *messages: waiting.append((kit.time, messages))
 
     def late(_kit):
         """Pass everything on 80 ms later, as a computer does that was away for a while."""
