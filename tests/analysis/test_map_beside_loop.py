@@ -11,14 +11,14 @@ from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
-from tests.haptics import engine_support
+from tests.haptics import support
 
 SAMPLES, TIMES = 1000, 3
 
 
 def late_share(reader) -> float:
     """Return the share of samples later than half a period, the smallest of some: other programs run too."""
-    found = [engine_support.rest(reader, SAMPLES)[-SAMPLES:] for _ in range(TIMES)]
+    found = [support.rest(reader, SAMPLES)[-SAMPLES:] for _ in range(TIMES)]
     return min(float((f[:, rows.LATENESS] > 0.5 * f[:, rows.PERIOD]).mean()) for f in found)
 
 

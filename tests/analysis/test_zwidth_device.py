@@ -19,7 +19,7 @@ from hapkit_studio.haptics import arrays, block, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.fences import store_release
 from tests.firmware.vb import needs_board
-from tests.haptics.engine_support import rest
+from tests.haptics.support import rest
 
 BEFORE = {"stiffness": 123.0, "damping": 4.0}
 ONE_TRIAL = Care(softest=300.0, highest=300.0)

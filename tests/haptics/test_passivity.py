@@ -11,7 +11,7 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed, hand_named
 from hapkit_studio.haptics import arrays, headless, passivity, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
-from tests.haptics.support import CONSTANT, COUNTING, Bench
+from tests.haptics.support import CONSTANT, COUNTING, LoopHarness
 
 LIBRARY = environments.discover()
 SPRING, WALL = LIBRARY["spring"], LIBRARY["wall"]
@@ -154,82 +154,82 @@ def test_damping_of_long_ago_excuses_nothing():
 # --- where it begins anew
 
 
-def given(bench):
-    return bench.r.watch[passivity.GIVEN]
+def given(harness):
+    return harness.r.watch[passivity.GIVEN]
 
 
-def strokes(bench, count):
+def strokes(harness, count):
     """Move to and fro under a force that always pushes on; return the rows."""
     x = 1e-3 * (np.arange(count) % 2)
-    return bench.run(x, np.where(np.arange(count) % 2, 1.0, -1.0))
+    return harness.run(x, np.where(np.arange(count) % 2, 1.0, -1.0))
 
 
 def busy(**wanted):
-    bench = Bench(CONSTANT, quantum=0.0, **wanted)
-    strokes(bench, 200)
-    assert given(bench) == pytest.approx(0.199, rel=1e-9)
-    return bench
+    harness = LoopHarness(CONSTANT, quantum=0.0, **wanted)
+    strokes(harness, 200)
+    assert given(harness) == pytest.approx(0.199, rel=1e-9)
+    return harness
 
 
 @pytest.mark.parametrize("change", ["number", "choice", "law", "rate", "estimator", "sensor", "damping"])
 def test_begins_anew_after_a_change(change):
-    bench = busy()
+    harness = busy()
     if change == "number":
-        bench.set(CONSTANT, {"level": 2.0})
+        harness.set(CONSTANT, {"level": 2.0})
     elif change == "choice":
-        bench.set(CONSTANT, {"place": "d"})
+        harness.set(CONSTANT, {"place": "d"})
     elif change == "law":
-        bench.set(COUNTING)
+        harness.set(COUNTING)
     elif change == "rate":
-        bench.rate = 2000.0
-        bench.set(CONSTANT)
+        harness.rate = 2000.0
+        harness.set(CONSTANT)
     else:
         other = {"estimator": {"estimator": "iir"}, "sensor": {"quantum": 1e-6}, "damping": {"viscous": 0.1}}
-        bench.set(CONSTANT, **other[change])
-    bench.tick(1e-3, 1.0)
-    assert given(bench) == 0.0
-    assert not int(bench.tick(1e-3)[rows.FLAGS]) & rows.ACTIVE
+        harness.set(CONSTANT, **other[change])
+    harness.tick(1e-3, 1.0)
+    assert given(harness) == 0.0
+    assert not int(harness.tick(1e-3)[rows.FLAGS]) & rows.ACTIVE
 
 
 def test_goes_on_while_the_hand_moves():
-    bench = busy()
-    bench.set(CONSTANT, target=0.01)
-    bench.tick(1e-3)
-    assert given(bench) == pytest.approx(0.199, rel=1e-9)
+    harness = busy()
+    harness.set(CONSTANT, target=0.01)
+    harness.tick(1e-3)
+    assert given(harness) == pytest.approx(0.199, rel=1e-9)
 
 
 def test_begins_anew_when_a_stop_is_released_and_a_fault_cleared():
-    bench = busy()
-    bench.stop()
-    assert int(bench.tick(1e-3, 1.0)[rows.FLAGS]) == rows.STOPPED
-    bench.stop(False)
-    assert given(bench) == 0.0
-    out = strokes(bench, 200)
+    harness = busy()
+    harness.stop()
+    assert int(harness.tick(1e-3, 1.0)[rows.FLAGS]) == rows.STOPPED
+    harness.stop(False)
+    assert given(harness) == 0.0
+    out = strokes(harness, 200)
     assert not np.any(out[:30, rows.FLAGS].astype(int) & rows.ACTIVE)
-    assert given(bench) > 0.1
-    bench.r.control[arrays.FAULT] = arrays.RUNAWAY
-    bench.tick(1e-3, 1.0)
-    bench.clear_fault()
-    bench.tick(1e-3)
-    assert given(bench) == 0.0
+    assert given(harness) > 0.1
+    harness.r.control[arrays.FAULT] = arrays.RUNAWAY
+    harness.tick(1e-3, 1.0)
+    harness.clear_fault()
+    harness.tick(1e-3)
+    assert given(harness) == 0.0
 
 
 def test_asks_the_law_without_moving_its_state():
-    bench = Bench(COUNTING)
-    counts = bench.ticks(0.2)[:, rows.STATE]
+    harness = LoopHarness(COUNTING)
+    counts = harness.ticks(0.2)[:, rows.STATE]
     np.testing.assert_array_equal(counts, np.arange(1.0, 201.0))
-    assert bench.r.word[arrays.ASKED] > passivity.CELLS
+    assert harness.r.word[arrays.ASKED] > passivity.CELLS
 
 
 @pytest.mark.parametrize("told", [True, False])
 def test_what_a_moving_object_holds_may_be_given_back(told):
     """A puck is shoved, a number changed while it flies, and the handle gives way as it comes back."""
     puck = LIBRARY["puck"] if told else replace(LIBRARY["puck"], stored=None)
-    bench, force, found = Bench(puck, quantum=0.0, viscous=0.5), 0.0, []
+    harness, force, found = LoopHarness(puck, quantum=0.0, viscous=0.5), 0.0, []
     for k in range(600):
         if k == 100:
-            bench.set(puck, {"friction": 0.01})
-        found.append(bench.tick(-0.005 + 0.3 * PERIOD * min(k, 60) - 0.1 * PERIOD * max(k - 160, 0), force))
+            harness.set(puck, {"friction": 0.01})
+        found.append(harness.tick(-0.005 + 0.3 * PERIOD * min(k, 60) - 0.1 * PERIOD * max(k - 160, 0), force))
         force = found[-1][rows.APPLIED]
     out = np.array(found)
     assert out[-1, rows.ENERGY] - out[100, rows.ENERGY] > 5e-3

@@ -13,7 +13,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, block, headless, passivity, rows
 from hapkit_studio.haptics.passivity import FELT, most_damping
 from hapkit_studio.haptics.settings_writer import LoopSettings
-from tests.haptics.support import BROKEN, CONSTANT, Bench
+from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
 
 LIBRARY = environments.discover()
 SPRING = LIBRARY["spring"]
@@ -88,10 +88,10 @@ def test_its_damping_alone_would_be_stable():
 
 
 def test_its_force_is_a_share_of_the_devices():
-    bench = Bench(CONSTANT, {"level": 0.0}, quantum=0.0, max_force=2.0, max_speed=20.0)
-    bench.r.block_values[block.DAMPER] = most_damping(100.0, PERIOD, 0.0)
+    harness = LoopHarness(CONSTANT, {"level": 0.0}, quantum=0.0, max_force=2.0, max_speed=20.0)
+    harness.r.block_values[block.DAMPER] = most_damping(100.0, PERIOD, 0.0)
     x = 0.01 * (np.arange(300) % 2)
-    out = bench.run(x, np.where(np.arange(300) % 2, 2.0, -2.0))
+    out = harness.run(x, np.where(np.arange(300) % 2, 2.0, -2.0))
     damped = out[:, rows.FLAGS].astype(int) & rows.DAMPED > 0
     assert damped[-100:].all()
     np.testing.assert_array_equal(out[:, rows.ASKED], 0.0)
@@ -105,27 +105,27 @@ def test_its_force_is_a_share_of_the_devices():
 
 @pytest.mark.parametrize("how", ["nan", "inf", "minus inf", "index"])
 def test_a_broken_law_is_still_stopped(how):
-    bench = Bench(BROKEN, {"how": how})
-    bench.r.block_values[block.DAMPER] = 10.0
-    bench.ticks(0.2)
-    row = bench.tick(0.01)
+    harness = LoopHarness(BROKEN, {"how": how})
+    harness.r.block_values[block.DAMPER] = 10.0
+    harness.ticks(0.2)
+    row = harness.tick(0.01)
     assert row[rows.APPLIED] == 0.0
     assert row[rows.FLAGS] == rows.FAULT
-    assert bench.r.control[arrays.FAULT] in (arrays.NOT_A_NUMBER, arrays.LAW_INDEX)
+    assert harness.r.control[arrays.FAULT] in (arrays.NOT_A_NUMBER, arrays.LAW_INDEX)
 
 
 def test_stop_and_over_speed_win():
-    bench = Bench(CONSTANT, {"level": 0.0}, quantum=0.0, max_speed=20.0)
-    bench.r.block_values[block.DAMPER] = 10.0
+    harness = LoopHarness(CONSTANT, {"level": 0.0}, quantum=0.0, max_speed=20.0)
+    harness.r.block_values[block.DAMPER] = 10.0
     x, effects = 0.01 * (np.arange(300) % 2), np.where(np.arange(300) % 2, 2.0, -2.0)
-    assert bench.run(x, effects)[-1, rows.APPLIED] != 0.0
-    bench.stop()
-    np.testing.assert_array_equal(bench.run(x, effects)[:, rows.APPLIED], 0.0)
-    bench.stop(False)
-    assert bench.run(x, effects)[-1, rows.APPLIED] != 0.0
-    row = bench.tick(0.05, 2.0)
+    assert harness.run(x, effects)[-1, rows.APPLIED] != 0.0
+    harness.stop()
+    np.testing.assert_array_equal(harness.run(x, effects)[:, rows.APPLIED], 0.0)
+    harness.stop(False)
+    assert harness.run(x, effects)[-1, rows.APPLIED] != 0.0
+    row = harness.tick(0.05, 2.0)
     assert row[rows.APPLIED] == 0.0
-    assert bench.r.control[arrays.FAULT] == arrays.OVER_SPEED
+    assert harness.r.control[arrays.FAULT] == arrays.OVER_SPEED
 
 
 # --- the ways to it

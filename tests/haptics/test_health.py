@@ -1,19 +1,65 @@
-"""What a latched fault says: the reason, value and limit in words, and what to do."""
+"""The lateness histogram, and what a latched fault says."""
 
 import math
 
+import numpy as np
 import pytest
 
 from hapkit_studio.haptics import arrays, block, health
-from tests.haptics.support import BROKEN, CONSTANT, Bench
+from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
+
+
+def filled(lateness):
+    bins = health.new_histogram()
+    for value in lateness:
+        health.add_lateness(bins, float(value))
+    return bins
+
+
+def width(us):
+    return 1.0 if us < 1e3 else 10.0 if us < 1e4 else 100.0
+
+
+@pytest.mark.parametrize("median", [5e-6, 40e-6, 2e-3, 20e-3])
+def test_percentiles_are_those_of_numpy(median, rng):
+    lateness = median * np.exp(rng.normal(0.0, 0.4, 5000))
+    found = health.lateness_percentiles(filled(lateness))
+    for name, q in (("p50", 50.0), ("p99", 99.0), ("p99.9", 99.9), ("max", 100.0)):
+        exact = 1e6 * np.percentile(lateness, q, method="inverted_cdf")
+        assert exact <= found[name] <= exact + width(exact) * (1.0 + 1e-9)
+
+
+def test_every_lateness_is_counted_in_its_bin():
+    us = np.concatenate(
+        (np.arange(1000) + 0.5, 1000 + 10 * np.arange(900) + 5, 1e4 + 100 * np.arange(900) + 50)
+    )
+    bins = filled(1e-6 * us)
+    assert bins[-1] == 0
+    np.testing.assert_array_equal(bins[:-1], 1)
+    np.testing.assert_allclose(health.LATENESS_EDGES_US[:-1] - us, [width(u) / 2.0 for u in us])
+
+
+@pytest.mark.parametrize("lateness", [0.1, 5.0, np.inf, np.nan])
+def test_what_lies_beyond_is_counted_as_beyond(lateness):
+    assert filled([lateness])[-1] == 1
+    assert health.lateness_percentiles(filled([1e-5, lateness]))["max"] == 100_000.0
+
+
+@pytest.mark.parametrize("lateness", [-1e-6, -5.0, 0.0])
+def test_early_is_not_late(lateness):
+    assert filled([lateness])[0] == 1
+
+
+def test_nothing_counted_is_zero():
+    assert health.lateness_percentiles(health.new_histogram()) == {"p50": 0, "p99": 0, "p99.9": 0, "max": 0}
 
 
 def words(code, value=0.0, position=0.0, line=0, **wanted):
-    bench = Bench(CONSTANT, **wanted)
-    bench.tick()
-    bench.r.real[arrays.FAULT_VALUE], bench.r.real[arrays.FAULT_POSITION] = value, position
-    bench.r.fault[1] = line
-    fault = health.describe_fault(code, bench.r)
+    harness = LoopHarness(CONSTANT, **wanted)
+    harness.tick()
+    harness.r.real[arrays.FAULT_VALUE], harness.r.real[arrays.FAULT_POSITION] = value, position
+    harness.r.fault[1] = line
+    fault = health.describe_fault(code, harness.r)
     assert fault.code == code
     assert "\n" not in fault.text
     return f"{fault.text} {fault.detail}"
@@ -79,10 +125,10 @@ def test_every_fault_has_its_words(code, given, said):
 
 
 def test_every_code_is_described():
-    bench = Bench(CONSTANT)
-    assert health.describe_fault(arrays.NO_FAULT, bench.r) is None
+    harness = LoopHarness(CONSTANT)
+    assert health.describe_fault(arrays.NO_FAULT, harness.r) is None
     for code in range(arrays.NOT_A_NUMBER, arrays.SLOW_LINK + 1):
-        assert health.describe_fault(code, bench.r).text
+        assert health.describe_fault(code, harness.r).text
 
 
 def test_the_limit_said_is_the_limit_in_force():
@@ -91,10 +137,10 @@ def test_the_limit_said_is_the_limit_in_force():
 
 @pytest.mark.parametrize("how", ["index", "fuel"])
 def test_the_line_said_is_the_law_s(how):
-    bench = Bench(BROKEN, {"how": how})
-    bench.tick(0.0)
-    bench.tick(0.0055)
-    text = health.describe_fault(int(bench.r.control[arrays.FAULT]), bench.r).text
+    harness = LoopHarness(BROKEN, {"how": how})
+    harness.tick(0.0)
+    harness.tick(0.0055)
+    text = health.describe_fault(int(harness.r.control[arrays.FAULT]), harness.r).text
     source = BROKEN.force.function.__code__
     line = int(text.split("line ")[1].split(" ")[0])
     with open(source.co_filename, encoding="utf-8") as file:
@@ -103,18 +149,18 @@ def test_the_line_said_is_the_law_s(how):
 
 
 def test_the_value_said_is_the_one_that_latched():
-    bench = Bench(CONSTANT, max_speed=3.0)
-    bench.run([0.0, 0.0034])
-    assert bench.r.values[block.MAX_SPEED] == 3.0
-    assert "3.4 m/s" in health.describe_fault(arrays.OVER_SPEED, bench.r).text
+    harness = LoopHarness(CONSTANT, max_speed=3.0)
+    harness.run([0.0, 0.0034])
+    assert harness.r.values[block.MAX_SPEED] == 3.0
+    assert "3.4 m/s" in health.describe_fault(arrays.OVER_SPEED, harness.r).text
 
 
 @pytest.mark.parametrize(("speed", "said"), [(3.4, "3.4"), (3.04, "3.04"), (3.0004, "3.0004")])
 def test_a_speed_is_written_so_that_it_is_above_its_limit(speed, said):
-    bench = Bench(CONSTANT, max_speed=3.0)
-    rig_of = bench.r
-    bench.tick()
-    bench.tick(speed * 1e-3)
+    harness = LoopHarness(CONSTANT, max_speed=3.0)
+    rig_of = harness.r
+    harness.tick()
+    harness.tick(speed * 1e-3)
     assert (
         health.describe_fault(arrays.OVER_SPEED, rig_of).text
         == f"Fault: over-speed, {said} m/s (limit 3.0 m/s)."

@@ -19,7 +19,7 @@ def instructions(code: bytes) -> Iterator[tuple[int, machine.Operation, int]]:
         at += operation.size
 
 
-def longest(code: bytes) -> int:
+def longest_path(code: bytes) -> int:
     """Return the cycles of one call on the longest way through the code, as the board's verifier counts."""
     reached: dict[int, int] = {}
     subroutines: dict[int, int] = {}
@@ -90,7 +90,7 @@ _FUNCTIONS: dict[str, Callable] = {
 
 
 @lru_cache(maxsize=256)
-def tried(code: bytes, slots: int, given: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
+def mean_cycles(code: bytes, slots: int, given: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
     """Return the mean cycles of a call where the motion makes it work most, and each instruction's runs.
 
     The numbers are double precision, and what has no value is 0: only the way through the code matters.
