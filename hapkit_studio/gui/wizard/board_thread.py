@@ -58,7 +58,10 @@ class BoardThread(QObject):
         """Open the board; after a failure anew, with nothing kept of the time before."""
         if self._thread.ident is not None:
             self._thread.join(JOIN_SECONDS)
-        if self._thread.is_alive() or self._quit.is_set():
+        if self._quit.is_set():
+            return
+        if self._thread.is_alive():
+            self._report("failed", "The board is still being closed.")
             return
         self.runner = self.subject = self._job = self._after = None
         self.busy = True
