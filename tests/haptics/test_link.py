@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis import link as link_limits
+from hapkit_studio.analysis.stability import on_board
 from hapkit_studio.devices.padding import effective_delay
 from hapkit_studio.haptics import arrays, link, rows, tick
 from hapkit_studio.protocol.framing import Decoder
@@ -247,14 +247,14 @@ def test_a_slow_link_is_none_for_the_board(setup):
 
 @with_board(values={"stiffness": 100.0})
 def test_what_a_link_allows_is_said_where_it_is_too_little(setup):
-    assert link_limits.doubt(setup.engine) == link_limits.UNKNOWN
+    assert on_board.link_warning(setup.engine) == on_board.UNKNOWN
     setup.run(40)
-    assert link_limits.doubt(setup.engine) == ""
+    assert on_board.link_warning(setup.engine) == ""
     setup.engine.set_parameter("stiffness", 2000.0)
-    words = link_limits.doubt(setup.engine)
-    limit = link_limits.limit_of(setup.engine, "computer")
+    words = on_board.link_warning(setup.engine)
+    limit = on_board.rendering_limit(setup.engine, "computer")
     assert words.startswith(f"The measured delay of 0.5 ms allows {limit:,.0f} N/m at most")
     assert words.endswith(
         "2,000 N/m are in force: it may swing. Lower the stiffness, or let the board render."
     )
-    assert link_limits.rate_of(setup.engine, "computer") == 1000.0
+    assert on_board.rendering_rate(setup.engine, "computer") == 1000.0
