@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hapkit_studio import environments
-    from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
+    from hapkit_studio.analysis.stability.limits import stiffness_limit
+    from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
     from hapkit_studio.api import Run, simulate
     from hapkit_studio.devices.simulated import SimulatedHapkit
     from hapkit_studio.dynamics.estimators import estimate_velocity
@@ -21,8 +22,8 @@ _PLACES = {
     "Run": "api",
     "simulate": "api",
     "load_environment": "workshop",
-    "stiffness_limit": "analysis.stability",
-    "measured_stiffness_limit": "analysis.stability",
+    "stiffness_limit": "analysis.stability.limits",
+    "measured_stiffness_limit": "analysis.stability.rendered",
     "estimate_velocity": "dynamics.estimators",
     "integrate": "dynamics.integrators",
     "stick_slip": "dynamics.stick_slip",

@@ -23,10 +23,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not given or (given[0].startswith("-") and given[0] not in ("-h", "--help", "--version")):
         return _window(given)
     options = parser().parse_args(given)
-    from hapkit_studio.commands import outputs
+    from hapkit_studio.commands import base
 
     try:
-        outputs.check(options)
+        base.check_outputs(options)
         result = options.command(options)
         print(json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text, flush=True)
     except StudioError as error:

@@ -44,3 +44,8 @@ def on_screen(value: float, unit: str, digits: int = 4) -> str:
     if unit == "m" or (unit == "s" and abs(value) < 1.0):
         return with_unit(1e3 * value, f"m{unit}", digits)
     return with_unit(value, unit, digits)
+
+
+def json_number(value: float) -> float | None:
+    """Return a value as JSON has it: None where it is not finite."""
+    return float(value) if math.isfinite(value) else None

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hapkit_studio.commands import rendered, run_on
+from hapkit_studio.commands import live_run
 from hapkit_studio.devices import DeviceEntry, flash
 from hapkit_studio.devices.hapkit import HapkitBoard, probe
 from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -115,10 +115,10 @@ class Gone:
 
 def test_a_run_ends_when_the_device_goes_away_and_keeps_what_came():
     engine = Gone()
-    table, played = rendered.play(engine, engine, None, 3600.0)
+    table, played = live_run.play(engine, engine, None, 3600.0)
     assert len(table) == 2 * (3 + 1)
     assert played < 3600.0
-    assert rendered.fault_words(engine.fault) == (
+    assert live_run.fault_words(engine.fault) == (
         "The device is gone. Force is zero. Check the USB cable, then try again."
     )
 
@@ -153,7 +153,7 @@ def test_a_flash_that_a_person_ends_says_what_to_do(capsys, monkeypatch):
 
 def test_a_board_that_sends_nothing_is_said_so_with_the_next_step(capsys, monkeypatch):
     board = FakeBoard(FakeKit())
-    monkeypatch.setattr(rendered, "_PATIENCE", 0.2)
+    monkeypatch.setattr(live_run, "_PATIENCE", 0.2)
     try:
         code, out, err = run(capsys, "run", "wall", "--device", board.path, "--seconds", "1")
     finally:
@@ -190,13 +190,13 @@ def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
     fault = Fault(arrays.OVER_SPEED, "Fault: over-speed, 5.2 m/s (limit 5.0 m/s).")
     monkeypatch.setattr(Engine, "fault", property(lambda engine: fault if engine.heard else None))
     monkeypatch.setattr(Engine, "heard", False, raising=False)
-    play = run_on.rendered.play
+    play = live_run.play
 
     def then_fault(engine, *given):
         engine.heard = True
         return play(engine, *given)
 
-    monkeypatch.setattr(run_on.rendered, "play", then_fault)
+    monkeypatch.setattr(live_run, "play", then_fault)
     code, out, err = run(capsys, *words)
     assert (code, err) == (2, "")
     assert fault.text in out
@@ -213,7 +213,7 @@ def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
 )
 def test_a_slower_rate_than_was_wished_is_said(rate, wish, said):
     found = {"board": {"rate_Hz": rate}, "link": {"without_force_s": 0.0}}
-    lines = rendered.remarks(Engine(SimulatedHapkit(), realtime=False), found, wish)
+    lines = live_run.remarks(Engine(SimulatedHapkit(), realtime=False), found, wish)
     assert [line.split(":")[0] for line in lines] == said
 
 
@@ -232,7 +232,7 @@ QUIET = LinkCounts(
     ],
 )
 def test_time_without_force_is_said_with_its_cause(change, said):
-    assert rendered.reasons(replace(QUIET, **change)) == [said]
+    assert live_run.reasons(replace(QUIET, **change)) == [said]
 
 
 class Counted:
@@ -255,8 +255,8 @@ class Counted:
 )
 def test_too_few_samples_are_blamed_on_what_it_was(device, counts, why):
     engine = Counted(device, **counts)
-    assert rendered.too_few(engine, 2.0, 1.82) == []
-    assert rendered.too_few(engine, 2.0, 1.0) == [f"Only 1.00 s of samples came in 2 s; {why}."]
+    assert live_run.too_few(engine, 2.0, 1.82) == []
+    assert live_run.too_few(engine, 2.0, 1.0) == [f"Only 1.00 s of samples came in 2 s; {why}."]
 
 
 @pytest.mark.alone

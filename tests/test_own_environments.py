@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from hapkit_studio.cli import main
-from hapkit_studio.workshop import reading, templates, trial, trust
-from hapkit_studio.workshop.source import read
+from hapkit_studio.workshop import folder, reading, trial
+from hapkit_studio.workshop.source import is_trusted, read
 from tests.workshop.student import END, line_of, text, write
 
 PACKAGE = {
@@ -43,7 +43,7 @@ def run(capsys, *words):
 
 
 def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
-    write(tmp_path, templates.templates()[0].text, "my_env.py")
+    write(tmp_path, folder.templates()[0].text, "my_env.py")
     csv = tmp_path / "run.csv"
     given = ("--trust", "-p", "stiffness=200", "-p", "damping=0", "--hand", "press", "--csv", str(csv))
     code, out, err = run(capsys, "my_env.py", *given, "--json")
@@ -119,7 +119,7 @@ def test_a_strangers_file_is_not_executed_unread(tmp_path, capsys):
     assert not (tmp_path / "mark").exists()
 
 
-@pytest.mark.parametrize("whole", [text(), templates.templates()[0].text, "ENVIRONMENT = None"])
+@pytest.mark.parametrize("whole", [text(), folder.templates()[0].text, "ENVIRONMENT = None"])
 def test_no_file_is_so_plain_that_it_runs_unread(tmp_path, capsys, monkeypatch, whole):
     monkeypatch.setattr(trial, "begin", None)
     monkeypatch.setattr(reading, "execute", None)
@@ -194,7 +194,7 @@ def test_at_a_terminal_its_source_is_shown_and_a_person_asked(tmp_path, answer, 
     assert process.returncode == code
     assert (tmp_path / "mark").exists() == (code == 0)
     assert (json.loads(out)["environment"] == "mine") if code == 0 else out == b""
-    assert trust.is_trusted(read(tmp_path / "mine.py")) == (code == 0)
+    assert is_trusted(read(tmp_path / "mine.py")) == (code == 0)
     words = shown.decode().replace("\r\n", "\n")
     assert "pathlib.Path(" in words
     assert "A law \\x1b[8mof\\u202e mine" in words

@@ -1,1 +1,1 @@
-"""What a loop can render: stability limits, exact and measured."""
+"""What a loop renders, one question a file or folder: stability, accuracy, fidelity, Z-width, failures."""

@@ -1,4 +1,4 @@
-"""What a question is asked with, checked: numbers one by one, and in rows."""
+"""Checks of arguments: single numbers, delays, and rows of numbers."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ DAMPING = Parameter("damping", "The virtual damping", "N·s/m", 0.0, 0.0, MOST)
 MOST_LATE = 2000.0
 
 
-def number(value: object, name: str, unit: str, above: bool) -> None:
+def check_number(value: object, name: str, unit: str, above: bool) -> None:
     """Raise ParameterError unless a value is a number from 0, or above it, to 1e9."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
@@ -27,7 +27,7 @@ def number(value: object, name: str, unit: str, above: bool) -> None:
         raise ParameterError(f"The {name} must be {MOST:g} {unit} or less, not {value:g} {unit}.")
 
 
-def lateness(rate: float, delay: float) -> None:
+def check_delay(rate: float, delay: float) -> None:
     """Raise ParameterError for a delay of more periods than are looked at; rate in Hz, delay in s."""
     if rate * delay > MOST_LATE:
         raise ParameterError(
@@ -36,7 +36,7 @@ def lateness(rate: float, delay: float) -> None:
         )
 
 
-def row(values: Sequence[float] | np.ndarray | float, what: Parameter) -> np.ndarray:
+def checked_row(values: Sequence[float] | np.ndarray | float, what: Parameter) -> np.ndarray:
     """Return numbers as one row (n,), each within what's limits; raise ParameterError."""
     try:
         found = np.atleast_1d(np.asarray(values))
@@ -50,7 +50,7 @@ def row(values: Sequence[float] | np.ndarray | float, what: Parameter) -> np.nda
     return found.astype(float)
 
 
-def whole(value: object, name: str, least: int) -> int:
+def whole_number(value: object, name: str, least: int) -> int:
     """Return a whole number, least or more; raise ParameterError."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise ParameterError(f"{name} takes a whole number, {least} or more, not {_shown(value)}.")

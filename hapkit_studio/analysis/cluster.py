@@ -9,8 +9,8 @@ import logging
 import math
 import socket
 import time
-from collections.abc import Iterator
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from typing import Any
 
@@ -34,7 +34,7 @@ class ClusterExecutor(Executor):
         self._inner = client.get_executor(pure=False)
         self._counted, self._counted_at = 0, -math.inf
 
-    def submit(self, fn, /, *args, **kwargs):
+    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
         """Send a call to the scheduler; return its future."""
         return self._inner.submit(fn, *args, **kwargs)
 

@@ -3,22 +3,30 @@
 The reference models everything. One term at a time is left out, and every outcome that the scene names is
 compared under every hand that it names. What moves an outcome by more than 2 % of its scale, a third of the
 smallest change of force that people feel (6 %, Jones), is needed.
+
+Fingers hold a force to 0.3 N at best and know a length to 0.4 mm (Ho 1996); energy is measured by what went
+to and fro, restitution by 1, and a count is right or wrong.
 """
 
+import ast
 import math
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from statistics import fmean
 
 import numpy as np
 
-from hapkit_studio.analysis import outcomes
+from hapkit_studio import environments
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.haptics import headless
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.workshop.own import OwnEnvironment
 
 MOST_CHANGE = 0.02
 # What the terms left out may change together: the smallest change of force that people feel.
@@ -35,7 +43,7 @@ SECONDS = {
 OTHER_SECONDS = 2.0
 # Of an environment that names none, a student's own.
 HANDS = ("released", "press", "stroke")
-OUTCOMES = ("peak_force", "final_position", "energy")
+USUAL_OUTCOMES = ("peak_force", "final_position", "energy")
 # The shortest of some runs is what rendering takes: never fewer than these, and short ones more often.
 REPEATS = 4
 REPEAT_NS = 3_000_000
@@ -135,8 +143,8 @@ class _Judge:
     def __init__(self, environment: Environment):
         self.environment = environment
         self.hands = environment.hands or HANDS
-        keys = environment.outcomes or OUTCOMES
-        self.outcomes = [outcomes.named(key, environment.state_names) for key in keys]
+        keys = environment.outcomes or USUAL_OUTCOMES
+        self.outcomes = [outcome_named(key, environment.state_names) for key in keys]
 
     def effect(self, label: str, removed: Iterable[str], hands: Iterable[str]) -> Effect:
         """Return the largest change of any outcome under any of the hands."""
@@ -180,3 +188,166 @@ def _together(judge: _Judge, removed: list[str]) -> Effect:
         return ideal
     coarse = judge.effect("together", [key for key in removed if key != "sampling"], judge.hands)
     return replace(ideal, ns_with=coarse.ns_with, ns_without=coarse.ns_without)
+
+
+FORCE = 0.3
+LENGTH = 0.4e-3
+COUNT = "count:"
+# Slower than this is standing still, in m/s: what trembles while it sticks has not turned.
+STANDING = 1e-3
+# What is no number any more has changed more than anything that is.
+MOST = 1e6
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A run's number, taken from its rows (n, ROW_WIDTH), and the scale of a change beside a reference run.
+
+    thrown: it means something only where the handle flies by itself.
+    """
+
+    key: str
+    unit: str
+    value: Callable[[np.ndarray], float]
+    scale: Callable[[np.ndarray], float]
+    thrown: bool = False
+
+    def change(self, reference: np.ndarray, other: np.ndarray) -> float:
+        """Return how far the other run's number is from the reference's, as a share of the scale."""
+        moved = abs(self.value(other) - self.value(reference)) / self.scale(reference)
+        return min(moved, MOST) if math.isfinite(moved) else MOST
+
+
+def peak_force(table: np.ndarray) -> float:
+    """Return the largest force in N that was applied, either way."""
+    return float(np.abs(table[:, rows.APPLIED]).max())
+
+
+def final_position(table: np.ndarray) -> float:
+    """Return where the handle is in the end, in m."""
+    return float(table[-1, rows.TRUE_POSITION])
+
+
+def peak_position(table: np.ndarray) -> float:
+    """Return how far from the middle the handle came, in m."""
+    return float(np.abs(table[:, rows.TRUE_POSITION]).max())
+
+
+def restitution(table: np.ndarray) -> float:
+    """Return a thrown handle's highest speed back over its highest speed in, 0 if it stays.
+
+    For a mass that meets a spring and damper it is exp(-2 zeta phi / sqrt(1 - zeta^2)), cos phi = zeta.
+    """
+    velocity = table[:, rows.TRUE_VELOCITY]
+    forward_speed = velocity * np.sign(velocity[np.argmax(np.abs(velocity) > STANDING)])
+    if not (forward_speed < -STANDING).any():
+        return 0.0
+    turn = int(np.argmax(forward_speed < -STANDING))
+    return float(-forward_speed[turn:].min() / forward_speed[:turn].max())
+
+
+def given_energy(table: np.ndarray) -> float:
+    """Return the energy in J that the device has given to handle and hand; negative: it took that much."""
+    return float(table[-1, rows.ENERGY])
+
+
+def exchanged(table: np.ndarray) -> float:
+    """Return the energy in J that went to and fro, at least that of a force and a length nobody feels."""
+    return max(float(np.abs(np.diff(table[:, rows.ENERGY])).sum()), FORCE * LENGTH)
+
+
+OUTCOMES: dict[str, Outcome] = {
+    o.key: o
+    for o in (
+        Outcome("peak_force", "N", peak_force, lambda table: max(FORCE, peak_force(table))),
+        Outcome("final_position", "m", final_position, lambda table: LENGTH),
+        Outcome("peak_position", "m", peak_position, lambda table: LENGTH),
+        Outcome("restitution", "", restitution, lambda table: 1.0, thrown=True),
+        Outcome("energy", "J", given_energy, exchanged),
+    )
+}
+
+
+def outcome_named(key: str, state_names: tuple[str, ...] = ()) -> Outcome:
+    """Return an outcome by its key, "count:NAME" for the last value of a state; raise ParameterError."""
+    if key in OUTCOMES:
+        return OUTCOMES[key]
+    name = key.removeprefix(COUNT)
+    if name == key or name not in state_names:
+        known = [*OUTCOMES, *(COUNT + state for state in state_names)]
+        raise ParameterError(f"An outcome is one of {', '.join(known)}, not {key!r}.")
+    column = rows.STATE + state_names.index(name)
+    return Outcome(key, "", lambda table: float(table[-1, column]), lambda table: 1.0)
+
+
+_NAME = "ENVIRONMENT"
+_INDENT = " " * 4
+
+
+def file_of(environment: Environment) -> Path:
+    """Return the file that declares an environment; raise ParameterError where there is none."""
+    if isinstance(environment, OwnEnvironment):
+        return environment.source.path
+    inside = [name for name in sys.modules if name.startswith(environments.__name__ + ".")]
+    for name in (*inside, environment.force.function.__module__):
+        module = sys.modules.get(name)
+        declared = getattr(module, _NAME, None)
+        if getattr(declared, "force", None) is environment.force and getattr(module, "__file__", None):
+            return Path(str(module.__file__))  # type: ignore[union-attr]
+    raise ParameterError(f"{environment.title} has no file of its own to write into.")
+
+
+def with_needs(source: str, needs: Iterable[str]) -> str:
+    """Return a file's text with its ``needs=(…)``, replaced or new; raise ParameterError."""
+    call, text = _environment_call(source), f"needs={_tuple(needs)}"
+    lines = source.split("\n")
+    for keyword in call.keywords:
+        if keyword.arg == "needs":
+            first, last = keyword.lineno - 1, (keyword.end_lineno or 0) - 1
+            before, after = (
+                _line_head(lines[first], keyword.col_offset),
+                _line_tail(lines[last], keyword.end_col_offset),
+            )
+            return "\n".join([*lines[:first], before + text + after, *lines[last + 1 :]])
+    place = next((k.lineno for k in call.keywords if k.arg == "order"), call.end_lineno or 0) - 1
+    if place == call.lineno - 1:
+        end = (call.end_col_offset or 0) - 1
+        lines[place] = f"{_line_head(lines[place], end).rstrip(', ')}, {text}{_line_tail(lines[place], end)}"
+        return "\n".join(lines)
+    ending = "\r" if lines[place].endswith("\r") else ""
+    return "\n".join([*lines[:place], f"{_INDENT}{text},{ending}", *lines[place:]])
+
+
+def write_needs(environment: Environment, needs: Iterable[str]) -> bool:
+    """Write needs into an environment's file; return whether it changed. Raise ParameterError, OSError."""
+    path = file_of(environment)
+    before = path.read_bytes()
+    after = with_needs(before.decode(), needs).encode()
+    if after != before:
+        path.write_bytes(after)
+    return after != before
+
+
+def _line_head(line: str, end: int) -> str:
+    """Return a line up to a column, which Python's parser counts in bytes."""
+    return line.encode()[:end].decode()
+
+
+def _line_tail(line: str, start: int | None) -> str:
+    return line.encode()[start:].decode()
+
+
+def _environment_call(source: str) -> ast.Call:
+    for node in ast.parse(source).body:
+        if (
+            isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Call)
+            and any(isinstance(t, ast.Name) and t.id == _NAME for t in node.targets)
+        ):
+            return node.value
+    raise ParameterError(f"The file does not say {_NAME} = Environment(…).")
+
+
+def _tuple(needs: Iterable[str]) -> str:
+    words = [f'"{key}"' for key in needs]
+    return f"({words[0]},)" if len(words) == 1 else f"({', '.join(words)})"

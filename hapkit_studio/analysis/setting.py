@@ -42,7 +42,7 @@ class Setting:
     def __post_init__(self) -> None:
         for number in NUMBERS:
             object.__setattr__(self, number.key, number.check(getattr(self, number.key)))
-        checks.lateness(self.rate, self.delay)
+        checks.check_delay(self.rate, self.delay)
         parse(self.estimator)
         if not isinstance(self.hand, str):
             raise ParameterError(f"The hand takes a grip's name, not {self.hand!r}.")

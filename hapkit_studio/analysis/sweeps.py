@@ -4,17 +4,18 @@ Cells travel in chunks of about a tenth of a second, so that progress moves and 
 and only a few chunks are under way, so that a sweep of any length costs its executor nothing.
 """
 
+import contextlib
+import ctypes
 import os
+import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 
-from hapkit_studio.analysis.background import low_priority
-from hapkit_studio.analysis.checks import whole
+from hapkit_studio.analysis.checks import whole_number
 from hapkit_studio.errors import StudioError
-
-__all__ = ["Cancelled", "Progress", "low_priority", "quiet", "sweep", "workers"]
 
 Progress = Callable[[int, int], None]
 Task = Callable[[list], list]
@@ -34,8 +35,8 @@ class Cancelled(StudioError):
     """The work was cancelled; raised by a progress function, it comes out of what it watches."""
 
 
-def quiet(done: int, of: int) -> None:
-    """Tell nobody."""
+def no_progress(done: int, of: int) -> None:
+    """No-op callback."""
 
 
 def workers(executor: Executor | None = None) -> int:
@@ -50,7 +51,7 @@ def sweep(
     cells: Sequence,
     *,
     executor: Executor | None = None,
-    progress: Progress = quiet,
+    progress: Progress = no_progress,
     chunk: int | None = None,
 ) -> list:
     """Return task's result of every cell, in the order of the cells.
@@ -62,7 +63,7 @@ def sweep(
     chunk: how many cells travel together, None for what takes about 0.1 s. Raise ParameterError.
     """
     if chunk is not None:
-        chunk = whole(chunk, "A chunk", 1)
+        chunk = whole_number(chunk, "A chunk", 1)
     if executor is not None:
         return _Sweep(task, cells, executor, progress, chunk).run()
     with _own_threads(min(workers(), max(len(cells), 1))) as threads:
@@ -118,10 +119,10 @@ class _Sweep:
 
     def _send(self) -> None:
         """Submit chunks up to the bound; an executor that computes at once is collected from at once."""
-        crew = workers(self._executor)
-        while self._sent < len(self._cells) and len(self._at) < _AHEAD * crew:
+        worker_count = workers(self._executor)
+        while self._sent < len(self._cells) and len(self._at) < _AHEAD * worker_count:
             left = len(self._cells) - self._sent
-            size = self._chunk or min(self._size, -(-left // (_AHEAD * crew)))
+            size = self._chunk or min(self._size, -(-left // (_AHEAD * worker_count)))
             first, self._sent = self._sent, min(self._sent + size, len(self._cells))
             if self._submit(first, self._sent).done():
                 return
@@ -162,3 +163,32 @@ def _next_size(size: int, seconds: float) -> int:
     """Return how many cells take CHUNK_SECONDS, where the last chunk's took so long; grows step by step."""
     share = CHUNK_SECONDS / seconds if seconds > 0.0 else _GROWTH
     return max(int(size * min(share, _GROWTH)), 1)
+
+
+_NICEST = 19
+# sys/resource.h: the calling thread, and the band that all other threads go before
+_DARWIN_THREAD, _DARWIN_BACKGROUND = 3, 0x1000
+# winbase.h
+_WINDOWS_IDLE = -15
+
+
+def low_priority() -> None:
+    """Put the calling thread below everything else; where the system has no way to, it stays as it is."""
+    with contextlib.suppress(OSError, AttributeError):
+        if sys.platform == "linux":
+            _below_all_on_linux()
+        elif sys.platform == "darwin":
+            os.setpriority(_DARWIN_THREAD, 0, _DARWIN_BACKGROUND)
+        elif sys.platform == "win32":
+            kernel = ctypes.WinDLL("kernel32")
+            kernel.GetCurrentThread.restype = ctypes.c_void_p
+            kernel.SetThreadPriority.argtypes = [ctypes.c_void_p, ctypes.c_int]
+            kernel.SetThreadPriority(kernel.GetCurrentThread(), _WINDOWS_IDLE)
+
+
+def _below_all_on_linux() -> None:
+    """Take SCHED_IDLE for this thread alone; 0 is the calling thread here, not the program."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    except OSError:
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICEST)

@@ -5,17 +5,19 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from hapkit_studio.analysis import accuracy, failures, measured, zwidth
+from hapkit_studio.analysis import accuracy, failures
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.zwidth_protocol import Protocol
+from hapkit_studio.analysis.stability import rendered
+from hapkit_studio.analysis.zwidth import simulation
+from hapkit_studio.analysis.zwidth.result import Protocol
 
 
 def warm_up() -> None:
     """Compile what the stability map, the charts and the protocols call."""
     damping, stiffness = np.zeros(1), np.full(1, 100.0)
     with ThreadPoolExecutor(1) as one:  # a sweep's own threads would wait for a busy machine
-        measured.classes(Setting(), damping, stiffness, executor=one)
-        measured.classes(Setting(controller=True), damping, stiffness, real=True, executor=one)
+        rendered.classes(Setting(), damping, stiffness, executor=one)
+        rendered.classes(Setting(controller=True), damping, stiffness, real=True, executor=one)
     for plan in accuracy.plans().values():
         for run in plan.runs(plan.scenes[-1]):
             run.prepare()()
@@ -23,4 +25,4 @@ def warm_up() -> None:
         limit = failure.inside(failure.case())
         if math.isfinite(limit):
             failure.try_at(limit)
-    zwidth.trial(Setting(), 300.0, 1.0, Protocol(seconds=0.2, tail=0.1))
+    simulation.trial(Setting(), 300.0, 1.0, Protocol(seconds=0.2, tail=0.1))

@@ -1,6 +1,12 @@
-"""Speed against accuracy: error over computing time, both in powers of ten, a method a line."""
+"""Speed against accuracy: error over computing time, both in powers of ten, a method a line.
+
+Every method has one marker and one colour's name in all charts, never colour alone; markers are matplotlib's,
+colours tokens of the palette.
+"""
 
 import math
+import os
+import platform
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
@@ -14,13 +20,133 @@ from hapkit_studio.analysis.accuracy.words import (
     step_words,
     verdict,
 )
-from hapkit_studio.charts.accuracy_axes import Frame
-from hapkit_studio.charts.labels import Label, write
-from hapkit_studio.charts.methods import look
-from hapkit_studio.charts.style import DASH, TEXT, Colors, save
+from hapkit_studio.charts.style import DASH, TEXT, Colors, Label, save, style_axes, unbroken, write_labels
+from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.dynamics.stick_slip import MODELS
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.accuracy import Accuracy, Point, Sheet
+
+
+_OTHERS = (
+    ("o", "velocity"),
+    ("s", "position"),
+    ("D", "asked"),
+    ("p", "energy"),
+    ("*", "ink"),
+    ("v", "hold"),
+    ("P", "lecture"),
+    ("^", "applied"),
+    ("X", "ok"),
+    ("o", "danger"),
+)
+_INTEGRATORS = {
+    "explicit_euler": ("^", "applied"),
+    "lecture": ("P", "lecture"),
+    "semi_implicit": ("o", "velocity"),
+    "verlet": ("s", "position"),
+    "rk4": ("D", "asked"),
+    "implicit_euler": ("v", "hold"),
+    "trapezoid": ("p", "energy"),
+    "exact": ("*", "ink"),
+}
+_SERVO = {"prompt": ("o", "velocity"), "late": ("v", "hold")}
+
+
+def marker_and_color(method: str) -> tuple[str, str]:
+    """Return the marker and the colour's token of a method."""
+    if method in _INTEGRATORS | _SERVO:
+        return (_INTEGRATORS | _SERVO)[method]
+    for family in (tuple(ESTIMATORS), tuple(MODELS)):
+        if method in family:
+            return _OTHERS[family.index(method) % len(_OTHERS)]
+    return _OTHERS[0]
+
+
+# An error below this is none: no sensor shows it, and rounding made it.
+_NOTHING = {"": 1e-17, "m/s": 1e-9}
+_NS = 1e-3
+_MOST, _INSIDE = 1e6, 0.97
+# So far do errors go that only powers of ten tell them; so little do costs that 2 and 5 have ticks.
+_WIDE, _NARROW = 1e8, 300.0
+
+
+class AccuracyAxes:
+    """Axes of error in %, mm/s or µm/s over cost in µs; zero errors have a row of their own, named 0."""
+
+    def __init__(self, sheet: "Sheet"):
+        self._sheet = sheet
+        scene = sheet.scene
+        self._nothing = _NOTHING[scene.unit]
+        small = scene.unit == "m/s" and scene.tolerance < 1e-4
+        self.factor = (1e6 if small else 1e3) if scene.unit == "m/s" else 1.0
+        self.unit = (", µm/s" if small else ", mm/s") if scene.unit == "m/s" else ""
+        errors = [p.error for p in sheet.points if self._nothing < p.error < _MOST] + [scene.tolerance]
+        low, high = math.log10(min(errors) * self.factor), math.log10(max(errors) * self.factor)
+        air = 0.08 * (high - low) + 0.12
+        self.has_zero = any(p.error <= self._nothing for p in sheet.points)
+        self._zero = 10.0 ** (low - 2.0 * air)
+        self.bottom = 10.0 ** (low - (3.2 * air if self.has_zero else air))
+        self.top = 10.0 ** (high + air)
+        costs = [p.ns_per_simulated_s * _NS for p in sheet.points]
+        span = math.log10(max(costs) / min(costs))
+        room = 0.05 if scene.step_s else 0.12
+        self.left, self.right = (
+            min(costs) / 10 ** (room * (1.0 + span)),
+            max(costs) * 10 ** (0.12 + 0.34 * span),
+        )
+
+    def place(self, point: "Point") -> tuple[float, float]:
+        """Return a point's place; one with an error beyond the axes stands at the upper edge."""
+        edge = self.top**_INSIDE * self.bottom ** (1.0 - _INSIDE)
+        error = self._zero if point.error <= self._nothing else min(point.error * self.factor, edge)
+        return point.ns_per_simulated_s * _NS, error
+
+    def set_up(self, axes: Any, c: Colors) -> None:
+        """Set ranges, ticks, grid and titles."""
+        error = f"{self._sheet.scene.error}{self.unit} (less is better)"
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlim(self.left, self.right)
+        axes.set_ylim(self.bottom, self.top)
+        self._across(axes)
+        self._up(axes)
+        style_axes(axes, c, "computing time per simulated second (less is faster)", error)
+
+    def _across(self, axes: Any) -> None:
+        from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+        subs = (1, 2, 5) if self.right / self.left < _NARROW else (1,)
+        ticks = [sub * 10.0**power for power in range(-2, 6) for sub in subs]
+        axes.xaxis.set_major_locator(FixedLocator([t for t in ticks if self.left <= t <= self.right]))
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.xaxis.set_major_formatter(
+            FuncFormatter(lambda t, _: f"{t / 1e3:g} ms" if t > 999.0 else f"{t:g} µs")
+        )
+
+    def _up(self, axes: Any) -> None:
+        from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+        floor = self._zero * 1.5 if self.has_zero else self.bottom
+        decades = math.log10(self.top / floor)
+        every = 1 if self.top / self.bottom < _WIDE else 3
+        subs = (1, 2, 5) if decades < 2.5 else (1,)
+        powers = range(math.floor(math.log10(floor)), math.ceil(math.log10(self.top)) + 1)
+        ticks = [sub * 10.0**power for power in powers if power % every == 0 for sub in subs]
+        ticks = [t for t in ticks if floor <= t <= self.top] + ([self._zero] if self.has_zero else [])
+        axes.yaxis.set_major_locator(FixedLocator(ticks))
+        axes.yaxis.set_minor_locator(NullLocator())
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda t, _: self._tick(t)))
+
+    def _tick(self, value: float) -> str:
+        if self.has_zero and math.isclose(value, self._zero):
+            return "0"
+        if not self.unit and 1e-3 <= value < 10.0 and self.top / self.bottom < _WIDE:
+            return f"{100.0 * value:g} %"
+        if 1e-3 <= value < 1e4 and (self.unit or value >= 1.0):
+            return f"{value:g}"
+        return f"$10^{{{round(math.log10(value))}}}$"
+
 
 _LARGE, _SMALL = (864, 634), (547, 504)
 _LETTERS = {_LARGE: 105, _SMALL: 66}
@@ -32,7 +158,7 @@ _LARGER = {"*": 13.0, "p": 10.0, "P": 10.0, "X": 9.5}
 
 
 def accuracy_figure(result: "Accuracy", path: str | Path) -> None:
-    """Write every scene of a result: one large, or several side by side."""
+    """Write every scene of a result, one large or several side by side; below them what each was."""
     count = len(result.sheets)
     columns = 1 if count == 1 else 2 if count <= 4 else 3 if count <= 9 else 4
     rows = -(-count // columns)
@@ -47,7 +173,18 @@ def accuracy_figure(result: "Accuracy", path: str | Path) -> None:
         for axes, sheet in zip(panels, result.sheets, strict=True):
             _names(axes, c, sheet)
 
-    save(paint, path, (columns * size[0], rows * size[1]), caption=_KEY)
+    conditions = [f"{sheet.scene.title}: {_conditions(sheet)}" for sheet in result.sheets]
+    caption = "\n".join((_KEY, *dict.fromkeys(conditions), f"Timed on: {computer()}"))
+    save(paint, path, (columns * size[0], rows * size[1]), caption=caption)
+
+
+def _conditions(sheet: "Sheet") -> str:
+    return unbroken([f"{name} {value}" for name, value in sheet.scene.conditions])
+
+
+def computer() -> str:
+    """Name the computer on which costs are measured: its processor and how many cores it has."""
+    return f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
 
 
 def draw(figure: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
@@ -59,7 +196,7 @@ def draw(figure: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
 
 
 def _head(sheet: "Sheet", letters: int) -> str:
-    """Return title, answer with its sign, and what the default makes of it."""
+    """Return the title, the answer with its sign, and the verdict on the default."""
     sign = "✓" if sheet.answer.right else "▲"
     return "\n".join(
         (sheet.scene.title, fill(f"{sign} {sentence(sheet)}", letters), fill(verdict(sheet), letters))
@@ -67,8 +204,8 @@ def _head(sheet: "Sheet", letters: int) -> str:
 
 
 def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
-    frame = Frame(sheet)
-    frame.dress(axes, c)
+    frame = AccuracyAxes(sheet)
+    frame.set_up(axes, c)
     limit = sheet.scene.tolerance * frame.factor
     axes.axhspan(frame.bottom, limit, color=c.stable, alpha=0.45, linewidth=0.0, zorder=0.5)
     axes.axhline(limit, color=c.danger, linewidth=1.8, linestyle=DASH, zorder=2.5)
@@ -83,8 +220,8 @@ def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
         )  # fmt: skip
 
 
-def _front(axes: Any, c: Colors, front: Sequence["Point"], frame: Frame) -> None:
-    """Draw the edge beyond which no point lies: a staircase as a band with kerbs."""
+def _front(axes: Any, c: Colors, front: Sequence["Point"], frame: AccuracyAxes) -> None:
+    """Draw the Pareto front as a staircase band."""
     if not front:
         return
     places = [frame.place(point) for point in front]
@@ -93,10 +230,10 @@ def _front(axes: Any, c: Colors, front: Sequence["Point"], frame: Frame) -> None
         axes.step(x, y, where="post", color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
 
 
-def _line(axes: Any, c: Colors, sheet: "Sheet", frame: Frame, method: str, width: float) -> None:
+def _line(axes: Any, c: Colors, sheet: "Sheet", frame: AccuracyAxes, method: str, width: float) -> None:
     """Draw a method's points, those that compete filled, joined by a line."""
     sound = [p for p in sheet.line(method) if math.isfinite(p.error)]
-    shape, token = look(method)
+    shape, token = marker_and_color(method)
     color = getattr(c, token)
     if sound:
         axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=width, zorder=3)
@@ -111,7 +248,7 @@ def _line(axes: Any, c: Colors, sheet: "Sheet", frame: Frame, method: str, width
 
 def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
     """Name default, methods, options and rates beside their points, tolerance and front at the edge."""
-    frame, default = Frame(sheet), sheet.answer.default
+    frame, default = AccuracyAxes(sheet), sheet.answer.default
     found = [Label(frame.right, sheet.scene.tolerance * frame.factor, limit_words(sheet.scene), c.danger)]
     if sheet.front:
         found.append(Label(frame.right, frame.place(sheet.front[-1])[1], "Pareto front", c.ink3))
@@ -119,7 +256,7 @@ def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
         found.append(Label(*frame.place(default), _default_words(sheet, default), c.accent, bold=True))
     for method in sheet.methods:
         points = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
-        color = getattr(c, look(method.key)[1])
+        color = getattr(c, marker_and_color(method.key)[1])
         others = [p for p in points if p is not default]
         if points and len({p.step_s for p in points}) == 1:  # they differ in their options
             found += [Label(*frame.place(p), p.label, color) for p in others]
@@ -128,7 +265,7 @@ def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
             found.append(Label(*frame.place(last), method.label, color))
         if sheet.scene.step_s is None and method.key == sheet.scene.default.method:
             found += [Label(*frame.place(p), rate_words(p.step_s), color, left=True) for p in others]
-    write(axes, c, found)
+    write_labels(axes, c, found)
 
 
 def _default_words(sheet: "Sheet", default: "Point") -> str:

@@ -9,12 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.analysis.failures.numbers import readable
-from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, dress, legend, pale, rim, save, whole
+from hapkit_studio.charts.style import (
+    DOT,
+    TEXT,
+    TICK,
+    Colors,
+    legend,
+    pale,
+    save,
+    style_axes,
+    text_outline,
+    unbroken,
+)
+from hapkit_studio.formatting import on_screen
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.failures.base import Chart, Evidence, Failure, Line
-    from hapkit_studio.analysis.failures.shown import Shown
+    from hapkit_studio.analysis.failures.base import Chart, Evidence, Failure, Line, Shown
 
 _SIZE = (1080, 560)
 _LONG = 50  # letters that leave room for the knob's name and its share of the limit
@@ -57,7 +67,7 @@ class Picture:
 
     @property
     def scale(self) -> float | None:
-        """Return what turns the knob's unit into the chart's across; None where it runs over another."""
+        """Return the factor from the knob's unit to the chart's x axis; None where x is another quantity."""
         if self.chart is None or not self.chart.marks or not self.limit:
             return None
         ratio = self.chart.marks[0].x / self.limit
@@ -71,7 +81,7 @@ def failure_figure(shown: "Shown", path: str | Path) -> None:
     picture = Picture(failure, shown.limit, inside, outside, shown.chart)
     conditions = [f"{p.label} {p.text(shown.case[p.key])}" for p in failure.options]
     title = f"{failure.title}: {failure.formula}"
-    save(lambda figure, c: draw(figure, c, picture), path, _SIZE, title, whole(conditions))
+    save(lambda figure, c: draw(figure, c, picture), path, _SIZE, title, unbroken(conditions))
 
 
 def draw(figure: Any, c: Colors, picture: Picture) -> "Knob | None":
@@ -86,7 +96,7 @@ def draw(figure: Any, c: Colors, picture: Picture) -> "Knob | None":
     axes = figure.add_subplot(grid[:, 1])
     if picture.chart is None:
         axes.set_navigate(False)
-        dress(axes, c, "", "")
+        style_axes(axes, c, "", "")
         axes.tick_params(labelbottom=False, labelleft=False)
         return None
     _curve(axes, pale(c) if picture.old else c, picture, picture.chart)
@@ -97,11 +107,11 @@ def value_text(picture: Picture, value: float) -> str:
     """Write a value of the knob and how far it lies from the limit."""
     knob, limit = picture.failure.knob, picture.limit
     share = f"{value / limit:.3g} × the limit" if limit else "no limit"
-    return f"{knob.symbol or knob.label} = {readable(value, knob.unit, 5)}, {share}"
+    return f"{knob.symbol or knob.label} = {on_screen(value, knob.unit, 5)}, {share}"
 
 
 def _value(picture: Picture, value: float) -> str:
-    return readable(value, picture.failure.knob.unit, 4)
+    return on_screen(value, picture.failure.knob.unit, 4)
 
 
 def clauses(words: str) -> list[str]:
@@ -113,7 +123,7 @@ def clauses(words: str) -> list[str]:
 def _trace(axes: Any, c: Colors, picture: Picture, one: Tried | None, word: str) -> None:
     letters = int(0.4 * 72.0 * axes.figure.get_figwidth() / _LETTER)
     if one is None:
-        dress(axes, c, "", "")
+        style_axes(axes, c, "", "")
         axes.tick_params(labelbottom=False, labelleft=False)
         axes.set_title(f"{word.capitalize()}: not tried yet", size=TEXT, color=c.ink3, loc="left")
         return
@@ -129,18 +139,18 @@ def _trace(axes: Any, c: Colors, picture: Picture, one: Tried | None, word: str)
     place = f"{word}, {value_text(picture, one.value)}" if letters > _LONG else _value(picture, one.value)
     title = fill(f"{sign} {place}: {clauses(found.words)[0].lower()}", letters)
     axes.set_title(title, size=TEXT if letters > _LONG else TICK, color=color, loc="left")
-    dress(axes, c, _unit(one), name.replace("  ", " "))
+    style_axes(axes, c, _unit(one), name.replace("  ", " "))
     axes.locator_params(axis="y", nbins=4)
 
 
 def _unit(one: Tried | None) -> str:
-    """Return what a trace is drawn over."""
+    """Return the label of a trace's time axis."""
     time = one.evidence.time if one else np.empty(0)
     return _MS if len(time) and time[-1] < _SHORT else "time, s"
 
 
 def scaled(y: np.ndarray) -> tuple[float, str]:
-    """Return what very small numbers are to be multiplied by to be readable, and its words: "10⁻⁶" or ""."""
+    """Return the factor that makes very small numbers readable, and its power of ten: "10⁻⁶" or ""."""
     finite = np.asarray(y)[np.isfinite(y)]
     most = float(np.abs(finite).max()) if len(finite) else 0.0
     if not 0.0 < most < _SMALL:
@@ -161,7 +171,7 @@ def _curve(axes: Any, c: Colors, picture: Picture, chart: "Chart") -> None:
     if chart.level is not None:
         axes.axhline(chart.level, color=c.ink3, linewidth=1.2, zorder=2, label=chart.level_label or None)
     letters = int(0.55 * 72.0 * axes.figure.get_figheight() / _LETTER)
-    dress(axes, c, chart.x_label, fill(chart.y_label, letters))
+    style_axes(axes, c, chart.x_label, fill(chart.y_label, letters))
     _limits(axes, c, picture, chart)
     legend(axes, c)
 
@@ -204,7 +214,7 @@ def _limits(axes: Any, c: Colors, picture: Picture, chart: "Chart") -> None:
         axes.annotate(
             mark.label.replace("_", ""), (mark.x, 1.0), xycoords=("data", "axes fraction"),
             xytext=(-5 if right else 5, -4 - _LINE * index), textcoords="offset points", va="top",
-            ha="right" if right else "left", size=TICK, color=color, zorder=5, path_effects=rim(c),
+            ha="right" if right else "left", size=TICK, color=color, zorder=5, path_effects=text_outline(c),
             weight="normal" if index else "bold", annotation_clip=True,
         )  # fmt: skip
 
@@ -230,6 +240,6 @@ class Knob:
 
 
 def measured_there(chart: "Chart | None", found: "Evidence") -> float | None:
-    """Return what a try is judged by, where the chart runs up over that."""
+    """Return the measure of a try, where it is the chart's y axis; else None."""
     same = chart is not None and chart.y_label.endswith(f", {found.measure_unit}")
     return found.measure if same and math.isfinite(found.measure) else None

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, dress, save
+from hapkit_studio.analysis.identify.words import conditions
+from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, save, style_axes, unbroken
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Identified, Part, Points
@@ -29,8 +30,11 @@ _BOTH = 270.0
 _STEPS = 60
 
 
-def identify_figure(found: "Identified", path: str | Path) -> None:
-    """Write both answers: a row of charts each, the residuals below, the numbers in words."""
+def identify_figure(found: "Identified", path: str | Path, device: str = "") -> None:
+    """Write both answers: a row of charts each, the residuals below, the numbers in words.
+
+    Below them stands what had been set; device: what was identified.
+    """
     parts = [part for part in (found.rendered, found.handle) if part.points is not None] or [found.rendered]
 
     def paint(figure: Any, c: Colors) -> None:
@@ -40,7 +44,10 @@ def identify_figure(found: "Identified", path: str | Path) -> None:
             row.supxlabel("\n".join(lines), size=TICK, color=c.ink, x=0.04, ha="left")
             draw(row, c, part, 0.0)
 
-    save(paint, path, (_SIZE[0], _SIZE[1] * len(parts)))
+    pairs = [("Device", device)] if device else []
+    pairs += conditions(found.setup)
+    caption = unbroken([f"{name} {value}".rstrip() for name, value in pairs])
+    save(paint, path, (_SIZE[0], _SIZE[1] * len(parts)), caption=caption)
 
 
 def draw(figure: Any, c: Colors, part: "Part", end: float) -> None:
@@ -79,12 +86,12 @@ def _term(axes: Any, c: Colors, part: "Part", name: str) -> None:
         asked = sign * (through + estimate.asked * (across - middle))
         axes.plot(scale * across, asked, color=c.hold, linestyle=DOT, linewidth=2)
     axes.set_title(estimate.term.label, size=TEXT, color=c.ink, loc="left")
-    dress(axes, c, label, "")
+    style_axes(axes, c, label, "")
     axes.locator_params(nbins=5)
 
 
 def _residuals(axes: Any, c: Colors, points: "Points", end: float) -> None:
     axes.plot(points.time - end, 1e3 * points.residual, ".", markersize=2.5, color=c.applied)
     axes.axhline(0.0, color=c.ink2, linewidth=1)
-    dress(axes, c, "time, s (what no term explains)", "mN")
+    style_axes(axes, c, "time, s (what no term explains)", "mN")
     axes.locator_params(axis="y", nbins=4)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from hapkit_studio.charts.style import Colors, dress, legend, save, whole
+from hapkit_studio.charts.style import Colors, legend, save, style_axes, unbroken
 
 _SIZE = (792, 450)
 
@@ -23,10 +23,10 @@ def draw(figure: Any, c: Colors, run: Any) -> None:
     lower.plot(run.time, run.applied_force, color=c.applied, label="applied")
     loop = figure.add_subplot(grid[:, 1])
     loop.plot(1e3 * run.position, run.applied_force, color=c.applied)
-    dress(upper, c, "", "position, mm")
-    dress(middle, c, "", "velocity, mm/s")
-    dress(lower, c, "time, s", "force, N")
-    dress(loop, c, "position, mm", "force applied, N")
+    style_axes(upper, c, "", "position, mm")
+    style_axes(middle, c, "", "velocity, mm/s")
+    style_axes(lower, c, "time, s", "force, N")
+    style_axes(loop, c, "position, mm", "force applied, N")
     legend(lower, c)
 
 
@@ -39,4 +39,4 @@ def _caption(settings: dict) -> str:
     words = [settings.get("environment", ""), parameters, f"hand: {settings.get('hand')}"]
     words += [f"{settings.get('rate_Hz', 0):g} Hz", f"delay {1e3 * settings.get('delay_s', 0):g} ms"]
     words += [str(settings.get("estimator"))]
-    return whole([w for w in words if w])
+    return unbroken([w for w in words if w])

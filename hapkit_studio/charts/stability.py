@@ -8,11 +8,23 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis import plane_words
-from hapkit_studio.analysis.margin import factor, hand_words, sentence
-from hapkit_studio.analysis.plane import Cells, Plane, Points
-from hapkit_studio.charts.labels import Label, write
-from hapkit_studio.charts.style import DASH_DOT, DOT, TEXT, Colors, dress, legend, pale, rim, save, whole
+from hapkit_studio.analysis.stability import kb_plane
+from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
+from hapkit_studio.analysis.stability.margin import factor, hand_words, sentence
+from hapkit_studio.charts.style import (
+    DASH_DOT,
+    DOT,
+    TEXT,
+    Colors,
+    Label,
+    legend,
+    pale,
+    save,
+    style_axes,
+    text_outline,
+    unbroken,
+    write_labels,
+)
 
 _SIZE = (972, 700)
 # DECAYS, BUZZES, GROWS of the measured classes, and how each is called
@@ -60,7 +72,7 @@ class Map:
             "passive": bool(plane.edge.any()),
             "coulomb": plane.coulomb < plane.top,
         }
-        found = {key: plane_words.line(plane, key) for key, on in there.items() if on}
+        found = {key: kb_plane.line_words(plane, key) for key, on in there.items() if on}
         if self.hands:
             found["hands"] = ("Other hands", "light, medium and firm grip")
         return found
@@ -72,16 +84,16 @@ def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
     real = any(found is not None and found.real for found in (plane.cells, plane.points))
     limits = [(f"Limit, {hand_words(hand)}", f"{k:,.0f} N/m") for hand, k in plane.hands.items() if k == k]
     own = [("Device", device)] if device else []
-    pairs = [*own, *plane_words.conditions(plane.setting, real), *limits]
+    pairs = [*own, *kb_plane.conditions(plane.setting, real), *limits]
     title = "Without the controller: " if plane.setting.controller else ""
     save(
         lambda figure, c: draw(figure, c, shown),
         path,
         _SIZE,
         title + sentence(margin),
-        whole([f"{name}: {words}" for name, words in shown.lines().values()])
+        unbroken([f"{name}: {words}" for name, words in shown.lines().values()])
         + "\n"
-        + whole([" ".join(pair) for pair in pairs]),
+        + unbroken([" ".join(pair) for pair in pairs]),
     )
 
 
@@ -89,7 +101,7 @@ def draw(figure: Any, c: Colors, shown: Map) -> "Dot":
     """Draw regions, lines and what was measured; return the dot, which moves."""
     plane, axes = shown.plane, figure.add_subplot()
     measured = pale(c) if shown.outdated else c
-    dress(axes, c, "damping B, N·s/m", "stiffness K, N/m")
+    style_axes(axes, c, "damping B, N·s/m", "stiffness K, N/m")
     axes.set_xlim(0.0, plane.width)
     axes.set_ylim(0.0, plane.top)
     axes.locator_params(nbins=6)
@@ -100,7 +112,7 @@ def draw(figure: Any, c: Colors, shown: Map) -> "Dot":
     legend(axes, c)
     if shown.hands:
         figure.draw_without_rendering()
-        write(axes, c, [*_ends(c, shown)])
+        write_labels(axes, c, [*_ends(c, shown)])
     dot = Dot(axes, c)
     dot.place(plane, shown.dotted)
     return dot
@@ -124,7 +136,7 @@ def _lines(axes: Any, c: Colors, shown: Map) -> None:
 
 
 def _measured(axes: Any, c: Colors, shown: Map) -> None:
-    """Draw measured boundaries; points on the frame stand over it, whole."""
+    """Draw measured boundaries; points on the frame are not clipped."""
     plane = shown.plane
     for points in shown.boundaries:
         seen = (points.stiffness <= plane.top) & (points.damping <= plane.width)
@@ -199,7 +211,7 @@ class Dot:
         self._c = c
         words = {
             "textcoords": "offset points", "size": TEXT, "weight": "bold", "va": "center", "zorder": 8,
-            "path_effects": rim(c), "annotation_clip": False,
+            "path_effects": text_outline(c), "annotation_clip": False,
         }  # fmt: skip
         (self._feet,) = axes.plot([], [], linewidth=1.4, linestyle=":")
         (self._dot,) = axes.plot([], [], "o", markersize=15, color=c.accent, clip_on=False, zorder=8)
@@ -242,5 +254,5 @@ class Dot:
 
 
 def here(plane: Plane) -> str:
-    """Return the dot's words."""
+    """Return the dot's label."""
     return f"{plane.margin.stiffness:,.0f} N/m, {plane.margin.damping:.1f} N·s/m"

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.analysis.scales import nice_top
-from hapkit_studio.analysis.zwidth_limits import HIGHEST
-from hapkit_studio.charts.style import DASH, TEXT, Colors, dress, legend, save, whole
+from hapkit_studio.analysis.stability.axes import nice_top
+from hapkit_studio.analysis.zwidth import HIGHEST
+from hapkit_studio.charts.style import DASH, TEXT, Colors, legend, save, style_axes, unbroken
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.zwidth_result import ZWidth
+    from hapkit_studio.analysis.zwidth.result import ZWidth
 
 _SIZE = (792, 504)
 _ROOM = 1.18
@@ -48,7 +48,7 @@ class Walls:
 def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
     """Write what was rendered, what the linear loop allows, and under which conditions."""
     walls = Walls.of(result)
-    caption = whole([result.place, *(c.words for c in result.conditions)])
+    caption = unbroken([result.place, *(c.words for c in result.conditions)])
     save(lambda figure, c: draw(figure, c, walls), path, _SIZE, result.sentence, caption)
 
 
@@ -57,7 +57,7 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
     axes = figure.add_subplot()
     tried = walls.tried or (0.0, 0.0)
     high = np.nanmax([walls.top, tried[1], *(k for _, k, _ in walls.points), *walls.curve[1]])
-    dress(axes, c, "virtual damping B, N·s/m", "virtual stiffness K, N/m")
+    style_axes(axes, c, "virtual damping B, N·s/m", "virtual stiffness K, N/m")
     axes.set_xlim(-0.02 * walls.right, 1.04 * walls.right)
     axes.set_ylim(0.0, nice_top(_ROOM * float(high)))
     axes.yaxis.set_major_formatter("{x:,.0f}")

@@ -1,10 +1,24 @@
-"""What a command is: its words, what it takes, and what it does."""
+"""What a command is: its words, what it takes, and what it does; options that several commands share."""
 
 import argparse
+import contextlib
+import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hapkit_studio import environments, figures
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.dynamics.estimators import ESTIMATORS, Spec
+from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import LawError, ParameterError
+from hapkit_studio.workshop import reading, trial
+from hapkit_studio.workshop.own import OwnEnvironment
+from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source, visible_text
 
 QUIET_SECONDS = 1.0
 
@@ -34,7 +48,7 @@ class Command:
 
 
 def progress_line(what: str) -> Callable[[int, int], None]:
-    """Return what writes one line that follows the work (done, of), on a terminal and once it takes long."""
+    """Return a progress callback (done, of) that keeps one line on a terminal, once the work takes long."""
     begin = time.monotonic()
 
     def say(done: int, of: int) -> None:
@@ -45,3 +59,146 @@ def progress_line(what: str) -> Callable[[int, int], None]:
         print(f"\r{'' if last else line:<60}", end="\r" if last else "", file=sys.stderr, flush=True)
 
     return say
+
+
+ESTIMATOR_HELP = f"{', '.join(ESTIMATORS)}; options as iir:cutoff=20"
+
+
+def environment_named(wanted: str, trust: bool) -> Environment:
+    """Return an environment by its key or its Python file; raise ParameterError."""
+    return environment_of_file(wanted, trust) if wanted.endswith(".py") else environments.named(wanted)
+
+
+def key_values(
+    pairs: Sequence[str], what: str = "A parameter", like: str = "stiffness=400"
+) -> dict[str, object]:
+    """Return {key: number or word} of KEY=VALUE pairs; raise ParameterError that names what they are."""
+    found: dict[str, object] = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals or not key or not value:
+            raise ParameterError(f"{what} is given as KEY=VALUE, e.g. {like}, not {pair!r}.")
+        try:
+            found[key] = float(value)
+        except ValueError:
+            found[key] = value
+    return found
+
+
+def estimator_spec(text: str) -> Spec:
+    """Return an estimator of ``iir`` or ``iir:cutoff=20``; raise ParameterError."""
+    name, colon, options = text.partition(":")
+    if not colon:
+        return name
+    numbers = key_values(options.split(","), "An option", "cutoff=20")
+    for key, value in numbers.items():
+        if not isinstance(value, float):
+            raise ParameterError(f"The estimator's {key} takes a number, not {value!r}.")
+    return name, numbers  # type: ignore[return-value]
+
+
+SETTING = {
+    "mass": ("kg", "of the handle"),
+    "viscous": ("N·s/m", "the handle's own damping"),
+    "coulomb": ("N", "the handle's friction"),
+    "quantum": ("m", "the sensor's steps"),
+    "rate": ("Hz", "of the loop"),
+    "delay": ("s", "from a sample to its force"),
+}
+
+
+def setting_options(command: argparse.ArgumentParser) -> None:
+    """Declare what a Setting is made of; what is not given is None."""
+    usual = Setting()
+    for name, (unit, words) in SETTING.items():
+        shown = f"{words}; {getattr(usual, name):g}"
+        command.add_argument(f"--{name}", type=float, metavar=unit, help=shown)
+    command.add_argument("--estimator", metavar="NAME", help=ESTIMATOR_HELP)
+    command.add_argument("--hand", metavar="GRIP", help=", ".join(GRIPS))
+    command.add_argument("--controller", action="store_true", help="with the passivity controller")
+
+
+def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
+    """Return the options that were given by name, the estimator parsed; raise ParameterError."""
+    found = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    if "estimator" in found:
+        found["estimator"] = estimator_spec(found["estimator"])
+    return found
+
+
+def setting_of(options: argparse.Namespace) -> Setting:
+    """Return the Setting of what was given; raise ParameterError."""
+    given = of_options(options, (*SETTING, "estimator", "hand"))
+    return Setting(**given, controller=options.controller)
+
+
+_OUTPUTS = ("csv", "plot")
+_PICTURE = ".png"
+
+
+def check_outputs(options: argparse.Namespace) -> None:
+    """Raise ParameterError where --csv or --plot cannot be written; a picture without an ending is a PNG."""
+    for name in _OUTPUTS:
+        given = getattr(options, name, None)
+        if given is None:
+            continue
+        _check_path(given, f"--{name}")
+        if name == "plot":
+            figures.check(given)
+            setattr(options, name, given if Path(given).suffix else given + _PICTURE)
+
+
+def _check_path(given: str, option: str) -> None:
+    path = Path(given)
+    if not given or path.is_dir():
+        raise ParameterError(f"{option} takes the path of a file, not {given!r}.")
+    if not path.parent.is_dir():
+        raise ParameterError(f"{option}: there is no folder {path.parent}. Make it, or name another.")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise ParameterError(f"{option}: you may not write {path}. Name another file.")
+
+
+YES = ("y", "yes")
+
+
+def environment_of_file(path: str, trusting: bool = False) -> OwnEnvironment:
+    """Return the environment of a file; raise LawError, one line with the file's name and the line in it.
+
+    A file that nobody agreed to is shown first, and executed if a person at the terminal says so; trusting
+    stands for having said so.
+    """
+    file = Path(path).expanduser().absolute()
+    try:
+        source = read(file)
+        _consent(source, trusting)
+        _try(source)
+        return reading.load_source(source)
+    except LawError as error:
+        where = f"{file.name}, line {error.line}" if error.line else file.name
+        raise LawError(f"{where}: {reading.without_line(error)}") from None
+
+
+def _consent(source: Source, trusting: bool) -> None:
+    """Raise LawError unless a file may be executed."""
+    if is_trusted(source):
+        return
+    if not trusting:
+        if not (sys.stdin.isatty() and sys.stderr.isatty()):
+            raise LawError("not executed, as nobody agreed to it yet: read it, then pass --trust")
+        print(visible_text(source.text), file=sys.stderr)
+        question = f"Execute {source.path.name} as it stands above? [y/N] "
+        print(question, end="", file=sys.stderr, flush=True)
+        if sys.stdin.readline().strip().lower() not in YES:
+            raise LawError("not executed")
+    with contextlib.suppress(OSError):  # where nothing can be remembered, the next run asks again
+        trust_source(source)
+
+
+def _try(source: Source) -> None:
+    """Raise LawError unless a file passes its trial, now or before."""
+    if trial.has_passed(source):
+        return
+    verdict = trial.check(source)
+    trial.remember(source, verdict.ok)
+    for problem in verdict.problems:
+        raise LawError(problem.text, problem.line)

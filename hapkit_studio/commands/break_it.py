@@ -5,12 +5,10 @@ import textwrap
 from pathlib import Path
 
 from hapkit_studio.analysis.failures import failures, named
-from hapkit_studio.analysis.failures.base import Failure
-from hapkit_studio.analysis.failures.numbers import readable
-from hapkit_studio.analysis.failures.shown import Shown, Try, show
-from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import key_values
+from hapkit_studio.analysis.failures.base import Failure, Shown, Try, as_json, show, try_json
+from hapkit_studio.commands.base import Command, Result, key_values, progress_line
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import on_screen
 
 _WIDTH = 100
 
@@ -43,12 +41,12 @@ def run(options: argparse.Namespace) -> Result:
             written.append(path)
     tried = [Try(options.at, chosen[0].try_at(options.at, given))] if options.at is not None else []
     text = _details(results[0], tried) if options.failure else _table(results)
-    as_json = {
-        "failures": [_as_json(r) for r in results],
-        "tried": [_try(t) for t in tried],
+    found = {
+        "failures": [as_json(r) for r in results],
+        "tried": [try_json(t) for t in tried],
         "written": written,
     }
-    return Result(text + "".join(f"\nwrote {path}" for path in written), as_json)
+    return Result(text + "".join(f"\nwrote {path}" for path in written), found)
 
 
 def _path_for(path: str, failure: Failure) -> str:
@@ -62,36 +60,6 @@ def _draw(shown: Shown, path: str) -> None:
     failure_figure(shown, path)
 
 
-def _try(one: Try) -> dict:
-    found = one.evidence
-    measure = found.measure if abs(found.measure) < float("inf") else None
-    return {
-        "value": one.value,
-        "holds": found.holds,
-        "measure": measure,
-        "measure_unit": found.measure_unit,
-        "words": found.words,
-    }
-
-
-def _as_json(shown: Shown) -> dict:
-    failure = shown.failure
-    pairs = [(p, shown.case[p.key]) for p in failure.options]
-    return {
-        "key": failure.key,
-        "title": failure.title,
-        "formula": failure.formula,
-        "knob": failure.knob.key,
-        "knob_unit": failure.knob.unit,
-        "options": {p.key: p.text(n) if p.discrete else n for p, n in pairs},
-        "limit": shown.limit,
-        "margin": failure.margin,
-        "inside": _try(shown.inside),
-        "outside": _try(shown.outside),
-        "as_theory_says": shown.as_theory_says,
-    }
-
-
 def _verdict(one: Try) -> str:
     return f"{'holds' if one.evidence.holds else 'fails'}: {one.evidence.words}"
 
@@ -99,7 +67,7 @@ def _verdict(one: Try) -> str:
 def _limit(shown: Shown) -> str:
     knob = shown.failure.knob
     name = knob.label[0].lower() + knob.label[1:]
-    return f"{name} {readable(shown.limit, knob.unit)}"
+    return f"{name} {on_screen(shown.limit, knob.unit)}"
 
 
 def _table(results: list[Shown]) -> str:
@@ -123,7 +91,7 @@ def _details(shown: Shown, tried: list[Try]) -> str:
     pairs = [f"{p.key}={p.text(shown.case[p.key])}" for p in failure.options]
     lines += [f"with {', '.join(pairs)}", f"limit: {_limit(shown)}"]
     for one in (shown.inside, shown.outside, *tried):
-        lines.append(f"{readable(one.value, failure.knob.unit)} {_verdict(one)}")
+        lines.append(f"{on_screen(one.value, failure.knob.unit)} {_verdict(one)}")
     return "\n".join(lines)
 
 

@@ -2,9 +2,13 @@
 
 import argparse
 
-from hapkit_studio import catalogue
 from hapkit_studio import environments as library
 from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.parameters import AnyParameter, Choice
+
+_HEAD = "| key | environment | what it does | state | modelled for it |\n|---|---|---|---|---|"
+_COLUMNS = "| parameter | default | limits | what it is |\n|---|---|---|---|"
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -27,8 +31,40 @@ def environments(options: argparse.Namespace) -> Result:
             limits = " | ".join(p.options) if p.discrete else f"{p.low:g} to {p.high:g} {p.unit}"  # type: ignore[union-attr]
             lines.append(f"    {p.key:<19} {p.text(p.default):<12} [{limits}]")
         listed.append({"key": e.key, "title": e.title, "summary": e.summary, "parameters": described})
-    text = catalogue.markdown().rstrip() if options.markdown else "\n".join(lines)
+    text = _page().rstrip() if options.markdown else "\n".join(lines)
     return Result(text, {"environments": listed})
+
+
+def _page() -> str:
+    """Return the page of every discovered environment, in Markdown."""
+    known = library.discover().values()
+    rows = [_row(e) for e in known]
+    head = f"# Environments\n\n{_HEAD}\n" + "\n".join(rows)
+    return "\n\n".join([head, *map(_section, known)]) + "\n"
+
+
+def _row(e: Environment) -> str:
+    state = ", ".join(f"`{name}`" for name in e.state_names) or "none"
+    return f"| `{e.key}` | {e.title} | {e.summary} | {state} | {', '.join(e.needs) or 'nothing'} |"
+
+
+def _section(e: Environment) -> str:
+    parts = [
+        f"## {e.title}",
+        f"![{e.title}](../pictures/{e.key}.png)",
+        e.formula,
+        e.explanation,
+    ]
+    if e.parameters:
+        parts.append(_COLUMNS + "\n" + "\n".join(map(_parameter, e.parameters)))
+    if e.restless:
+        parts.append(e.restless)
+    return "\n\n".join(parts)
+
+
+def _parameter(p: AnyParameter) -> str:
+    limits = ", ".join(p.options) if isinstance(p, Choice) else f"{p.low:g} to {p.text(p.high)}"
+    return f"| `{p.key}` | {p.text(p.default)} | {limits} | {p.help} |"
 
 
 COMMAND = Command(

@@ -3,15 +3,14 @@
 import argparse
 import math
 
-from hapkit_studio.analysis import sketch_limit
-from hapkit_studio.commands.base import Command, Result
-from hapkit_studio.commands.given import environment, estimator_spec, key_values
+from hapkit_studio.analysis.stability import on_board
+from hapkit_studio.commands.base import Command, Result, environment_named, estimator_spec, key_values
 from hapkit_studio.devices import profiles
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.dynamics.estimators import USUAL
 from hapkit_studio.haptics.board_plan import ESTIMATORS
 from hapkit_studio.protocol.messages import Origin
-from hapkit_studio.workshop import sketch, sketch_file
+from hapkit_studio.workshop import sketch
 from hapkit_studio.workshop.own import switched_off
 
 
@@ -34,16 +33,16 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Result:
     """Write the sketch; raise ParameterError, LawError or DeviceError."""
-    found = environment(options.environment, options.trust)
+    found = environment_named(options.environment, options.trust)
     values = found.values(key_values(options.parameter))
     kit = _kit(options.kit, options.port)
     rate = sketch.usual_rate(found, values) if options.rate is None else options.rate
     spec = estimator_spec(options.estimator)
     sketch.check(rate, spec, options.prints)
-    margin = sketch_limit.margin(found, values, kit.board, rate, spec)
-    limit = sketch_limit.words(margin, rate)
+    margin = on_board.sketch_margin(found, values, kit.board, rate, spec)
+    limit = on_board.sketch_words(margin, rate)
     text = sketch.text(found, values, kit, rate, spec, options.prints, limit)
-    path = sketch_file.write(options.output or found.key, text, options.force)
+    path = sketch.write_sketch(options.output or found.key, text, options.force)
     whose = f"{kit.board.label}, {'calibrated' if kit.calibrated else 'the usual numbers of such a kit'}"
     numbers = {
         "written": str(path),

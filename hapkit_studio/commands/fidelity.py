@@ -5,10 +5,8 @@ from collections.abc import Sequence
 
 from hapkit_studio import environments as library
 from hapkit_studio.analysis import fidelity as judge
-from hapkit_studio.analysis import needs_writer
 from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
-from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import environment
+from hapkit_studio.commands.base import Command, Result, environment_named, progress_line
 from hapkit_studio.devices.simulated import TERMS
 
 
@@ -22,7 +20,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def fidelity(options: argparse.Namespace) -> Result:
     """Judge which terms each scene needs; draw the table and write the needs where asked."""
-    scenes = [environment(wanted, options.trust) for wanted in options.environment]
+    scenes = [environment_named(wanted, options.trust) for wanted in options.environment]
     scenes = scenes or list(library.discover().values())
     results = []
     for number, scene in enumerate(scenes, 1):
@@ -38,9 +36,7 @@ def fidelity(options: argparse.Namespace) -> Result:
 
 def _written(scenes: Sequence, results: Sequence[judge.Fidelity]) -> list[str]:
     pairs = zip(scenes, results, strict=True)
-    return [
-        str(needs_writer.file_of(scene)) for scene, result in pairs if needs_writer.write(scene, result.needs)
-    ]
+    return [str(judge.file_of(scene)) for scene, result in pairs if judge.write_needs(scene, result.needs)]
 
 
 def as_json(results: Sequence[judge.Fidelity], written: list[str]) -> dict:

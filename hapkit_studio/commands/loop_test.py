@@ -5,7 +5,7 @@ import argparse
 import numpy as np
 
 from hapkit_studio import devices as device_list
-from hapkit_studio.commands import rendered
+from hapkit_studio.commands import live_run
 from hapkit_studio.commands.base import Command, Result
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.haptics import rows
@@ -21,7 +21,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--rate", type=float, default=1000.0, metavar="Hz")
     command.add_argument("--seconds", type=float, default=5.0, metavar="s")
     command.add_argument("--environment", default="wall", metavar="KEY", help="what is rendered")
-    rendered.options(command)
+    live_run.options(command)
 
 
 def loop_test(options: argparse.Namespace) -> Result:
@@ -32,11 +32,11 @@ def loop_test(options: argparse.Namespace) -> Result:
     engine.set_loop(rate=options.rate)
     engine.start()
     try:
-        rendered.begin(engine, reader, options.render, options.board_rate)
+        live_run.begin(engine, reader, options.render, options.board_rate)
         engine.health()
-        table, _ = rendered.play(engine, reader, hand_named("press"), seconds, rendered.say_doubt(engine))
-        health, found = engine.health(), rendered.both(engine, table)
-        remarks = rendered.remarks(engine, found, options.board_rate)
+        table, _ = live_run.play(engine, reader, hand_named("press"), seconds, live_run.say_doubt(engine))
+        health, found = engine.health(), live_run.both(engine, table)
+        remarks = live_run.remarks(engine, found, options.board_rate)
         fault = engine.fault
     finally:
         engine.close()
@@ -68,7 +68,7 @@ def loop_test(options: argparse.Namespace) -> Result:
         f"late: median {late['p50']:.0f} µs, p99 {late['p99']:.0f}, p99.9 {late['p99.9']:.0f}, "
         f"worst {late['max']:.0f}\n"
         f"missed {health.missed}, lost frames {health.lost_frames}, delay {numbers['delay_us']:.0f} µs\n"
-        + "".join(f"{line}\n" for line in (*rendered.words(found), *remarks))
+        + "".join(f"{line}\n" for line in (*live_run.words(found), *remarks))
         + f"{health.priority.text}. {health.priority.how}".rstrip()
     )
     return Result(text, numbers)

@@ -1,15 +1,104 @@
-"""The command that renders an environment: headless, or live on a device."""
+"""The command that renders an environment: headless, or live on a device by computer or board."""
 
 import argparse
+import dataclasses
 
 import numpy as np
 
 from hapkit_studio import api
-from hapkit_studio.commands import rendered, run_on
-from hapkit_studio.commands.base import Command, Result
-from hapkit_studio.commands.given import ESTIMATOR_HELP, environment, estimator_spec, key_values
+from hapkit_studio import devices as device_list
+from hapkit_studio.commands import live_run
+from hapkit_studio.commands.base import (
+    ESTIMATOR_HELP,
+    Command,
+    Result,
+    environment_named,
+    estimator_spec,
+    key_values,
+)
+from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.parameters import Parameter
+from hapkit_studio.workshop.own import switched_off
+
+SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.1, 3600.0)
+FAULT = 2
+"""Exit code of a run that a fault has ended."""
+
+
+def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
+    """Return the run and what each way of rendering came to; raise a StudioError."""
+    chosen = environment_named(options.environment, options.trust)
+    device = device_list.named(options.device)
+    hand = hand_named(options.hand) if options.hand else None
+    if hand is not None and not (getattr(device, "hand", False) or getattr(device, "simulated", False)):
+        raise ParameterError(
+            f"{options.device} has no simulated hand: leave --hand away and move the handle."
+        )
+    seconds = SECONDS.check(options.seconds)
+    engine = Engine(device, chosen)
+    engine.set_environment(chosen, key_values(options.parameter))
+    engine.set_loop(delay=options.delay, estimator=estimator_spec(options.estimator))
+    if engine.device.simulated:
+        engine.set_loop(rate=options.rate)
+    reader = engine.reader()
+    engine.start()
+    try:
+        live_run.begin(engine, reader, options.render, options.board_rate)
+        table, played = live_run.play(engine, reader, hand, seconds, live_run.say_doubt(engine))
+        found = live_run.both(engine, table)
+        remarks = live_run.remarks(engine, found, options.board_rate)
+        fault = engine.fault
+    finally:
+        engine.close()
+    if not len(table):
+        raise ParameterError(f"Not one sample came in {played:.3g} s.")
+    run = _as_run(table, engine, options, found)
+    got = float(run.time[-1])
+    remarks += switched_off(chosen)
+    remarks += [] if live_run.is_gone(fault) else live_run.too_few(engine, played, got)
+    if played < seconds and fault is None:
+        remarks.append(f"Ended after {played:.2f} s of {seconds:g} s by Ctrl-C.")
+    faults = (live_run.fault_words(fault),) if fault else ()
+    return dataclasses.replace(run, faults=faults, warnings=tuple(remarks)), found
+
+
+def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:
+    """Return the rows as ``simulate`` would; times are the device's own."""
+    chosen, values = engine.environment, engine.values
+    states = table[:, rows.STATE : rows.STATE + len(chosen.state_names)]
+    settings = {
+        "environment": chosen.key,
+        "parameters": {
+            p.key: p.text(values[p.key]) if p.discrete else values[p.key] for p in chosen.parameters
+        },
+        "hand": options.hand or "own",
+        "device": options.device,
+        "render": options.render,
+        "rate_Hz": found[options.render]["rate_Hz"],
+        "delay_s": engine.loop.delay,
+        "estimator": engine.loop.estimator,
+    }
+    time = table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME]
+    return api.Run(
+        time=time,
+        position=table[:, rows.POSITION],
+        velocity=table[:, rows.VELOCITY],
+        true_position=table[:, rows.TRUE_POSITION],
+        true_velocity=table[:, rows.TRUE_VELOCITY],
+        force=table[:, rows.ASKED],
+        applied_force=table[:, rows.APPLIED],
+        hand_force=table[:, rows.HAND_FORCE],
+        energy=table[:, rows.ENERGY],
+        flags=table[:, rows.FLAGS].astype(int),
+        state=states.copy(),
+        state_names=chosen.state_names,
+        faults=(),
+        warnings=(),
+        settings=settings,
+    )
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -26,14 +115,14 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--estimator", default="difference", metavar="NAME", help=ESTIMATOR_HELP)
     command.add_argument("--seed", type=int, default=0)
     command.add_argument("--device", metavar="KEY", help="render live on a device, by its key or its port")
-    rendered.options(command)
+    live_run.options(command)
     command.add_argument("--csv", metavar="PATH", help="write every sample")
     command.add_argument("--plot", metavar="PATH", help="write a picture")
 
 
 def run(options: argparse.Namespace) -> Result:
     """Render an environment, by its key or its Python file; write CSV and picture where asked."""
-    done, found = run_on.live(options) if options.device is not None else (_headless(options), {})
+    done, found = live(options) if options.device is not None else (_headless(options), {})
     if options.csv:
         done.save(options.csv)
     if options.plot:
@@ -42,10 +131,10 @@ def run(options: argparse.Namespace) -> Result:
 
 
 def _headless(options: argparse.Namespace) -> api.Run:
-    if options.render != rendered.COMPUTER or options.board_rate is not None:
+    if options.render != live_run.COMPUTER or options.board_rate is not None:
         raise ParameterError("--render board needs --device with a board: --device virtual-board, or a port.")
     return api.simulate(
-        environment(options.environment, options.trust),
+        environment_named(options.environment, options.trust),
         key_values(options.parameter),
         hand=options.hand,
         rate=options.rate,
@@ -82,9 +171,9 @@ def _of_run(done: api.Run, written: list[str], found: dict) -> Result:
         + (f", clamped in {clamped} samples" if clamped else ""),
         f"energy given to the hand {1e3 * numbers['energy_given']:.3f} mJ",
     ]
-    lines += rendered.words(found) if found else []
+    lines += live_run.words(found) if found else []
     lines += [*done.faults, *done.warnings] + [f"wrote {path}" for path in written]
-    return Result("\n".join(lines), numbers, run_on.FAULT if found and done.faults else 0)
+    return Result("\n".join(lines), numbers, FAULT if found and done.faults else 0)
 
 
 def demo(path: str) -> Result:

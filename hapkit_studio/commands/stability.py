@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis import plane_numbers, plane_words
-from hapkit_studio.analysis.margin import hand_words, sentence
-from hapkit_studio.analysis.plane import RENDERED_DAMPING, WIDTH, Plane, measure_cells, measure_points, plane
-from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import setting, setting_options
+from hapkit_studio.analysis.stability import kb_plane
+from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
+from hapkit_studio.analysis.stability.margin import hand_words, sentence
+from hapkit_studio.analysis.stability.rendered import measure_cells, measure_points
+from hapkit_studio.commands.base import Command, Result, progress_line, setting_of, setting_options
 from hapkit_studio.errors import ParameterError
 
 COLUMNS = 13
@@ -37,7 +37,7 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Result:
     """Judge a loop; measure where asked."""
     _check(options)
-    found = plane(setting(options), options.stiffness, options.damping, width=options.to)
+    found = plane(setting_of(options), options.stiffness, options.damping, width=options.to)
     begin = time.monotonic()
     with _executor(options.scheduler) as executor:
         found = _measured(options, found, executor)
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> Result:
 
         stability_figure(found, options.plot)
         written.append(str(options.plot))
-    as_json = {**plane_numbers.as_json(found), "measuring_seconds": seconds, "written": written}
+    as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds, "written": written}
     return Result(_text(found, seconds) + "".join(f"\nwrote {path}" for path in written), as_json)
 
 
@@ -99,7 +99,7 @@ def _text(found: Plane, seconds: float | None) -> str:
     margin, setting = found.margin, found.setting
     lines = [
         f"{margin.stiffness:g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
-        ", ".join(f"{name.lower()} {value}" for name, value in plane_words.conditions(setting)),
+        ", ".join(f"{name.lower()} {value}" for name, value in kb_plane.conditions(setting)),
         "",
         *_table(found),
         "",
@@ -125,7 +125,7 @@ def _table(found: Plane) -> list[str]:
     heads = ["damping", "exact", "simple rule", "passive"] + (["measured"] if found.points else [])
     units = ["N·s/m"] + ["N/m"] * (len(heads) - 1)
     lines = ["".join(f"{word:>13}" for word in words) for words in (heads, units)]
-    passive = plane_numbers.passive(found)
+    passive = kb_plane.passive(found)
     for row, index in enumerate(range(0, len(found.damping), step)):
         cells = [f"{found.damping[index]:.2f}"]
         cells += [_newtons(found.exact[index]), _newtons(found.simple[index]), _newtons(passive[index])]
@@ -153,7 +153,7 @@ def _hands(found: Plane) -> str:
 def _cells(found: Plane) -> str:
     cells = found.cells
     assert cells is not None
-    counts = np.bincount(cells.classes.ravel().astype(int), minlength=len(plane_numbers.CLASS_NAMES))
+    counts = np.bincount(cells.classes.ravel().astype(int), minlength=len(kb_plane.CLASS_NAMES))
     words = ", ".join(f"{n} {verb}" for n, verb in zip(counts, ("decay", "buzz", "grow"), strict=True))
     return f"{cells.classes.size} cells: {words}"
 

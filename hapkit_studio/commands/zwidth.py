@@ -5,21 +5,27 @@ import math
 import sys
 
 from hapkit_studio import devices
-from hapkit_studio.analysis import zwidth, zwidth_device
-from hapkit_studio.analysis.zwidth_bench import Care
-from hapkit_studio.analysis.zwidth_limits import (
-    CARE_FORCE,
+from hapkit_studio.analysis.zwidth import (
     DEVICE_DAMPING,
+    DEVICE_FORCE,
     MAX_FORCE,
     PUSH,
     SIMULATED_DAMPING,
     SPEED,
+    on_device,
+    simulation,
 )
-from hapkit_studio.analysis.zwidth_protocol import Protocol
-from hapkit_studio.analysis.zwidth_result import ZWidth, text
+from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
+from hapkit_studio.analysis.zwidth.result import Protocol, ZWidth, text
 from hapkit_studio.charts.zwidth import zwidth_figure
-from hapkit_studio.commands.base import Command, Result, progress_line
-from hapkit_studio.commands.given import of_options, setting, setting_options
+from hapkit_studio.commands.base import (
+    Command,
+    Result,
+    of_options,
+    progress_line,
+    setting_of,
+    setting_options,
+)
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import ParameterError
@@ -36,7 +42,7 @@ def options(command: argparse.ArgumentParser) -> None:
     numbers = (
         ("speed", "m/s", f"at which the wall is hit; {SPEED.default:g}"),
         ("push", "N", f"into the wall; {PUSH.default:g}"),
-        ("max-force", "N", f"the motor's limit; none, on a device {CARE_FORCE.default:g}"),
+        ("max-force", "N", f"the motor's limit; none, on a device {DEVICE_FORCE.default:g}"),
     )
     command.add_argument("--device", metavar="DEVICE", help="simulated, virtual, a port; without: simulation")
     command.add_argument("--damping", metavar="B,B,…", help="virtual dampings in N·s/m, e.g. 0,1,2,5")
@@ -63,13 +69,13 @@ def _simulated(options: argparse.Namespace) -> ZWidth:
     force = math.inf if options.max_force is None else MAX_FORCE.check(options.max_force)
     protocol = Protocol(**of_options(options, ("speed", "push")), max_force=force)
     levels = dampings(options.damping, SIMULATED_DAMPING)
-    return zwidth.compute(setting(options), levels, protocol, progress=progress_line("damping"))
+    return simulation.compute(setting_of(options), levels, protocol, progress=progress_line("damping"))
 
 
 def _on_device(options: argparse.Namespace) -> ZWidth:
     """Measure on a device of its own; Ctrl+C, too, leaves it with a zero command."""
     hit = {"hit": options.speed} if options.speed is not None else {}
-    care = Care(**of_options(options, ("max_force", "push")), **hit)
+    limits = TrialLimits(**of_options(options, ("max_force", "push")), **hit)
     levels = dampings(options.damping, DEVICE_DAMPING)
     device = _device(options)
     engine = Engine(device, "wall")
@@ -81,7 +87,7 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
         engine.set_loop(**loop, controller=options.controller)
         engine.set_model("everything")
         watch = progress_line("trial")
-        return zwidth_device.measure(engine, levels, care, progress=watch, say=_say)
+        return on_device.measure(engine, levels, limits, progress=watch, say=_say)
     finally:
         engine.close()
 

@@ -19,8 +19,7 @@ from PySide6.QtWidgets import (
 
 from hapkit_studio.gui import banners, header
 from hapkit_studio.gui.actions import Action
-from hapkit_studio.gui.tabs.bar import PRIMARY
-from hapkit_studio.gui.tabs.verdict_line import VerdictLine
+from hapkit_studio.gui.pages.measuring import PRIMARY, AnswerLine
 from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import theme
@@ -133,7 +132,7 @@ class FormSheet(Sheet):
 
     def __init__(self, title: str, about: str, parent: QWidget | None = None):
         super().__init__(title, parent)
-        self.verdict = VerdictLine("")
+        self.verdict = AnswerLine("")
         words = plain(QLabel(about))
         words.setWordWrap(True)
         words.setMinimumWidth(_WIDTH)

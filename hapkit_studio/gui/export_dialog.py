@@ -13,7 +13,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.haptics.board_plan import spec_on_board
 from hapkit_studio.protocol.messages import Origin
-from hapkit_studio.workshop import sketch, sketch_file
+from hapkit_studio.workshop import sketch
 from hapkit_studio.workshop.sketch import Kit
 
 _ABOUT = (
@@ -64,13 +64,13 @@ class ExportSheet(FormSheet):
 
     def _limit(self) -> tuple[str, bool]:
         """Return limit and margin in words, and whether it is within."""
-        from hapkit_studio.analysis import sketch_limit  # off the first picture's way
+        from hapkit_studio.analysis.stability import on_board  # off the first picture's way
 
         studio = self._studio
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.spec)
         rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
-        found = sketch_limit.margin(studio.environment, studio.values, kit.board, rate, spec)
-        words = sketch_limit.words(found, rate)
+        found = on_board.sketch_margin(studio.environment, studio.values, kit.board, rate, spec)
+        words = on_board.sketch_words(found, rate)
         return words, not words or found is None or found.stable
 
     def text(self) -> str:
@@ -89,7 +89,7 @@ class ExportSheet(FormSheet):
     def write(self, wanted: str) -> None:
         """Write to the path that a person has chosen, in the folder that the Arduino IDE wants."""
         try:
-            path = sketch_file.write(wanted, self.text(), over=True)
+            path = sketch.write_sketch(wanted, self.text(), over=True)
         except StudioError as error:
             self.verdict.say(str(error), "triangle", "danger")
         except OSError as error:

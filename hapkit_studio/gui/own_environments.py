@@ -13,12 +13,11 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.workshop import folder, trial, tried, trust
+from hapkit_studio.workshop import folder, trial
 from hapkit_studio.workshop.own import OwnEnvironment, built_in
-from hapkit_studio.workshop.reading import load_source
-from hapkit_studio.workshop.source import Source, read
-from hapkit_studio.workshop.verdict import Verdict, failed
-from hapkit_studio.workshop.words import plain
+from hapkit_studio.workshop.reading import load_source, without_line
+from hapkit_studio.workshop.source import Source, is_trusted, read
+from hapkit_studio.workshop.trying import TrialResult, failed
 
 _WORDS = ("title", "summary", "scene")
 _LONGEST = 60
@@ -120,13 +119,13 @@ class TrialRunner(QObject):
             verdict = failed(f"the file cannot be tried out: {error.strerror}")
         self._ended.emit(source, verdict, unwanted)
 
-    def _deliver(self, source: Source, verdict: Verdict, unwanted: threading.Event) -> None:
+    def _deliver(self, source: Source, verdict: TrialResult, unwanted: threading.Event) -> None:
         if not unwanted.is_set():
             self.path = None
             self.finished.emit(source, verdict)
 
 
-def _tried(source: Source, unwanted: threading.Event) -> Verdict:
+def _tried(source: Source, unwanted: threading.Event) -> TrialResult:
     """Return the verdict on a text; end its program where it takes too long or nobody wants to know."""
     process = trial.begin(source)
     end = time.monotonic() + trial.TIMEOUT
@@ -148,7 +147,7 @@ class Loader(QObject):
         self._holder = holder
         self._latest: dict[Path, Source] = {}
 
-    def begin(self, source: Source, verdict: Verdict) -> None:
+    def begin(self, source: Source, verdict: TrialResult) -> None:
         """Load the very text whose trial went well; an older one of its file is not wanted any more."""
         self._latest[source.path] = source
         self._go_on(self._pieces(source, verdict))
@@ -158,7 +157,7 @@ class Loader(QObject):
         if wait is not None:
             QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
 
-    def _pieces(self, source: Source, verdict: Verdict) -> Iterator[int]:
+    def _pieces(self, source: Source, verdict: TrialResult) -> Iterator[int]:
         try:
             environment = fitting(load_source(source))
             functions = environment.functions
@@ -168,7 +167,7 @@ class Loader(QObject):
             environment.force.compiled()
             yield 0
         except LawError as error:
-            self.failed.emit(source, failed(plain(error), error.line))
+            self.failed.emit(source, failed(without_line(error), error.line))
             return
         other = self._holder(environment.key, source.path)
         if other:
@@ -247,10 +246,10 @@ class OwnEnvironments(QObject):
         try:
             source = read(path)
         except LawError as error:
-            self.judged.emit(path, failed(plain(error)))
+            self.judged.emit(path, failed(without_line(error)))
             self.refresh()
             return
-        if not trust.is_trusted(source):
+        if not is_trusted(source):
             self.refresh()
             self.asked.emit(source)
             return
@@ -258,8 +257,8 @@ class OwnEnvironments(QObject):
         loaded = self._loaded.get(path)
         if loaded is not None and loaded.source == source:
             self._studio.choose(loaded.key)
-        elif tried.has_passed(source):
-            self._loader.begin(source, Verdict())
+        elif trial.has_passed(source):
+            self._loader.begin(source, TrialResult())
         else:
             self.run(source)
 
@@ -279,22 +278,22 @@ class OwnEnvironments(QObject):
         """End a trial that is under way."""
         self.runner.close()
 
-    def _judge(self, source: Source, verdict: Verdict) -> None:
-        tried.note(source, verdict.ok)
+    def _judge(self, source: Source, verdict: TrialResult) -> None:
+        trial.remember(source, verdict.ok)
         if verdict.ok:
             self._loader.begin(source, verdict)
         else:
             self._refuse(source, verdict)
 
-    def _refuse(self, source: Source, verdict: Verdict) -> None:
+    def _refuse(self, source: Source, verdict: TrialResult) -> None:
         self._broken[source.path] = source.digest
         self._tell(source.path, verdict)
 
-    def _tell(self, path: Path, verdict: Verdict) -> None:
+    def _tell(self, path: Path, verdict: TrialResult) -> None:
         self.refresh()
         self.judged.emit(path, verdict)
 
-    def _take_in(self, environment: OwnEnvironment, verdict: Verdict) -> None:
+    def _take_in(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
         """Put a loaded environment in force, in the place of its older version."""
         path = environment.source.path
         old = self._loaded.get(path)
@@ -324,9 +323,9 @@ class OwnEnvironments(QObject):
     def _state(self, source: Source) -> str:
         if self.runner.path == source.path:
             return "checking"
-        if not trust.is_trusted(source):
+        if not is_trusted(source):
             return "foreign"
-        broken = self._broken.get(source.path) == source.digest or tried.has_failed(source)
+        broken = self._broken.get(source.path) == source.digest or trial.has_failed(source)
         return "broken" if broken else "ready"
 
     def _forget(self, path: Path) -> None:

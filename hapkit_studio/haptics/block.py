@@ -68,7 +68,14 @@ def new_block() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 @compiled
-def copy(values, words, program, to_values, to_words, to_program):
+def copy(
+    values: np.ndarray,
+    words: np.ndarray,
+    program: np.ndarray,
+    to_values: np.ndarray,
+    to_words: np.ndarray,
+    to_program: np.ndarray,
+) -> None:
     """Copy a block's content, all but its sequence; the law for the board where it is another one."""
     if to_words[PROGRAM] != words[PROGRAM]:
         for i in range(PROGRAM_WORDS):
@@ -80,7 +87,14 @@ def copy(values, words, program, to_values, to_words, to_program):
 
 
 @compiled
-def publish(values, words, program, new_values, new_words, new_program):
+def publish(
+    values: np.ndarray,
+    words: np.ndarray,
+    program: np.ndarray,
+    new_values: np.ndarray,
+    new_words: np.ndarray,
+    new_program: np.ndarray,
+) -> None:
     """Replace the block's content."""
     sequence = words[SEQUENCE]
     store_release(words, SEQUENCE, sequence + 1)
@@ -91,7 +105,14 @@ def publish(values, words, program, new_values, new_words, new_program):
 
 
 @compiled
-def take(values, words, program, copy_values, copy_words, copy_program):
+def take(
+    values: np.ndarray,
+    words: np.ndarray,
+    program: np.ndarray,
+    copy_values: np.ndarray,
+    copy_words: np.ndarray,
+    copy_program: np.ndarray,
+) -> bool:
     """Copy the block; return whether it was whole. What a torn copy holds may not be used."""
     sequence = load_acquire(words, SEQUENCE)
     if sequence & 1:

@@ -6,10 +6,15 @@ frames to ``frame`` and returns their length.
 
 import math
 
+import numpy as np
+
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays, block, link, rows, transitions
+from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.fences import store_release
+from hapkit_studio.haptics.link import Link
+from hapkit_studio.haptics.rows import Ring
 from hapkit_studio.haptics.tick import latch, recover
 from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.law_frames import PIECE, TUNED
@@ -22,12 +27,12 @@ _OFF = codec.FLAG_WATCHDOG | codec.FLAG_REFUSED | codec.FLAG_OVER_SPEED | codec.
 
 
 @compiled
-def show(r, conn, out, k, now):
+def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
     """Show the k-th decoded frame, telemetry, in the ring's next row."""
     sample = conn.samples[k]
     row = out.rows[rows.next_index(out)]
-    arrive(r, conn, sample)
-    period = since_last(conn, sample)
+    note_who_renders(r, conn, sample)
+    period = time_since_last(conn, sample)
     position = link.position_of(conn, sample[codec.COUNT])
     if transitions.due(r):
         fault = r.control[arrays.FAULT]
@@ -50,7 +55,7 @@ def show(r, conn, out, k, now):
 
 
 @internal
-def arrive(r, conn, sample):
+def note_who_renders(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
     """Notice that the board renders what it was told to, or that it was not told to."""
     n, words = conn.numbers, conn.words
     if (
@@ -67,7 +72,7 @@ def arrive(r, conn, sample):
 
 
 @internal
-def since_last(conn, sample):
+def time_since_last(conn: Link, sample: np.ndarray) -> float:
     """Return the time in s since the last row by the board's clock, a frame's where that means nothing."""
     before = conn.numbers[link.LAST_BOARD_TIME]
     passed = sample[codec.BOARD_TIME] - before
@@ -75,14 +80,14 @@ def since_last(conn, sample):
 
 
 @internal
-def frame_of(conn):
+def frame_of(conn: Link) -> float:
     """Return the time in s from one frame of telemetry to the next."""
     rate = conn.law[link.RATE]
     return max(FRAME, 1.0 / rate) if rate > 0 else FRAME
 
 
 @internal
-def lost_frames(conn, sample, period):
+def lost_frames(conn: Link, sample: np.ndarray, period: float) -> int:
     """Return how many frames are missing before this one, and count them; ticks are not all shown."""
     if sample[codec.LOST] <= 0.0 or conn.law[link.RATE] <= 0:
         return 0
@@ -92,13 +97,15 @@ def lost_frames(conn, sample, period):
 
 
 @internal
-def finite(value):
+def finite(value: float) -> float:
     """Return a number, 0 in place of what is none."""
     return value if math.isfinite(value) else 0.0
 
 
 @internal
-def fill_row(r, conn, sample, row, position, period):
+def fill_row(
+    r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray, position: float, period: float
+) -> None:
     """Fill what the board says of motion, force and state."""
     real, word, sign = r.real, r.word, conn.numbers[link.SIGN]
     duty = int(sample[codec.PWM])
@@ -118,11 +125,11 @@ def fill_row(r, conn, sample, row, position, period):
     word[arrays.RENEW] = 1  # the passivity observer does not watch here
     place = int(row[rows.TICK]) & (r.energies.shape[0] - 1)
     r.energies[place, 0] = r.energies[place, 1] = math.nan
-    take_state(r, conn, sample, row)
+    keep_state(r, conn, sample, row)
 
 
 @internal
-def take_state(r, conn, sample, row):
+def keep_state(r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray) -> None:
     """Keep the value of state that this frame shows, if it is the law's in force; fill the row's."""
     states = r.states[r.word[arrays.SLOT]]
     at = int(sample[codec.STATE_AT])
@@ -134,7 +141,7 @@ def take_state(r, conn, sample, row):
 
 
 @internal
-def flags_of(r, conn, sample, now, gap):
+def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: bool) -> int:
     """Return the row's flags; what the board latched is latched here, with words.
 
     gap: frames are missing before this one, or were not shown. What the sensor left out is one as well.
@@ -145,8 +152,8 @@ def flags_of(r, conn, sample, now, gap):
         store_release(r.control, arrays.MISSED, r.control[arrays.MISSED] + missed)
         conn.words[link.SKIPPED] += missed
     conn.words[link.OVERRUNS] = int(sample[codec.OVERRUNS])
-    latch_what_is_said(r, n, said, now)
-    count_cuts(r, conn, said)
+    latch_reported_faults(r, n, said, now)
+    count_motor_cuts(r, conn, said)
     flags = rows.GAP if gap or said & codec.FLAG_SENSOR else 0
     if said & codec.FLAG_CLAMPED:
         flags |= rows.CLAMPED
@@ -164,7 +171,7 @@ def flags_of(r, conn, sample, now, gap):
 
 
 @internal
-def count_cuts(r, conn, said):
+def count_motor_cuts(r: LoopArrays, conn: Link, said: int) -> None:
     """Count how often the board switched its motor off although it was told that someone is there."""
     words = conn.words
     off = said & codec.FLAG_WATCHDOG != 0 and said & codec.FLAG_STOPPED == 0
@@ -175,7 +182,7 @@ def count_cuts(r, conn, said):
 
 
 @internal
-def latch_what_is_said(r, n, said, now):
+def latch_reported_faults(r, n, said, now):
     """Latch over-speed and a force that is no number, unless the board was told just now to forget them.
 
     A board that saw a leap gives up its estimate: then the speed is what its positions come to.
@@ -191,7 +198,7 @@ def latch_what_is_said(r, n, said, now):
 
 
 @internal
-def come_back(r, conn, count):
+def resume_on_computer(r: LoopArrays, conn: Link, count: float) -> None:
     """Let the computer's tick go on from the motion as the board saw it; the force fades in."""
     position = link.position_of(conn, count)
     estimators.resume(r.memory, position, r.real[arrays.VELOCITY])
@@ -226,49 +233,49 @@ FIRST_SLOT = 2
 
 
 @compiled
-def answer(r, conn, k, now, frame):
-    """Answer frame k."""
+def answer(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
+    """Encode what answers frame k, as the handover stands; return its length."""
     n, words = conn.numbers, conn.words
     n[link.LAST_ANSWER] = now
     at = words[link.HANDOVER]
     if at == link.FADING_OUT:
-        length = zero(conn, k, frame)
-        return length + begin(r, conn, k, now, frame[length:])
+        length = encode_zero(conn, k, frame)
+        return length + begin_handover(r, conn, k, now, frame[length:])
     if at == link.SENDING_SETTINGS:
-        return settle(conn, k, now, frame)
+        return send_settings(conn, k, now, frame)
     form = link.wanted_form(r, conn)
     if at != link.RETURNING and form == 0:
-        at = turn_back(conn)
+        at = return_to_computer(conn)
     if at == link.RETURNING:
-        return give_over(conn, k, now, frame)
+        return send_leave(conn, k, now, frame)
     if at == link.SENDING_LAW:
-        return ask(r, conn, k, now, frame, form)
-    return go_on(r, conn, k, now, frame, form)
+        return send_law(r, conn, k, now, frame, form)
+    return update(r, conn, k, now, frame, form)
 
 
 @internal
-def zero(conn, k, frame):
+def encode_zero(conn: Link, k: int, frame: np.ndarray) -> int:
     """Encode a force of zero in answer to sample k."""
     return codec.encode_force(frame, int(conn.samples[k, codec.SEQ]), 0, 0.0)
 
 
 @internal
-def begin(r, conn, k, now, frame):
+def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Begin to hand over, the force at zero: the zero first, where the board has another one."""
     n, words = conn.numbers, conn.words
     words[link.LAW_DUE] = 1
     if words[link.CONFIGURABLE] and (n[link.ZERO] != 0.0 or n[link.SIGN] < 0.0):
-        fold(conn)
+        put_zero_and_direction(conn)
         words[link.HANDOVER] = link.SENDING_SETTINGS
         n[link.ASKED_AT] = -link.REPEAT_AFTER
         words[link.SETTINGS_SEEN] = conn.reader[codec.SETTINGS_FRAMES]
-        return settle(conn, k, now, frame)
+        return send_settings(conn, k, now, frame)
     words[link.HANDOVER] = link.SENDING_LAW
-    return ask(r, conn, k, now, frame, link.wanted_form(r, conn))
+    return send_law(r, conn, k, now, frame, link.wanted_form(r, conn))
 
 
 @internal
-def fold(conn):
+def put_zero_and_direction(conn: Link) -> None:
     """Put the zero and direction that a person has set into the settings that the board is to take over.
 
     The board's zero counts before its sense; its force follows its direction.
@@ -284,40 +291,40 @@ def fold(conn):
 
 
 @internal
-def settle(conn, k, now, frame):
+def send_settings(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Wait until the board has the settings; from the next frame on its counts are ours."""
     n, words = conn.numbers, conn.words
     if conn.reader[codec.SETTINGS_FRAMES] != words[link.SETTINGS_SEEN]:
         n[link.ZERO], n[link.SIGN] = 0.0, 1.0
         words[link.HANDOVER] = link.SENDING_LAW
-        return zero(conn, k, frame)
+        return encode_zero(conn, k, frame)
     if now - n[link.ASKED_AT] < link.REPEAT_AFTER:
-        return zero(conn, k, frame)
+        return encode_zero(conn, k, frame)
     n[link.ASKED_AT] = now
     return law_frames.encode_body(frame, conn.settings)
 
 
 @internal
-def ask(r, conn, k, now, frame, form):
-    """Say what the board is to render until it has heard, then send it in pieces; hear why it refuses."""
+def send_law(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, form: int) -> int:
+    """Announce the law until the board acknowledges it, then send its code; take note of a refusal."""
     n, words, sample = conn.numbers, conn.words, conn.samples[k]
     if words[link.LAW_DUE] or words[link.FORM] != form:
-        choose(r, conn, k, form)
+        take_law(r, conn, k, form)
     heard = sample[codec.KIND] == codec.SAMPLE and int(sample[codec.GENERATION]) == words[link.LAW_GENERATION]
     if not heard:
         if now - n[link.ASKED_AT] < link.REPEAT_AFTER:
             return send_now_and_then(conn, k, frame, law_frames.ALIVE)
         n[link.ASKED_AT] = n[link.MOVED_AT] = now
-        return announce(conn, frame)
+        return encode_law(conn, frame)
     if sample[codec.REFUSAL] != 0.0:
         words[link.REFUSED], words[link.REFUSAL] = form, int(sample[codec.REFUSAL])
-        turn_back(conn)
-        return give_over(conn, k, now, frame)
-    return pieces(conn, k, now, frame)
+        return_to_computer(conn)
+        return send_leave(conn, k, now, frame)
+    return send_pieces(conn, k, now, frame)
 
 
 @internal
-def choose(r, conn, k, form):
+def take_law(r: LoopArrays, conn: Link, k: int, form: int) -> None:
     """Take the law in force to send it to the board, with a generation of its own."""
     n, words = conn.numbers, conn.words
     words[link.LAW_GENERATION] = next_generation(conn, k)
@@ -333,7 +340,7 @@ def choose(r, conn, k, form):
 
 
 @internal
-def next_generation(conn, k):
+def next_generation(conn: Link, k: int) -> int:
     """Return a number from 1 to 255 that is neither the last law's nor what the board says now."""
     words, told = conn.words, int(conn.samples[k, codec.GENERATION])
     generation = words[link.GENERATION]
@@ -346,8 +353,8 @@ def next_generation(conn, k):
 
 
 @internal
-def announce(conn, frame):
-    """Encode what the law is like that the board is to get."""
+def encode_law(conn: Link, frame: np.ndarray) -> int:
+    """Encode the law's header: rate, estimator and sizes."""
     n, law = conn.numbers, conn.law
     return law_frames.encode_law(
         frame,
@@ -365,7 +372,7 @@ def announce(conn, frame):
 
 
 @internal
-def pieces(conn, k, now, frame):
+def send_pieces(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Send the next bytes of the law; go back to the first one missing where none has arrived for a while."""
     n, words = conn.numbers, conn.words
     whole = 4 * conn.law[link.CONSTANTS] + conn.law[link.CODE]
@@ -389,16 +396,16 @@ def pieces(conn, k, now, frame):
 
 
 @internal
-def turn_back(conn):
-    """Let the computer render again, once the board has given over; return that way."""
+def return_to_computer(conn: Link) -> int:
+    """Begin to hand back to the computer; return the new state."""
     conn.words[link.HANDOVER] = link.RETURNING
     conn.numbers[link.ASKED_AT] = -link.REPEAT_AFTER
     return link.RETURNING
 
 
 @internal
-def give_over(conn, k, now, frame):
-    """Tell the board that the computer renders; again where telemetry goes on."""
+def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
+    """Encode Leave: the computer renders; again while telemetry goes on."""
     n = conn.numbers
     if now - n[link.ASKED_AT] < link.REPEAT_AFTER:
         return send_now_and_then(conn, k, frame, law_frames.ALIVE)
@@ -407,8 +414,8 @@ def give_over(conn, k, now, frame):
 
 
 @internal
-def go_on(r, conn, k, now, frame, form):
-    """Say which law is new, or which constants, or only that the computer is there."""
+def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, form: int) -> int:
+    """Send a new law, changed constants, or only a sign of life."""
     n, words = conn.numbers, conn.words
     if r.word[arrays.STALE]:
         return send_now_and_then(conn, k, frame, law_frames.HELLO_REQUEST)
@@ -420,41 +427,41 @@ def go_on(r, conn, k, now, frame, form):
             words[link.TUNING] = words[link.PROGRAM] = 0
     changed = 0
     if words[link.TUNING] == 0 and words[link.PROGRAM] != r.words[block.PROGRAM]:
-        changed = changes(r, conn)
+        changed = count_changes(r, conn)
     if words[link.LAW_DUE] or words[link.FORM] != form or changed > r.words[block.BOARD_MOVING]:
         words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
-        return ask(r, conn, k, now, frame, form)
+        return send_law(r, conn, k, now, frame, form)
     if changed > 0:
-        return tune(r, conn, k, now, frame)
+        return send_constants(r, conn, k, now, frame)
     if words[link.TUNING] == 0:
         words[link.PROGRAM] = r.words[block.PROGRAM]
     return send_now_and_then(conn, k, frame, law_frames.ALIVE)
 
 
 @internal
-def other(r, conn, i):
+def constant_differs(r: LoopArrays, conn: Link, i: int) -> bool:
     """Return whether the board may have another i-th constant than it is to have."""
     return conn.unsure[i] or law_frames.constant_of(conn.program, i) != law_frames.constant_of(r.program, i)
 
 
 @internal
-def changes(r, conn):
+def count_changes(r: LoopArrays, conn: Link) -> int:
     """Return how many constants the board may have otherwise than it is to have them."""
     count = 0
     for i in range(conn.law[link.STATES], conn.law[link.CONSTANTS]):
-        count += other(r, conn, i)
+        count += constant_differs(r, conn, i)
     return count
 
 
 @internal
-def tune(r, conn, k, now, frame):
+def send_constants(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Send the first constants that are new; until the board says so nobody knows whether it has them."""
     n, words = conn.numbers, conn.words
     words[link.TUNING], n[link.TUNED_AT] = next_generation(conn, k), now
     law_frames.begin_tune(frame, words[link.LAW_GENERATION], words[link.TUNING])
     left = TUNED
     for i in range(conn.law[link.STATES], conn.law[link.CONSTANTS]):
-        if left > 0 and other(r, conn, i):
+        if left > 0 and constant_differs(r, conn, i):
             bits = law_frames.constant_of(r.program, i)
             law_frames.add_constant(frame, FIRST_SLOT + i, bits)
             law_frames.put_constant(conn.program, i, bits)
@@ -464,8 +471,8 @@ def tune(r, conn, k, now, frame):
 
 
 @internal
-def send_now_and_then(conn, k, frame, word):
-    """Say a word without fields every few milliseconds by the board's clock."""
+def send_now_and_then(conn: Link, k: int, frame: np.ndarray, word: int) -> int:
+    """Encode a message without fields, once every few milliseconds of the board's clock."""
     time = conn.samples[k, codec.BOARD_TIME]
     if 0.0 <= time - conn.numbers[link.ALIVE_AT] < ALIVE_APART - _HALF_FRAME:
         return 0
@@ -474,7 +481,7 @@ def send_now_and_then(conn, k, frame, word):
 
 
 @compiled
-def take_law_away(conn, frame):
+def take_law_away(conn: Link, frame: np.ndarray) -> int:
     """Take the board's law away, then command zero: the last act of a loop while the board renders.
 
     Told twice the board does so at once; told once it lets its force go out over 30 ms.
@@ -485,6 +492,6 @@ def take_law_away(conn, frame):
 
 
 @compiled
-def hello(frame):
-    """Ask whether anybody is there: what does not keep the motor on."""
+def encode_hello_request(frame: np.ndarray) -> int:
+    """Encode HelloRequest; it does not feed the watchdog."""
     return codec.encode_simple(frame, law_frames.HELLO_REQUEST)

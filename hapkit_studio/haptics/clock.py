@@ -21,7 +21,7 @@ _INFINITE = 0xFFFFFFFF
 
 
 @compiled
-def linux_now():
+def linux_now() -> float:
     """Return CLOCK_MONOTONIC in s."""
     spec = clib.word_pair()
     clib.clock_gettime(_CLOCK_MONOTONIC, spec)
@@ -29,7 +29,7 @@ def linux_now():
 
 
 @compiled
-def linux_until(deadline):
+def linux_until(deadline: float) -> None:
     """Sleep to an absolute time in s; a signal does not cut it short (clock_nanosleep(2))."""
     if not deadline > 0.0:
         return
@@ -42,7 +42,7 @@ def linux_until(deadline):
 
 
 @compiled
-def macos_tick():
+def macos_tick() -> float:
     """Return the length of a Mach tick in s; mach_timebase_info fills two uint32: numerator, denominator."""
     pair = clib.word_pair()
     clib.mach_timebase_info(pair)
@@ -51,20 +51,20 @@ def macos_tick():
 
 
 @compiled
-def macos_now():
+def macos_now() -> float:
     """Return Mach's absolute time in s."""
     return clib.mach_absolute_time() * macos_tick()
 
 
 @compiled
-def macos_until(deadline):
+def macos_until(deadline: float) -> None:
     """Sleep to an absolute time in s (mach_wait_until)."""
     if deadline > 0.0:
         clib.mach_wait_until(int(deadline / macos_tick()))
 
 
 @compiled
-def windows_now():
+def windows_now() -> float:
     """Return the performance counter in s."""
     pair = clib.word_pair()
     clib.QueryPerformanceCounter(pair)
@@ -73,7 +73,7 @@ def windows_now():
 
 
 @compiled
-def windows_until(deadline):
+def windows_until(deadline: float) -> None:
     """Sleep to an absolute time in s on a high-resolution waitable timer (relative, in 100 ns, negative)."""
     remaining = int((deadline - windows_now()) * 1e7)
     if remaining <= 0:
@@ -86,7 +86,7 @@ def windows_until(deadline):
     clib.CloseHandle(timer)
 
 
-def python_until(deadline):
+def python_until(deadline: float) -> None:
     """Sleep to an absolute time in s without compiled code."""
     remaining = deadline - time.perf_counter()
     if remaining > 0.0:

@@ -16,11 +16,14 @@ from hapkit_studio.haptics import arrays, block, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.fences import load_acquire
 from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
+from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.haptics.tick import tick
 
 
 @inlined
-def simulate_sample(r, body, row, target, after, shown):
+def simulate_sample(
+    r: LoopArrays, body: Plant, row: np.ndarray, target: float, after: float, shown: float
+) -> None:
     """Fill one row, whose time is set, and move the device on as the hand's target goes on to `after` m.
 
     shown is the target in the row, nan where no hand holds.
@@ -34,7 +37,9 @@ def simulate_sample(r, body, row, target, after, shown):
 
 
 @compiled
-def run_batch(r, body, hand, targets, holding, out):
+def run_batch(
+    r: LoopArrays, body: Plant, hand: np.ndarray, targets: np.ndarray, holding: np.ndarray, out: np.ndarray
+) -> int:
     """Fill one row a sample; return how many were done (fewer only where the run was told to quit).
 
     hand is mass, damping, stiffness; targets (n + 1,) in m, linear between samples; holding (n,) says
@@ -56,7 +61,9 @@ def run_batch(r, body, hand, targets, holding, out):
 
 
 @compiled
-def run_prescribed(r, body, positions, velocities, out):
+def run_prescribed(
+    r: LoopArrays, body: Plant, positions: np.ndarray, velocities: np.ndarray, out: np.ndarray
+) -> int:
     """Fill one row a sample of a motion imposed on the handle: positions, velocities (n,) in m, m/s."""
     period = r.block_values[block.PERIOD]
     simulated_loop.configure(body, r.block_values, 0.0, 0.0, 0.0)

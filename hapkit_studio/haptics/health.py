@@ -23,7 +23,7 @@ def new_histogram() -> np.ndarray:
 
 
 @compiled
-def add_lateness(bins, lateness):
+def add_lateness(bins: np.ndarray, lateness: float) -> None:
     """Count one lateness in s."""
     us = lateness * 1e6
     if us < 0.0:

@@ -13,84 +13,50 @@ import numpy as np
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays, block, rows
+from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.rows import Ring
 from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale, tick
 from hapkit_studio.protocol import codec, law_frames
 
-OF_COMPUTER, OF_BOARD = 0, 1
-DELAYS_KEPT = 4096
-LONGEST_DELAY = 65.5e-3
-"""s: a delay from here on is only known to be longer."""
-FAR_BEHIND = 1024
-"""Samples behind which an answer is no answer."""
+# --- Link.numbers
+QUANTUM = 0
+SIGN = 1
+ZERO = 2
+LAST_ARRIVAL = 3
+LAST_BOARD_TIME = 4
+QUIET = 5  # s without a frame
+LOOKED_AT = 6
+EFFECT = 7  # N, the force in effect
+LAST_ANSWER = 8
+FADE_LEFT = 9  # share of the computer's force on the way to the board
+ASKED_AT = 10
+MOVED_AT = 11  # when the board's count of bytes moved last
+TUNED_AT = 12
+ALIVE_AT = 13
+FADED_AT = 14
+EXCUSED = 15
+FIRST = 16  # the coefficients of the law's estimator
+SECOND = 17
+SEEN_SPEED = 18  # m/s from one position that the board tells to the next
+ROUND_TRIP = 19  # s from a sample to its force, as measured last, without an added delay
+TOO_LONG_SINCE = 20
+WATCHDOG = 21  # s after which the board refuses a force
+MOTOR_OFF_TIME = 22  # s in which the board has kept its motor off although it was answered
+NUMBERS = 23
 
-
-class Delays(NamedTuple):
-    """The last delays in s of each way, (2, KEPT), and how many there ever were, (2,).
-
-    last: number of the sample that the force in effect answered, and 1 where the next one follows on it.
-    """
-
-    values: np.ndarray
-    counts: np.ndarray
-    last: np.ndarray
-
-
-def new_delays() -> Delays:
-    """Return room in which nothing is measured yet."""
-    return Delays(np.zeros((2, DELAYS_KEPT)), np.zeros(2, dtype=np.int64), np.zeros(2, dtype=np.int64))
-
-
-@compiled
-def note_force_age(delays, seq, answered, delay, period, follows):
-    """Take what a sample of the board says about the force in effect over the period before it, in s.
-
-    The force's age, meant over time, is half a period more than the delay of a loop that answers them all:
-    that delay is kept. So a force that stays because answers are rare counts with the age it reaches.
-    """
-    behind = (seq - 1 - answered) & 0xFFFF
-    known = 0.0 < delay < LONGEST_DELAY and behind < FAR_BEHIND
-    if known and follows and delays.last[1]:
-        share = min(max(delay / period - behind, 0.0), 1.0)
-        note_delay(delays, OF_COMPUTER, (behind + share * ((answered - delays.last[0]) & 0xFFFF)) * period)
-    delays.last[0], delays.last[1] = answered, known
-
-
-@compiled
-def note_delay(delays, which, delay):
-    """Take one measured delay in s; 0 stands for none."""
-    if delay > 0.0:
-        delays.values[which, delays.counts[which] % DELAYS_KEPT] = delay
-        delays.counts[which] += 1
-
-
-class MeasuredDelay(NamedTuple):
-    """Mean and standard deviation in s of so many delays."""
-
-    mean: float
-    spread: float
-    total: int
-
-
-def measured_delay(delays: Delays, which: int, last: int = DELAYS_KEPT) -> MeasuredDelay | None:
-    """Return what the last delays of a way were, None where there are none."""
-    count = int(delays.counts[which])
-    if count == 0:
-        return None
-    found = delays.values[which, (count - 1 - np.arange(min(count, last, DELAYS_KEPT))) % DELAYS_KEPT]
-    return MeasuredDelay(float(found.mean()), float(found.std()), count)
-
-
-# --- words: before and between them are the line's own
+# --- Link.words
+STARTED = 0
+SENT_STOP = 1
 ZEROED = 2
 FLIPPED = 3
-HANDOVER = 4
+HANDOVER = 4  # who renders, one of the six below
 SETTINGS_SEEN = 5
-GENERATION = 6  # the last one said, of a law or of a change of its constants
-LAW_GENERATION = 7  # of the law that was said last, 0 before the first
+GENERATION = 6  # the last one sent, of a law or of a change of its constants
+LAW_GENERATION = 7  # of the law that was sent last, 0 before the first
 FORM = 8  # what that law is, as the block has it
 PROGRAM = 9  # the same with its constants, 0 where they may be others than the board has
-LAW_DUE = 10  # the law is to be said anew
+LAW_DUE = 10  # the law is to be sent anew
 RECEIVED = 11  # bytes of it that the board has
 SENT = 12  # bytes of it that have gone out
 TUNING = 13  # generation of the change of constants under way, 0 none
@@ -109,72 +75,74 @@ TOO_LONG = 25  # answers in a row that took longer than its watchdog waits
 LAST_WAS_SAMPLE = 26  # the last frame was one of the computer's tick
 WORDS = 27
 
-# --- numbers: from 9 on
-FADE_LEFT = 9
-ASKED_AT = 10
-MOVED_AT = 11  # when the board's count of bytes moved last
-TUNED_AT = 12
-ALIVE_AT = 13
-FADED_AT = 14
-EXCUSED = 15
-FIRST = 16  # the coefficients of the law's estimator
-SECOND = 17
-SEEN_SPEED = 18  # m/s from one position that the board tells to the next
-ROUND_TRIP = 19  # s from a sample to its force, as measured last, without an added delay
-TOO_LONG_SINCE = 20
-WATCHDOG = 21  # s after which the board refuses a force
-MOTOR_OFF_TIME = 22  # s in which the board has kept its motor off although it was answered
-NUMBERS = 23
-
-# What WAY says. LEAVING: the computer's force fades out. SETTING: the board takes over the zero. ASKING: it
-# is told what to render. THERE: it renders. RETURNING: it was told to give over.
 ON_COMPUTER, FADING_OUT, SENDING_SETTINGS, SENDING_LAW, ON_BOARD, RETURNING = range(6)
+"""The handover: the computer renders; its force fades out; the board takes over zero and direction; it is
+sent its law; it renders; it was told to stop rendering."""
 
-_ROUNDING = 1e-9
+OF_COMPUTER, OF_BOARD = 0, 1
+DELAYS_KEPT = 4096
+LONGEST_DELAY = 65.5e-3
+"""s: a delay from here on is only known to be longer."""
+FAR_BEHIND = 1024
+"""Samples behind which an answer is no answer."""
 
-REPEAT_AFTER = 0.1
-"""s after which what has no effect is said once more."""
 
+class Delays(NamedTuple):
+    """The last delays in s of computer and board, (2, DELAYS_KEPT), and how many there ever were, (2,).
 
-@internal
-def wanted_form(r, line):
-    """Return the form of the law that the board is to render now, 0 where the computer renders.
-
-    A zero or direction that a person sets is taken on the computer's way; what the board refused stays here.
+    last: number of the sample that the force in effect answered, and 1 where the next one follows on it.
     """
-    zeroed, flipped = load_acquire(r.control, arrays.ZERO), load_acquire(r.control, arrays.FLIP)
-    if zeroed != line.words[ZEROED] or flipped != line.words[FLIPPED]:
-        return 0
-    form = r.words[block.FORM]
-    return 0 if form == line.words[REFUSED] else form
+
+    values: np.ndarray
+    counts: np.ndarray
+    last: np.ndarray
 
 
-@internal
-def fade_out(r, line, period):
-    """Return the share of the force that a sample's answer may have: it fades out on the way to the board."""
-    n, words = line.numbers, line.words
-    held = r.real[arrays.HOLD] > 0.0 or r.word[arrays.STALE] or load_acquire(r.control, arrays.FAULT)
-    if words[HANDOVER] == ON_COMPUTER:
-        if held or wanted_form(r, line) == 0:
-            return 1.0
-        words[HANDOVER] = FADING_OUT
-        n[FADE_LEFT] = 1.0
-    if words[HANDOVER] != FADING_OUT:
-        return 0.0
-    if held or wanted_form(r, line) == 0:
-        words[HANDOVER] = ON_COMPUTER
-        r.real[arrays.GAIN] *= n[FADE_LEFT]
-        return n[FADE_LEFT]
-    left = n[FADE_LEFT] - period / r.values[block.FADE]
-    n[FADE_LEFT] = left if left > _ROUNDING else 0.0
-    return n[FADE_LEFT]
+def new_delays() -> Delays:
+    """Return room in which nothing is measured yet."""
+    return Delays(np.zeros((2, DELAYS_KEPT)), np.zeros(2, dtype=np.int64), np.zeros(2, dtype=np.int64))
 
 
-@internal
-def computer_answers(line):
-    """Return whether samples are answered by forces."""
-    way = line.words[HANDOVER]
-    return way == ON_COMPUTER or (way == FADING_OUT and line.numbers[FADE_LEFT] > 0.0)
+@compiled
+def note_force_age(
+    delays: Delays, seq: int, answered: int, delay: float, period: float, follows: bool
+) -> None:
+    """Take what a sample of the board says about the force in effect over the period before it, in s.
+
+    The force's age, meant over time, is half a period more than the delay of a loop that answers them all:
+    that delay is kept. So a force that stays because answers are rare counts with the age it reaches.
+    """
+    behind = (seq - 1 - answered) & 0xFFFF
+    known = 0.0 < delay < LONGEST_DELAY and behind < FAR_BEHIND
+    if known and follows and delays.last[1]:
+        share = min(max(delay / period - behind, 0.0), 1.0)
+        note_delay(delays, OF_COMPUTER, (behind + share * ((answered - delays.last[0]) & 0xFFFF)) * period)
+    delays.last[0], delays.last[1] = answered, known
+
+
+@compiled
+def note_delay(delays: Delays, which: int, delay: float) -> None:
+    """Take one measured delay in s; 0 stands for none."""
+    if delay > 0.0:
+        delays.values[which, delays.counts[which] % DELAYS_KEPT] = delay
+        delays.counts[which] += 1
+
+
+class MeasuredDelay(NamedTuple):
+    """Mean and standard deviation in s of so many delays."""
+
+    mean: float
+    spread: float
+    total: int
+
+
+def measured_delay(delays: Delays, which: int, last: int = DELAYS_KEPT) -> MeasuredDelay | None:
+    """Return what the last delays of the computer or the board were, None where there are none."""
+    count = int(delays.counts[which])
+    if count == 0:
+        return None
+    found = delays.values[which, (count - 1 - np.arange(min(count, last, DELAYS_KEPT))) % DELAYS_KEPT]
+    return MeasuredDelay(float(found.mean()), float(found.std()), count)
 
 
 CHUNK = 4096
@@ -188,28 +156,16 @@ MOTOR_ON_WITHIN = 0.3
 """s after which a board that is answered has its motor on."""
 SLOW_AFTER = 0.15
 """s in which every answer is too late, after which the computer cannot render."""
+REPEAT_AFTER = 0.1
+"""s after which what has no effect is sent once more."""
 _SLOW_ANSWERS = 4
 _SEVERAL = 3
+_ROUNDING = 1e-9
 
 _MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
 
-# --- numbers
-QUANTUM = 0
-SIGN = 1
-ZERO = 2
-LAST_ARRIVAL = 3
-LAST_BOARD_TIME = 4
-QUIET = 5
-LOOKED_AT = 6
-EFFECT = 7
-LAST_ANSWER = 8
-
 # --- what the law is like that the board gets, in the order of the block's words from BOARD_RATE on
 RATE, ESTIMATOR, STATES, CONSTANTS, SLOTS, CODE, CHECK = range(7)
-
-# --- words
-STARTED = 0
-SENT_STOP = 1
 
 
 class Link(NamedTuple):
@@ -259,25 +215,66 @@ def new_link(quantum: float, watchdog: float = 0.025) -> Link:
 
 
 @internal
-def position_of(line, count):
+def wanted_form(r: LoopArrays, link: Link) -> int:
+    """Return the form of the law that the board is to render now, 0 where the computer renders.
+
+    Zero and direction that a person sets are taken over by the computer; what the board refused stays here.
+    """
+    zeroed, flipped = load_acquire(r.control, arrays.ZERO), load_acquire(r.control, arrays.FLIP)
+    if zeroed != link.words[ZEROED] or flipped != link.words[FLIPPED]:
+        return 0
+    form = r.words[block.FORM]
+    return 0 if form == link.words[REFUSED] else form
+
+
+@internal
+def fade_out(r: LoopArrays, link: Link, period: float) -> float:
+    """Return the share of the force that a sample's answer may have: it fades out on the way to the board."""
+    n, words = link.numbers, link.words
+    held = r.real[arrays.HOLD] > 0.0 or r.word[arrays.STALE] or load_acquire(r.control, arrays.FAULT)
+    if words[HANDOVER] == ON_COMPUTER:
+        if held or wanted_form(r, link) == 0:
+            return 1.0
+        words[HANDOVER] = FADING_OUT
+        n[FADE_LEFT] = 1.0
+    if words[HANDOVER] != FADING_OUT:
+        return 0.0
+    if held or wanted_form(r, link) == 0:
+        words[HANDOVER] = ON_COMPUTER
+        r.real[arrays.GAIN] *= n[FADE_LEFT]
+        return n[FADE_LEFT]
+    left = n[FADE_LEFT] - period / r.values[block.FADE]
+    n[FADE_LEFT] = left if left > _ROUNDING else 0.0
+    return n[FADE_LEFT]
+
+
+@internal
+def computer_answers(link: Link) -> bool:
+    """Return whether samples are answered by forces."""
+    renderer = link.words[HANDOVER]
+    return renderer == ON_COMPUTER or (renderer == FADING_OUT and link.numbers[FADE_LEFT] > 0.0)
+
+
+@internal
+def position_of(link: Link, count: float) -> float:
     """Return the handle's position in m for a sensor count."""
-    n = line.numbers
+    n = link.numbers
     return n[SIGN] * (count - n[ZERO]) * n[QUANTUM]
 
 
 @internal
-def start_over(r, line, count):
+def start_over(r: LoopArrays, link: Link, count: float) -> None:
     """Forget motion and fade the force in from zero: position has another meaning from here."""
-    position = position_of(line, count)
+    position = position_of(link, count)
     estimators.reset(r.memory, position)
     r.real[arrays.LAST_POSITION] = position
     r.real[arrays.GAIN] = 0.0
 
 
 @internal
-def apply_zero_and_direction(r, line, count):
+def apply_zero_and_direction(r: LoopArrays, link: Link, count: float) -> None:
     """Set zero and direction when the window asked for it; on a board without a zero the first sample."""
-    n, words = line.numbers, line.words
+    n, words = link.numbers, link.words
     zeroed = load_acquire(r.control, arrays.ZERO)
     flipped = load_acquire(r.control, arrays.FLIP)
     if words[STARTED] and zeroed == words[ZEROED] and flipped == words[FLIPPED]:
@@ -288,37 +285,37 @@ def apply_zero_and_direction(r, line, count):
         n[SIGN] = -n[SIGN]
     words[STARTED] = 1
     words[ZEROED], words[FLIPPED] = zeroed, flipped
-    start_over(r, line, count)
+    start_over(r, link, count)
 
 
 @internal
-def effect(line, sample, period):
+def effect(link: Link, sample: np.ndarray, period: float) -> float:
     """Return the mean force in N over the last period: the old one until the answer came, then that."""
-    old = line.numbers[EFFECT]
-    new = line.forces[int(sample[codec.ANSWERED]) % HISTORY]
+    old = link.numbers[EFFECT]
+    new = link.forces[int(sample[codec.ANSWERED]) % HISTORY]
     if int(sample[codec.FLAGS]) & _MOTOR_OFF:
         new = 0.0
-    line.numbers[EFFECT] = new
+    link.numbers[EFFECT] = new
     behind = (int(sample[codec.SEQ]) - 1 - int(sample[codec.ANSWERED])) & 0xFFFF
     share = min(max(sample[codec.DELAY] / period - behind, 0.0), 1.0)
     return new + (old - new) * share
 
 
 @internal
-def measure_delay(line, sample, period):
+def measure_delay(link: Link, sample: np.ndarray, period: float) -> None:
     """Measure the delay, from samples that follow one another while the motor is on."""
     on = int(sample[codec.FLAGS]) & _MOTOR_OFF == 0 and sample[codec.LOST] == 0.0
     seq, answered = int(sample[codec.SEQ]), int(sample[codec.ANSWERED])
-    note_force_age(line.delays, seq, answered, sample[codec.DELAY], period, on)
+    note_force_age(link.delays, seq, answered, sample[codec.DELAY], period, on)
 
 
 @internal
-def note_link(r, line, sample, now):
+def note_link(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None:
     """Measure how long samples and forces are on their way; where no force can be in time, latch that.
 
     The board obeys no force whose newest sample is older than its watchdog's time, but for zero.
     """
-    n, words = line.numbers, line.words
+    n, words = link.numbers, link.words
     answered = int(sample[codec.ANSWERED])
     new, words[ANSWERED] = answered != words[ANSWERED], answered
     behind = (int(sample[codec.SEQ]) - 1 - answered) & 0xFFFF
@@ -333,46 +330,46 @@ def note_link(r, line, sample, now):
         n[TOO_LONG_SINCE] = now
     words[TOO_LONG] += 1
     late = words[TOO_LONG] >= _SLOW_ANSWERS and now - n[TOO_LONG_SINCE] >= SLOW_AFTER
-    if late and wanted_form(r, line) == 0:
+    if late and wanted_form(r, link) == 0:
         latch(r, arrays.SLOW_LINK, trip, n[WATCHDOG])
 
 
 @internal
-def added_periods(r):
+def added_periods(r: LoopArrays) -> int:
     """Return the added delay in whole periods."""
     return min(int(r.values[block.DELAY] / r.values[block.PERIOD] + 0.5), MOST_ADDED)
 
 
 @internal
-def keep_answer(line, seq, lost, force):
+def keep_answer(link: Link, seq: int, lost: float, force: float) -> None:
     """Keep the answer to sample seq; lost samples before it count as answered by the same."""
     for back in range(min(int(lost), HISTORY - 1) + 1):
-        line.forces[(seq - back) % HISTORY] = force
+        link.forces[(seq - back) % HISTORY] = force
 
 
 @compiled
-def note_gap(r, line, now):
+def note_gap(r: LoopArrays, link: Link, now: float) -> None:
     """Come back from a gap in the answers, when the board had its motor off, as from a stale sensor."""
-    if line.words[STARTED] and now - line.numbers[LAST_ANSWER] >= STALE_AFTER:
-        mark_stale(r, now, cause_of_silence(r, line, now))
+    if link.words[STARTED] and now - link.numbers[LAST_ANSWER] >= STALE_AFTER:
+        mark_stale(r, now, cause_of_silence(r, link, now))
 
 
 @internal
-def cause_of_silence(r, line, now):
+def cause_of_silence(r: LoopArrays, link: Link, now: float) -> int:
     """Return why nothing was answered for STALE_AFTER: a wait never takes much longer than that."""
-    n = line.numbers
+    n = link.numbers
     if n[LAST_ANSWER] > n[LOOKED_AT]:  # in this very pass: it took so long itself
         return arrays.HELD_UP if r.word[arrays.LONG] >= _SEVERAL else arrays.AWAY
     return arrays.AWAY if now - n[LOOKED_AT] > 1.5 * STALE_AFTER else arrays.NO_SAMPLE
 
 
 @compiled
-def silent_too_long(line, now):
+def silent_too_long(link: Link, now: float) -> bool:
     """Return whether a board that has been heard sends nothing any more for GONE_AFTER.
 
     A pass that took longer than its wait counts no more than twice that: then the computer was away.
     """
-    n = line.numbers
+    n = link.numbers
     if not math.isfinite(n[LAST_ARRIVAL]):
         return False
     n[QUIET] += min(now - n[LOOKED_AT], 2.0 * STALE_AFTER)
@@ -381,25 +378,25 @@ def silent_too_long(line, now):
 
 
 @compiled
-def lateness(line, now, board_time):
+def lateness(link: Link, now: float, board_time: float) -> float:
     """Return how much later than one period after the last frame this one came, by the board's clock, in s.
 
     Against the last frame alone: the two clocks drift, and a virtual board that was held up stays behind.
     """
-    n = line.numbers
+    n = link.numbers
     late = (now - n[LAST_ARRIVAL]) - (board_time - n[LAST_BOARD_TIME])
     n[LAST_ARRIVAL], n[LAST_BOARD_TIME] = now, board_time
     return max(0.0, late)
 
 
 @internal
-def watch_motor(r, line, said, now):
+def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
     """Where the board cut its motor off although it was answered, come back as from a stale sensor.
 
     Not where that is as it should be: until the first answer is heard, after stop and release; but that does
     not take for ever.
     """
-    n, words = line.numbers, line.words
+    n, words = link.numbers, link.words
     if said & codec.FLAG_STOPPED or words[HANDOVER] != ON_COMPUTER:
         words[MOTOR_SEEN_ON] = 0
         n[MOTOR_OFF_TIME] = 0.0
@@ -414,17 +411,17 @@ def watch_motor(r, line, said, now):
 
 
 @internal
-def skipped_ahead(line, sample, period):
+def skipped_ahead(link: Link, sample: np.ndarray, period: float) -> bool:
     """Return whether more than a period in s has passed by the board's clock: its pace was another one."""
-    before = line.numbers[LAST_BOARD_TIME]
+    before = link.numbers[LAST_BOARD_TIME]
     passed = sample[codec.BOARD_TIME] - before
     return before > 0.0 and 1.5 * period < passed < 1.0
 
 
 @internal
-def write_times(line, sample, row, now):
+def write_times(link: Link, sample: np.ndarray, row: np.ndarray, now: float) -> None:
     """Fill the row's times, and nan where only a simulation knows."""
-    row[rows.LATENESS] = lateness(line, now, sample[codec.BOARD_TIME])
+    row[rows.LATENESS] = lateness(link, now, sample[codec.BOARD_TIME])
     row[rows.HOST_TIME] = now
     row[rows.BOARD_TIME] = sample[codec.BOARD_TIME]
     row[rows.TRUE_POSITION] = row[rows.TRUE_VELOCITY] = math.nan
@@ -432,59 +429,59 @@ def write_times(line, sample, row, now):
 
 
 @compiled
-def render(r, line, out, k, now):
+def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     """Render the k-th decoded sample into the ring's next row; keep its answer."""
-    sample = line.samples[k]
+    sample = link.samples[k]
     nominal = r.values[block.PERIOD]
     period = nominal * (1.0 + sample[codec.LOST])
-    apply_zero_and_direction(r, line, sample[codec.COUNT])
+    apply_zero_and_direction(r, link, sample[codec.COUNT])
     said = int(sample[codec.FLAGS])
-    watch_motor(r, line, said, now)
-    if line.words[HANDOVER] == ON_COMPUTER:
-        measure_delay(line, sample, nominal)
-        note_link(r, line, sample, now)
-    in_effect = line.numbers[SIGN] * effect(line, sample, period)
+    watch_motor(r, link, said, now)
+    if link.words[HANDOVER] == ON_COMPUTER:
+        measure_delay(link, sample, nominal)
+        note_link(r, link, sample, now)
+    in_effect = link.numbers[SIGN] * effect(link, sample, period)
     row = out.rows[rows.next_index(out)]
-    force = tick(r, position_of(line, sample[codec.COUNT]), period, in_effect, row)
-    share = fade_out(r, line, period)
+    force = tick(r, position_of(link, sample[codec.COUNT]), period, in_effect, row)
+    share = fade_out(r, link, period)
     if share < 1.0:
         force *= share
         row[rows.APPLIED] = r.real[arrays.APPLIED] = force
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.FADING
-    gap = sample[codec.LOST] > 0.0 or line.words[LEFT_OUT] or skipped_ahead(line, sample, period)
-    write_times(line, sample, row, now)
+    gap = sample[codec.LOST] > 0.0 or link.words[LEFT_OUT] or skipped_ahead(link, sample, period)
+    write_times(link, sample, row, now)
     if gap or said & codec.FLAG_SENSOR:
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.GAP
-        line.words[LEFT_OUT] = 0
+        link.words[LEFT_OUT] = 0
     if said & codec.FLAG_CLAMPED:
         row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.CLAMPED
-    store_release(r.control, arrays.LOST_FRAMES, line.reader[codec.LOST_FRAMES])
-    store_release(r.control, arrays.CRC_ERRORS, line.reader[codec.BAD_FRAMES])
+    store_release(r.control, arrays.LOST_FRAMES, link.reader[codec.LOST_FRAMES])
+    store_release(r.control, arrays.CRC_ERRORS, link.reader[codec.BAD_FRAMES])
     if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
-        line.forces[:] = 0.0
-    keep_answer(line, int(sample[codec.SEQ]), sample[codec.LOST], line.numbers[SIGN] * force)
+        link.forces[:] = 0.0
+    keep_answer(link, int(sample[codec.SEQ]), sample[codec.LOST], link.numbers[SIGN] * force)
 
 
 @compiled
-def answer(r, line, k, now, frame):
+def answer(r: LoopArrays, link: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Encode into frame what answers sample k, an added delay of whole periods ago; return its length."""
-    line.numbers[LAST_ANSWER] = now
-    newest, behind = int(line.samples[k, codec.SEQ]), added_periods(r)
-    return codec.encode_force(frame, newest, behind, line.forces[(newest - behind) % HISTORY])
+    link.numbers[LAST_ANSWER] = now
+    newest, behind = int(link.samples[k, codec.SEQ]), added_periods(r)
+    return codec.encode_force(frame, newest, behind, link.forces[(newest - behind) % HISTORY])
 
 
 @compiled
-def stop_word(r, line):
+def stop_word(r: LoopArrays, link: Link) -> int:
     """Return the message that tells the board of a changed E-stop, 0 when nothing changed.
 
     While the board renders, a latched fault stops it as well.
     """
     stopped = load_acquire(r.control, arrays.STOP)
-    if line.words[HANDOVER] != ON_COMPUTER and load_acquire(r.control, arrays.FAULT) != arrays.NO_FAULT:
+    if link.words[HANDOVER] != ON_COMPUTER and load_acquire(r.control, arrays.FAULT) != arrays.NO_FAULT:
         stopped = 1
-    if stopped == line.words[SENT_STOP]:
+    if stopped == link.words[SENT_STOP]:
         return 0
-    line.words[SENT_STOP] = stopped
+    link.words[SENT_STOP] = stopped
     if not stopped:
-        line.words[LAW_DUE] = 1  # its state has gone on meanwhile
+        link.words[LAW_DUE] = 1  # its state has gone on meanwhile
     return codec.STOP if stopped else codec.RELEASE

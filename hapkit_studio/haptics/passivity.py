@@ -12,8 +12,11 @@ two, so a slow way in and out again, on the same edges, sums up to nothing.
 
 import math
 
+import numpy as np
+
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
 from hapkit_studio.haptics import arrays, block, rows
+from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.laws.native import call
 
 # Energy of a force and a length that fingers do not feel (0.3 N, 0.4 mm), in J.
@@ -46,7 +49,7 @@ def most_damping(mass: float, period: float, delay: float) -> float:
 
 
 @inlined
-def watch(r, position, effect, period):
+def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
     """Sum up the energy given since the last sample by the mean force in N in effect since then."""
     w = r.watch
     moved = position - r.real[arrays.LAST_POSITION]
@@ -73,7 +76,7 @@ def watch(r, position, effect, period):
 
 
 @inlined
-def compare(r, position, taken):
+def compare(r: LoopArrays, position: float, taken: float) -> None:
     """Compare what was given with its limit; what the paddle's damping took in J lifts it by any excess."""
     w, asked = r.watch, r.word[arrays.ASKED]
     cell = (position - w[START]) * A_METRE
@@ -96,7 +99,7 @@ def compare(r, position, taken):
 
 
 @inlined
-def left(w, cell):
+def left(w: np.ndarray, cell: float) -> float:
     """Return the energy in J that a law without a state can still give, so many cells from the beginning."""
     below = math.floor(cell)
     i = WORK + CELLS + int(below)
@@ -104,13 +107,13 @@ def left(w, cell):
 
 
 @inlined
-def threshold(r):
+def threshold(r: LoopArrays) -> float:
     """Return the excess in J that means something: it would be felt, and no sensor step can feign it."""
     return FELT + COUNTS * r.values[block.QUANTUM] * r.watch[PEAK]
 
 
 @inlined
-def control(r, period):
+def control(r: LoopArrays, period: float) -> float:
     """Return the force in N to take off, along the motion, so that the excess is gone within a period."""
     w = r.watch
     most = r.values[block.DAMPER]
@@ -124,7 +127,7 @@ def control(r, period):
 
 
 @inlined
-def judge(r, taken, position, period):
+def judge(r: LoopArrays, taken: float, position: float, period: float) -> None:
     """Set the row's flags, keep the energies; begin anew after whatever changes what can be given."""
     w, word = r.watch, r.word
     flags, place = word[arrays.FLAGS], word[arrays.TICK] & (r.energies.shape[0] - 1)
@@ -144,7 +147,7 @@ def judge(r, taken, position, period):
 
 
 @internal
-def force_at(r, position, period):
+def force_at(r: LoopArrays, position: float, period: float) -> float:
     """Return the force in N that the law's beginning gives at rest at a place, as far as the motor can."""
     w, fault = r.watch, r.word[arrays.SPARE :]
     for i in range(rows.STATES):
@@ -159,7 +162,7 @@ def force_at(r, position, period):
 
 
 @compiled
-def ask(r, position, period):
+def ask(r: LoopArrays, position: float, period: float) -> None:
     """Ask the law for its force at the next places, and sum up the work on the way to them."""
     w, word = r.watch, r.word
     if word[arrays.ASKED] == 0:
@@ -178,7 +181,7 @@ def ask(r, position, period):
 
 
 @internal
-def reach(w, asked, position, period):
+def reach(w: np.ndarray, asked: int, position: float, period: float) -> int:
     """Return up to which cell to ask: past where the handle is after another period, twice as fast."""
     cells = 2.0 + A_METRE * (abs(position - w[START]) + 2.0 * period * abs(w[SPEED]))
     upto = asked + A_TICK
@@ -188,7 +191,7 @@ def reach(w, asked, position, period):
 
 
 @internal
-def lift(w, work):
+def lift(w: np.ndarray, work: float) -> None:
     """Raise what the law can give to a work in J."""
     if work > w[MOST]:
         w[LIMIT] += work - w[MOST]
@@ -196,7 +199,7 @@ def lift(w, work):
 
 
 @internal
-def begin(r, position, period):
+def begin(r: LoopArrays, position: float, period: float) -> None:
     """Begin here: nothing given, nothing known of what the law can give but what its objects hold."""
     w = r.watch
     for i in range(FROZEN):

@@ -7,14 +7,12 @@ import sys
 import threading
 from dataclasses import dataclass
 
-if sys.platform == "darwin":
-    from hapkit_studio.haptics import realtime_macos as system
-elif sys.platform == "win32":
-    from hapkit_studio.haptics import realtime_windows as system
+if sys.platform == "darwin" or sys.platform == "win32":
+    pass
 else:
-    from hapkit_studio.haptics import realtime_linux as system
+    from hapkit_studio.haptics import realtime_linux
 
-demote = system.demote
+demote = realtime_linux.demote
 
 
 @dataclass(frozen=True)
@@ -29,20 +27,20 @@ class Priority:
 
 def obtain() -> Priority:
     """Raise the calling thread's priority; call it once everything is compiled, right before the loop."""
-    text, level = system.obtain()
-    return Priority(text, level > 0, system.how_to_get_more(level), level)
+    text, level = realtime_linux.obtain()
+    return Priority(text, level > 0, realtime_linux.how_to_get_more(level), level)
 
 
 def held(obtained: Priority, thread: int) -> Priority:
     """Return what is left of an obtained priority: a thread that did not let go was demoted meanwhile."""
-    if not obtained.realtime or system.is_realtime(thread):
+    if not obtained.realtime or realtime_linux.is_realtime(thread):
         return obtained
     return Priority("Normal priority, demoted", False, "Lower the rate, then connect again.")
 
 
 def release() -> None:
     """Give the calling thread normal priority back."""
-    system.release()
+    realtime_linux.release()
 
 
 def probe() -> Priority:

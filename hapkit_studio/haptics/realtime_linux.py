@@ -1,26 +1,106 @@
 """Real-time priority on Linux for the calling thread: SCHED_FIFO, RealtimeKit, nice.
 
-Beside it what needs no priority: timer slack, locked memory, processors that do not fall asleep.
+Beside it what needs no priority: timer slack, locked memory, processors kept awake. A thread that
+holds the processor is demoted from a signal handler: the kernel sends SIGXCPU once a real-time thread has run
+for RLIMIT_RTTIME without blocking (setrlimit(2)). A Python handler would have to wait for the main thread and
+the GIL; this one is compiled.
 """
 
 import ctypes
+import functools
 import os
 import resource
 import shutil
+import signal
 import struct
 import subprocess
 import threading
 from pathlib import Path
 
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba import cfunc, config, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.haptics import clib, overrun
+from hapkit_studio.haptics import clib
+
+SOFT_LIMIT_US = 100_000
+_SLOTS = 16
+_SYMBOL = "hapkit_studio_realtime_threads"
+_OTHER_RESET_ON_FORK = 0x40000000
+
+# word 0 counts the demotions, the others hold thread ids or 0; a symbol keeps the handler cacheable
+_table = (ctypes.c_int64 * (1 + _SLOTS))()
+llvm.add_symbol(_SYMBOL, ctypes.addressof(_table))
+
+
+@intrinsic
+def _table_address(typingctx):
+    def codegen(context, builder, signature, args):
+        i64 = ir.IntType(64)
+        variable = cgutils.add_global_variable(builder.module, i64, _SYMBOL)
+        variable.linkage = "external"
+        return builder.ptrtoint(variable, i64)
+
+    return types.uint64(), codegen
+
+
+@functools.cache
+def _handler():
+    """Compile or load the handler; only system calls in it, so it is safe at any instant."""
+
+    @cfunc(types.void(types.int32), cache=True)
+    def on_overrun(number):
+        table, zero = _table_address(), clib.word_pair()
+        for slot in range(1, 1 + _SLOTS):
+            thread = clib.get_word(table, slot)
+            if thread != 0:
+                clib.sched_setscheduler(thread, _OTHER_RESET_ON_FORK, zero)
+                clib.set_word(table, 0, clib.get_word(table, 0) + 1)
+
+    return on_overrun
+
+
+def prepare_handler() -> None:
+    """Compile or load the handler; under an inherited limit a real-time thread has no time for it."""
+    if not config.DISABLE_JIT:
+        _handler()
+
+
+def watch_overrun(thread: int, hard_limit_us: int | None = None) -> None:
+    """Have a thread demoted after 100 ms without blocking; optionally lower the hard limit for good."""
+    if thread not in _table[1:]:
+        _table[1 + list(_table[1:]).index(0)] = thread
+    if config.DISABLE_JIT:
+        return
+    libc = ctypes.CDLL(None)
+    libc.signal.argtypes = [ctypes.c_int, ctypes.c_void_p]
+    libc.signal(signal.SIGXCPU, _handler().address)
+    hard = resource.getrlimit(resource.RLIMIT_RTTIME)[1]
+    if hard_limit_us is not None and (hard == resource.RLIM_INFINITY or hard > hard_limit_us):
+        hard = hard_limit_us
+    resource.setrlimit(resource.RLIMIT_RTTIME, (SOFT_LIMIT_US, hard))
+
+
+def forget_overrun(thread: int) -> None:
+    """Stop watching a thread."""
+    for slot in range(1, 1 + _SLOTS):
+        if _table[slot] == thread:
+            _table[slot] = 0
+
+
+def demotions() -> int:
+    """Return how often a thread was demoted since the program started."""
+    return _table[0]
+
 
 FIFO_LEVEL = 80
 _NICE = -11
 _PR_SET_TIMERSLACK = 29
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _CAP_IPC_LOCK = 14
-_OTHER_RESET_ON_FORK = 0x40000000
 _WAKE_LATENCY = Path("/dev/cpu_dma_latency")
 _held = threading.local()
 _KIT = ("org.freedesktop.RealtimeKit1", "/org/freedesktop/RealtimeKit1", "org.freedesktop.RealtimeKit1")
@@ -32,7 +112,7 @@ def obtain() -> tuple[str, int]:
     Compile everything first: from here on 100 ms without blocking end the privilege.
     """
     thread = threading.get_native_id()
-    overrun.prepare()
+    prepare_handler()
     set_timer_slack(1)
     lock_memory()
     keep_processors_awake()
@@ -49,13 +129,13 @@ def release() -> None:
     os.sched_setscheduler(0, os.SCHED_OTHER | os.SCHED_RESET_ON_FORK, os.sched_param(0))
     if os.getpriority(os.PRIO_PROCESS, thread) < 0:
         os.setpriority(os.PRIO_PROCESS, thread, 0)
-    overrun.forget(thread)
+    forget_overrun(thread)
     set_timer_slack(0)
     let_processors_sleep()
 
 
 @compiled
-def demote():
+def demote() -> None:
     """Give the calling thread normal priority at once, from compiled code."""
     clib.sched_setscheduler(0, _OTHER_RESET_ON_FORK, clib.word_pair())
 
@@ -123,7 +203,7 @@ def _take_fifo(thread: int) -> tuple[str, int] | None:
     allowed = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
     for level in (FIFO_LEVEL, min(allowed, FIFO_LEVEL)):
         if level > 0 and _set_fifo(level):
-            overrun.watch(thread)
+            watch_overrun(thread)
             return f"Real-time, FIFO {level}", level
     return None
 
@@ -145,12 +225,12 @@ def _ask_realtime_kit(thread: int) -> tuple[str, int] | None:
         level, limit_us = (int(line.split()[1]) for line in bounds.splitlines())
     except ValueError:
         return None
-    overrun.watch(thread, limit_us)
+    watch_overrun(thread, limit_us)
     level = min(level, 20)
     _busctl("call", *_KIT, "MakeThreadRealtimeWithPID", "ttu", str(os.getpid()), str(thread), str(level))
     if is_realtime(thread):
         return f"Real-time, RealtimeKit {level}", level
-    overrun.forget(thread)
+    forget_overrun(thread)
     return None
 
 

@@ -4,6 +4,7 @@ Source: <mach/thread_policy.h>; the kernel itself demotes a thread that exceeds 
 """
 
 import ctypes
+from typing import Any
 
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import clib
@@ -13,7 +14,7 @@ _TIME_CONSTRAINT_POLICY = 2
 _PERIOD, _COMPUTATION, _CONSTRAINT = 1e-3, 0.2e-3, 0.5e-3
 
 
-def obtain(library=None) -> tuple[str, int]:
+def obtain(library: Any = None) -> tuple[str, int]:
     """Ask for 0.2 ms of computing within 0.5 ms of every 1 ms; return the words and the level (0: none)."""
     library = library or ctypes.CDLL(None)
     ratio = (ctypes.c_uint32 * 2)()
@@ -31,14 +32,14 @@ def is_realtime(thread: int) -> bool:
     return True
 
 
-def release(library=None) -> None:
+def release(library: Any = None) -> None:
     """Give the calling thread the standard policy back."""
     library = library or ctypes.CDLL(None)
     library.thread_policy_set(_thread(library), _STANDARD_POLICY, (ctypes.c_uint32 * 1)(), 0)
 
 
 @compiled
-def demote():
+def demote() -> None:
     """Give the calling thread the standard policy at once, from compiled code."""
     clib.thread_policy_set(
         clib.pthread_mach_thread_np(clib.pthread_self()), _STANDARD_POLICY, clib.word_pair(), 0
@@ -52,7 +53,7 @@ def how_to_get_more(level: int) -> str:
     )
 
 
-def _thread(library) -> int:
+def _thread(library: Any) -> int:
     library.pthread_self.restype = ctypes.c_void_p
     library.pthread_mach_thread_np.argtypes = [ctypes.c_void_p]
     return library.pthread_mach_thread_np(library.pthread_self())

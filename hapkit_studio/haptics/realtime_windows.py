@@ -5,6 +5,7 @@ Source: avrt.h; the scheduler itself keeps a share of the processor for other th
 
 import ctypes
 import threading
+from typing import Any
 
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import clib
@@ -14,7 +15,7 @@ _PRIORITY_NORMAL = 0
 _task = threading.local()
 
 
-def obtain(library=None) -> tuple[str, int]:
+def obtain(library: Any = None) -> tuple[str, int]:
     """Join the task "Pro Audio" at critical priority; return the words and the level (0: none)."""
     library = _declared(library or ctypes.WinDLL("avrt"))  # type: ignore[attr-defined]
     index = ctypes.c_uint32(0)
@@ -31,7 +32,7 @@ def is_realtime(thread: int) -> bool:
     return True
 
 
-def release(library=None) -> None:
+def release(library: Any = None) -> None:
     """Leave the task."""
     handle = getattr(_task, "handle", None)
     if handle:
@@ -40,7 +41,7 @@ def release(library=None) -> None:
 
 
 @compiled
-def demote():
+def demote() -> None:
     """Give the calling thread normal priority at once, from compiled code."""
     clib.SetThreadPriority(clib.GetCurrentThread(), _PRIORITY_NORMAL)
 
@@ -54,7 +55,7 @@ def how_to_get_more(level: int) -> str:
     )
 
 
-def _declared(library):
+def _declared(library: Any) -> Any:
     handle = ctypes.c_void_p
     library.AvSetMmThreadCharacteristicsW.restype = handle
     library.AvSetMmThreadCharacteristicsW.argtypes = [ctypes.c_wchar_p, ctypes.c_void_p]

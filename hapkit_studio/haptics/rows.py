@@ -60,13 +60,13 @@ def new_ring(control: np.ndarray, capacity: int = CAPACITY) -> Ring:
 
 
 @compiled
-def next_index(ring):
+def next_index(ring: Ring) -> int:
     """Return the index of the row to fill next."""
     return ring.control[arrays.HEAD] & (ring.rows.shape[0] - 1)
 
 
 @compiled
-def publish(ring):
+def publish(ring: Ring) -> None:
     """Hand the filled row to the readers; what comes after is written after."""
     store_release(ring.control, arrays.HEAD, ring.control[arrays.HEAD] + 1)
     fence()

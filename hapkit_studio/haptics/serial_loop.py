@@ -28,7 +28,7 @@ from hapkit_studio.protocol.messages import Sample
 
 
 @compiled
-def take(r, conn, out, late, size):
+def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> int:
     """Render every sample in the first size bytes of the line's data, answer the newest.
 
     Older samples of the same chunk count as missed: their answers would come too late. Telemetry is shown.
@@ -59,7 +59,7 @@ def take(r, conn, out, late, size):
 
 
 @compiled
-def fill_row(r, conn, out, k, now):
+def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
     """Fill the ring's next row from frame k; return whether it is one to be shown.
 
     What comes while the board takes over another zero is not: nobody knows which zero it counts from.
@@ -81,14 +81,14 @@ def fill_row(r, conn, out, k, now):
     elif words[link.HANDOVER] == link.ON_BOARD:  # the board has lost its law
         words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
     if not words[link.LAST_WAS_SAMPLE]:
-        board_rendering.come_back(r, conn, conn.samples[k, codec.COUNT])
+        board_rendering.resume_on_computer(r, conn, conn.samples[k, codec.COUNT])
         words[link.LAST_WAS_SAMPLE] = 1
     link.render(r, conn, out, k, now)
     return True
 
 
 @internal
-def count_errors(r, conn, sample):
+def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
     """Add up what the board counts in a byte: forces refused as too old, frames that it could not read."""
     words = conn.words
     errors, stale = int(sample[codec.RX_ERRORS]), int(sample[codec.STALE])
@@ -104,7 +104,7 @@ def count_errors(r, conn, sample):
 
 
 @compiled
-def answer(r, conn, k, now):
+def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
     """Encode what answers frame k: a changed E-stop first, then force, or a word where the board renders."""
     word = link.stop_word(r, conn)
     length = codec.encode_simple(conn.frame, word) if word else 0
@@ -114,7 +114,7 @@ def answer(r, conn, k, now):
 
 
 @compiled
-def board_gone(r, conn):
+def board_gone(r: LoopArrays, conn: Link) -> bool:
     """Return whether the board has been silent for too long; that is latched as gone, with how long in s."""
     if not link.silent_too_long(conn, clock.now()):
         return False
@@ -123,7 +123,7 @@ def board_gone(r, conn):
 
 
 @compiled
-def answer_silence(r, conn):
+def answer_silence(r: LoopArrays, conn: Link) -> int:
     """Where nothing was answered for STALE_AFTER, mark the sensor stale and encode a zero force.
 
     A board that renders hears a question: without a word that the computer is there it switches off.
@@ -136,11 +136,11 @@ def answer_silence(r, conn):
     conn.numbers[link.LAST_ANSWER] = now
     if conn.words[link.HANDOVER] < link.SENDING_LAW:
         return encode_zero(conn)
-    return board_rendering.hello(conn.frame)
+    return board_rendering.encode_hello_request(conn.frame)
 
 
 @compiled
-def encode_zero(conn):
+def encode_zero(conn: Link) -> int:
     """Encode a zero force, the last act of every loop."""
     if conn.words[link.HANDOVER] >= link.SENDING_LAW:
         return board_rendering.take_law_away(conn, conn.frame)
@@ -156,14 +156,14 @@ _NO_WAIT = 10e-6
 
 
 @internal
-def send(fd, frame, size):
+def send(fd: int, frame: np.ndarray, size: int) -> None:
     """Write what is to be sent, if anything; a full line drops it, the board's watchdog covers that."""
     if size > 0:
         clib.write(fd, frame.ctypes.data, size)
 
 
 @internal
-def wait(fd, spec):
+def wait(fd: int, spec: np.ndarray) -> int:
     """Wait for bytes for up to STALE_AFTER; return 1 for bytes, 0 for none, -1 where the line has ended."""
     spec[0] = fd | (_POLLIN << 32)
     ready = clib.poll(spec.ctypes.data, 1, _TIMEOUT_MS)
@@ -176,7 +176,7 @@ def wait(fd, spec):
 
 
 @compiled
-def hold_back(r, before, hurried):
+def hold_back(r: LoopArrays, before: float, hurried: int) -> int:
     """Latch once that the machine cannot keep up, and wait a period a pass until that is cleared.
 
     Return how many passes in a row found bytes there. After a period's wait the next one does as well, so
@@ -190,7 +190,7 @@ def hold_back(r, before, hurried):
 
 
 @compiled
-def run(r, conn, out, late, fd, spec):
+def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int, spec: np.ndarray) -> None:
     """Own the calling thread until told to quit or the line ends; the last act is a zero command."""
     transitions.adopt(r, 0.0)
     conn.numbers[link.LAST_ANSWER] = clock.now()

@@ -13,8 +13,10 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays, block, clock, health, rows, transitions
+from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.priority import demote
+from hapkit_studio.haptics.rows import Ring
 from hapkit_studio.haptics.tick import latch, note_time, tick
 
 MASS, QUANTUM = 0, 1
@@ -41,7 +43,9 @@ def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
 
 
 @internal
-def configure(plant, values, hand_mass, hand_damping, hand_stiffness):
+def configure(
+    plant: Plant, values: np.ndarray, hand_mass: float, hand_damping: float, hand_stiffness: float
+) -> None:
     """Bring a hand and the block's period, delay and friction into force where any of them changed."""
     now = plant.constants
     period, delay = values[block.PERIOD], values[block.DELAY]
@@ -67,7 +71,7 @@ def configure(plant, values, hand_mass, hand_damping, hand_stiffness):
 
 
 @internal
-def change_sensor(plant, r, quantum):
+def change_sensor(plant: Plant, r: LoopArrays, quantum: float) -> None:
     """Go on with another sensor: its first reading is where the handle was, so it is no motion."""
     plant.constants[QUANTUM] = quantum
     position = measure(plant)
@@ -76,7 +80,7 @@ def change_sensor(plant, r, quantum):
 
 
 @compiled
-def follow_settings(plant, r):
+def follow_settings(plant: Plant, r: LoopArrays) -> None:
     """Bring the block's device, hand, period and delay into force; a hand appears where the handle is."""
     values = r.values
     on = r.words[block.HAND_ON] != 0
@@ -97,26 +101,26 @@ def follow_settings(plant, r):
 
 
 @compiled
-def next_target(plant, goal, period):
+def next_target(plant: Plant, goal: float, period: float) -> float:
     """Return the hand's target in m one period on, following the pointer's goal smoothly."""
     target = plant.constants[TARGET]
     return target + (goal - target) * -math.expm1(-period / POINTER_SECONDS)
 
 
 @compiled
-def cut_motor(plant):
+def cut_motor(plant: Plant) -> None:
     """Switch the motor off at once: forces still on their way are dropped, whatever the delay."""
     plant.queue[:] = 0.0
 
 
 @compiled
-def measure(plant):
+def measure(plant: Plant) -> float:
     """Return the position in m that the sensor reads now."""
     return simulated.quantise(plant.dev[simulated.X], plant.constants[QUANTUM])
 
 
 @compiled
-def write_truth(plant, target, row):
+def write_truth(plant: Plant, target: float, row: np.ndarray) -> None:
     """Fill the row's truth: the paddle's physics at this instant."""
     row[rows.TRUE_POSITION] = plant.dev[simulated.X]
     row[rows.TRUE_VELOCITY] = plant.dev[simulated.V]
@@ -129,7 +133,7 @@ MOST_PASSES_WITHOUT_WAITING = 100
 
 
 @internal
-def render_sample(r, body, out, now, lateness):
+def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: float) -> None:
     """Render one sample at the clock's now, publish its row, move the paddle on to the next one.
 
     Settings that the tick takes hold from this sample on; up to here the old period has passed.
@@ -155,7 +159,7 @@ def render_sample(r, body, out, now, lateness):
 
 
 @compiled
-def run(r, body, out, late):
+def run(r: LoopArrays, body: Plant, out: Ring, late: np.ndarray) -> None:
     """Own the calling thread until told to quit; the last act is a zero command."""
     transitions.adopt(r, measure(body))
     follow_settings(body, r)

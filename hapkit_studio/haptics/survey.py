@@ -14,6 +14,8 @@ from hapkit_studio.devices import simulated
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
 from hapkit_studio.haptics import arrays, block, headless, rows, simulated_loop
+from hapkit_studio.haptics.arrays import LoopArrays
+from hapkit_studio.haptics.simulated_loop import Plant
 
 # A run's time falls into equal parts. Of each: the lowest and highest true position in m, and the sum over
 # its samples of a^2 + (w v)^2 in m2/s4, steady along a spring's own oscillation at w.
@@ -76,7 +78,7 @@ def packed(
 
 
 @internal
-def restart(r, body, flat, made, numbers, start):
+def restart(r: LoopArrays, body: Plant, flat: Flat, made: Flat, numbers: np.ndarray, start: float) -> None:
     """Bring arrays and plant back to how they were made, with other numbers and another start."""
     for i in range(flat.numbers.shape[0]):
         flat.numbers[i] = made.numbers[i]
@@ -88,7 +90,7 @@ def restart(r, body, flat, made, numbers, start):
 
 
 @inlined
-def _steady(parts, part, small):
+def _steady(parts: np.ndarray, part: int, small: float) -> bool:
     """Return whether three parts up to this one reach equally far, and not farther than `small`."""
     if part < 2:
         return False
@@ -100,7 +102,7 @@ def _steady(parts, part, small):
 
 
 @inlined
-def _end_of(parts, part, limits):
+def _end_of(parts: np.ndarray, part: int, limits: Limits) -> int:
     """Return how a run ends with a part that it has rendered whole: WHOLE if it goes on."""
     if max(-parts[part, LOW], parts[part, HIGH]) < limits.faint:
         return DIED_OUT
@@ -108,7 +110,15 @@ def _end_of(parts, part, limits):
 
 
 @internal
-def _watch(r, body, row, samples, weight, limits, parts):
+def _watch(
+    r: LoopArrays,
+    body: Plant,
+    row: np.ndarray,
+    samples: int,
+    weight: float,
+    limits: Limits,
+    parts: np.ndarray,
+) -> tuple[int, int]:
     """Render one run; fill parts (PARTS, 3); return how it ended and after how many samples."""
     period = r.block_values[block.PERIOD]
     speed, waited, done, end = 0.0, 0, 0, COMPLETED
@@ -135,7 +145,17 @@ def _watch(r, body, row, samples, weight, limits, parts):
 
 
 @compiled
-def run(r, body, flat, made, hand, cells, limits, row, found):
+def run(
+    r: LoopArrays,
+    body: Plant,
+    flat: Flat,
+    made: Flat,
+    hand: np.ndarray,
+    cells: Cells,
+    limits: Limits,
+    row: np.ndarray,
+    found: Found,
+) -> None:
     """Render every cell and fill found.
 
     flat holds arrays and plant, made is a copy of it as the scene made them; row (ROW_WIDTH,) is room for one

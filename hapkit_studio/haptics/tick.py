@@ -5,9 +5,12 @@ position -> velocity estimate -> law -> passivity -> fade -> safety -> motor com
 
 import math
 
+import numpy as np
+
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
 from hapkit_studio.haptics import arrays, block, passivity, rows, transitions
+from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.laws.native import call
 
@@ -19,7 +22,7 @@ MOST_LONG = 50
 
 
 @internal
-def render(r, position, velocity, period):
+def render(r: LoopArrays, position: float, velocity: float, period: float) -> float:
     """Return the force in N the law asks for, both laws weighted while a switch fades over."""
     real = r.real
     slot = r.word[arrays.SLOT]
@@ -33,7 +36,7 @@ def render(r, position, velocity, period):
 
 
 @compiled
-def latch(r, code, value, position):
+def latch(r: LoopArrays, code: int, value: float, position: float) -> None:
     """Latch a fault: the first one stays until it is cleared."""
     if load_acquire(r.control, arrays.FAULT) == arrays.NO_FAULT:
         r.real[arrays.FAULT_VALUE] = value
@@ -42,7 +45,7 @@ def latch(r, code, value, position):
 
 
 @compiled
-def mark_stale(r, now, cause):
+def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
     """Nothing came, or was answered, in time: zero force from here; three times in ten seconds latch."""
     real = r.real
     real[arrays.GOOD] = 0.0
@@ -61,7 +64,7 @@ def mark_stale(r, now, cause):
 
 
 @compiled
-def note_time(r, spent):
+def note_time(r: LoopArrays, spent: float) -> None:
     """Latch a law that takes longer than a period, sample after sample; once or twice anything does."""
     if spent <= r.values[block.PERIOD]:
         r.word[arrays.LONG] = 0
@@ -72,7 +75,7 @@ def note_time(r, spent):
 
 
 @internal
-def recover(r, period):
+def recover(r: LoopArrays, period: float) -> None:
     """Count good frames after a gap, lost ones not; after RECOVER_AFTER the force fades in again."""
     real = r.real
     real[arrays.GOOD] += min(period, r.values[block.PERIOD])
@@ -81,7 +84,7 @@ def recover(r, period):
 
 
 @internal
-def blocked(r, period):
+def blocked(r: LoopArrays, period: float) -> int:
     """Return the flags that hold the force at zero now: stop, fault, stale sensor, hold after connecting."""
     flags = 0
     if load_acquire(r.control, arrays.STOP):
@@ -95,7 +98,7 @@ def blocked(r, period):
 
 
 @internal
-def guard(r, asked, velocity, position, period):
+def guard(r: LoopArrays, asked: float, velocity: float, position: float, period: float) -> float:
     """Return the force in N that may reach the motor: the last line before it. Sets the row's flags."""
     real = r.real
     if not math.isfinite(asked) or r.fault[0]:
@@ -127,7 +130,7 @@ def guard(r, asked, velocity, position, period):
 
 
 @inlined
-def tick(r, position, period, effect, row):
+def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
     """Render one sample; fill the row's columns that the tick knows; return the force for the motor in N.
 
     effect is the mean force in N in effect since the last sample; the driver fills times and truth, truth

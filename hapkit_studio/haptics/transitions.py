@@ -3,13 +3,14 @@
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays, block, rows
+from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.fences import load_acquire, store_release
 
 _ROUNDING = 1e-9
 
 
 @internal
-def due(r):
+def due(r: LoopArrays) -> bool:
     """Return whether ``refresh`` has anything to do; at nearly every tick it has not."""
     if load_acquire(r.block_words, block.SEQUENCE) != r.words[block.SEQUENCE]:
         return True
@@ -20,7 +21,7 @@ def due(r):
 
 
 @internal
-def refresh(r, position, period):
+def refresh(r: LoopArrays, position: float, period: float) -> None:
     """Take a newer block, move ramp and cross-fade on by a period, obey a cleared fault."""
     if load_acquire(r.block_words, block.SEQUENCE) != r.words[block.SEQUENCE]:
         adopt(r, position)
@@ -37,7 +38,7 @@ def refresh(r, position, period):
 
 
 @compiled
-def adopt(r, position):
+def adopt(r: LoopArrays, position: float) -> None:
     """Bring a new block into force; while a cross-fade runs it waits, and the newest one is taken after."""
     real, word = r.real, r.word
     if real[arrays.BLEND] < 1.0 and word[arrays.STARTED]:
@@ -67,7 +68,7 @@ def adopt(r, position):
 
 
 @internal
-def other_loop(r):
+def other_loop(r: LoopArrays) -> bool:
     """Return whether the block just read has another loop or device than the one in force."""
     if r.draft_words[block.ESTIMATOR] != r.words[block.ESTIMATOR]:
         return True
@@ -79,7 +80,7 @@ def other_loop(r):
 
 
 @internal
-def begin(r, position):
+def begin(r: LoopArrays, position: float) -> None:
     """Start at full parameters: the first block is not a change."""
     r.word[arrays.STARTED] = 1
     estimators.reset(r.memory, position)
@@ -89,7 +90,7 @@ def begin(r, position):
 
 
 @internal
-def other_form(r):
+def other_form(r: LoopArrays) -> bool:
     """Return whether the new block has another law or another choice than the one in force."""
     slot = r.word[arrays.SLOT]
     if r.words[block.LAW] != r.laws[slot]:
@@ -102,7 +103,7 @@ def other_form(r):
 
 
 @internal
-def other_numbers(r):
+def other_numbers(r: LoopArrays) -> bool:
     """Return whether a number has another goal than the one it ramps to."""
     for i in range(r.words[block.N_PARAMS]):
         if r.values[block.PARAMS + i] != r.goal[i]:
@@ -111,7 +112,7 @@ def other_numbers(r):
 
 
 @internal
-def switch(r):
+def switch(r: LoopArrays) -> None:
     """Put the new form into the other slot and begin to fade over to it; a kept law keeps its state."""
     old = r.word[arrays.SLOT]
     new = 1 - old
@@ -125,7 +126,7 @@ def switch(r):
 
 
 @internal
-def enter(r, slot, fresh):
+def enter(r: LoopArrays, slot: int, fresh: bool) -> None:
     """Load law, parameters and, for a fresh law, its first state into a slot."""
     r.laws[slot] = r.words[block.LAW]
     for i in range(r.words[block.N_PARAMS]):
@@ -137,21 +138,21 @@ def enter(r, slot, fresh):
 
 
 @internal
-def restore(r, slot):
+def restore(r: LoopArrays, slot: int) -> None:
     """Give a slot its law's first state."""
     for i in range(rows.STATES):
         r.states[slot, i] = r.values[block.INITIAL_STATE + i]
 
 
 @compiled
-def advanced(share, step):
+def advanced(share: float, step: float) -> float:
     """Return a share moved on towards 1; what rounding leaves to do is done."""
     share += step
     return share if share < 1.0 - _ROUNDING else 1.0
 
 
 @internal
-def move(r, step):
+def move(r: LoopArrays, step: float) -> None:
     """Move the ramp of the numbers and the cross-fade by a step, a share of the whole."""
     real = r.real
     if real[arrays.RAMP] < 1.0:
@@ -166,7 +167,7 @@ def move(r, step):
 
 
 @internal
-def clear_fault(r):
+def clear_fault(r: LoopArrays) -> None:
     """Forget a latched fault; the law starts from its first state, the force fades in from zero."""
     if load_acquire(r.control, arrays.FAULT) == arrays.NO_FAULT:
         return

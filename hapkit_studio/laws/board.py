@@ -9,6 +9,7 @@ from typing import Any
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import machine, specialise
+from hapkit_studio.laws.cycles import instructions, longest_path, mean_cycles
 from hapkit_studio.laws.law import Law
 from hapkit_studio.laws.machine import EQUAL, FIRST, GREATER, LESS, UNORDERED, V, X
 from hapkit_studio.laws.translate import CheckedLaw, checked
@@ -40,10 +41,9 @@ from hapkit_studio.laws.tree import (
     literal,
     mentions,
 )  # fmt: skip
-from hapkit_studio.laws.trial import instructions, longest, tried
 
 _SMALL = (60, 14, 6)
-"""Operations of a function that is written in at every place that calls it; fewer where room is short."""
+"""Operations of a function that is inlined at every place that calls it; fewer where room is short."""
 
 
 @dataclass(frozen=True)
@@ -65,12 +65,12 @@ class Program:
     @property
     def usual(self) -> float:
         """Return the cycles of one call on average, where an imposed motion makes it work most."""
-        return tried(self.code, self.slots, self.given)[0]
+        return mean_cycles(self.code, self.slots, self.given)[0]
 
     def cycles_by_line(self) -> dict[int, float]:
         """Return the cycles that each source line takes in a call, on average over that motion."""
         found: dict[int, float] = {}
-        counts = tried(self.code, self.slots, self.given)[1]
+        counts = mean_cycles(self.code, self.slots, self.given)[1]
         for (_, operation, _), line, count in zip(instructions(self.code), self.lines, counts, strict=True):
             found[line] = found.get(line, 0.0) + count * operation.usual
         return found
@@ -133,7 +133,7 @@ def _trees(law: Law) -> CheckedLaw:
 def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0) -> Program:
     """Return a law for the board, with its parameters by key and its period in s; raise LawError.
 
-    Functions are written in as far as the room in bytes allows; where none does, it is the smallest code.
+    Functions are inlined as far as the room in bytes allows; where none does, it is the smallest code.
     """
     known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
     found: Program | None = None
@@ -173,7 +173,7 @@ def assemble(law: Specialised, start: Sequence[float]) -> Program:
     _check(main.depth, machine.MOST_CALLS, "functions inside one another")
     _check(main.counter, machine.MOST_COUNTERS, "loops inside one another")
     code, lines = _encoded([*sections, main], numbers, first)
-    return Program(code, len(start), tuple(map(_single, given)), slots, longest(code), lines)
+    return Program(code, len(start), tuple(map(_single, given)), slots, longest_path(code), lines)
 
 
 def _check(count: int, most: int, what: str) -> None:

@@ -63,8 +63,8 @@ def beyond_single(op: str, left: Expr, value: float) -> Test | bool:
     return Compare(">=" if op in (">", ">=") else "<", left, literal(0.0))
 
 
-def computed(name: str, numbers: Sequence[Num]) -> Num | None:
-    """Return the number that an operation gives in double precision, None where it is none."""
+def folded(name: str, numbers: Sequence[Num]) -> Num | None:
+    """Fold a constant: return the number that an operation gives in double precision, None if it is none."""
     if any(not math.isfinite(n.value) for n in numbers):
         return None
     function = COMPUTED.get(name) or {"int": math.trunc}.get(name) or getattr(math, name)
@@ -79,7 +79,7 @@ def computed(name: str, numbers: Sequence[Num]) -> Num | None:
     return Num(float(value), f"{name}({','.join(n.key for n in numbers)})")
 
 
-def simpler(name: str, args: tuple[Expr, ...]) -> Expr:
+def simplified(name: str, args: tuple[Expr, ...]) -> Expr:
     """Return an operation in the form that costs the board least."""
     match name, args:
         case "neg", (Op("neg", (inner,)),):
@@ -87,17 +87,17 @@ def simpler(name: str, args: tuple[Expr, ...]) -> Expr:
         case "neg", (Op("-", (a, b)),):
             return Op("-", (b, a))
         case "neg", (Op("*", (Num() as factor, inner)),):
-            return _product(computed("neg", [factor]) or factor, inner)
+            return _product(folded("neg", [factor]) or factor, inner)
         case "neg", (Op("+", (Op("*", (Num() as factor, inner)), other)),):
-            return Op("-", (_product(computed("neg", [factor]) or factor, inner), other))
+            return Op("-", (_product(folded("neg", [factor]) or factor, inner), other))
         case "+", (Num(value=0.0), other) | (other, Num(value=0.0)) if _zero(args):
             return other
         case "-", (other, Num(value=0.0)) if _zero(args):
             return other
         case "+", (Num() as number, other) if not isinstance(other, Num):
-            return simpler("+", (other, number))
+            return simplified("+", (other, number))
         case "+" | "-", (Op("+" | "-" as first, (inner, Num() as a)), Num() as b):
-            total = computed("+" if first == name else "-", [a, b])
+            total = folded("+" if first == name else "-", [a, b])
             if total is not None:
                 return Op(first, (inner, total))
         case "+", (a, Op("neg", (b,))):
@@ -134,7 +134,7 @@ def _times(a: Expr, b: Expr) -> Expr:
             continue
         if number is not part:
             parts.append(part)
-        product = number if factor is None else computed("*", [factor, number])
+        product = number if factor is None else folded("*", [factor, number])
         if product is None or not is_single(product.value):
             return Op("*", (a, b))
         factor = product
@@ -144,7 +144,7 @@ def _times(a: Expr, b: Expr) -> Expr:
     if factor is None:
         return Op("neg", (rest,)) if negative else rest
     if negative:
-        factor = computed("neg", [factor]) or factor
+        factor = folded("neg", [factor]) or factor
     return _product(factor, rest)
 
 
@@ -159,7 +159,7 @@ def _product(factor: Num, product: Expr) -> Expr:
     if factor.key == "1.0":
         return product
     if factor.key == "-1.0":
-        return simpler("neg", (product,))
+        return simplified("neg", (product,))
     return Op("*", (factor, product))
 
 
@@ -237,7 +237,7 @@ def replaced(value: Expr | Test, name: str, by: Expr):
         case Op(op, args):
             args = tuple(replaced(a, name, by) for a in args)
             numbers = [a for a in args if isinstance(a, Num)]
-            return (computed(op, numbers) if len(numbers) == len(args) else None) or simpler(op, args)
+            return (folded(op, numbers) if len(numbers) == len(args) else None) or simplified(op, args)
         case Select(test, yes, no):
             return Select(*(replaced(part, name, by) for part in (test, yes, no)))
         case Compare(op, left, right):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from hapkit_studio.laws.folding import beyond_single, computed, negated, simpler
+from hapkit_studio.laws.folding import beyond_single, folded, negated, simplified
 from hapkit_studio.laws.specialise import Specialiser, is_test
 from hapkit_studio.laws.translate import CheckedLaw
 from hapkit_studio.laws.tree import (
@@ -234,13 +234,13 @@ class _Readable(Specialiser):
 
     def op(self, name: str, *args: Expr) -> Expr:
         numbers = [a for a in args if isinstance(a, Num)]
-        found: Expr | None = computed(name, numbers) if len(numbers) == len(args) else None
+        found: Expr | None = folded(name, numbers) if len(numbers) == len(args) else None
         if args[0] == _ZERO and (name == "copysign" or (name == "/" and self.never_zero(args[1]))):
             return _ZERO
         if found is None and len(args) == 2 and any(abs(n.value) > MOST_FLOAT for n in numbers):
             found = _beside_huge(name, *args)
         if found is None and any(abs(n.value) in (0.0, 1.0) for n in numbers):
-            found = simpler(name, args)
+            found = simplified(name, args)
         return found or Op(name, args)
 
     def truth(self, node: ast.expr, once: bool = False) -> Expr:
@@ -310,7 +310,7 @@ def _beside_huge(name: str, *args: Expr) -> Expr | None:
         return other if (huge.value > 0.0) == (name == "min") else huge
     if name not in ("+", "-"):
         return None
-    return computed("neg", [huge]) if name == "-" and huge is args[1] else huge
+    return folded("neg", [huge]) if name == "-" and huge is args[1] else huge
 
 
 def _is_constant(value: Expr) -> bool:

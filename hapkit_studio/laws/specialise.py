@@ -1,4 +1,4 @@
-"""A law specialised: choices resolved, what is known computed, functions written in.
+"""A law specialised: choices resolved, constants folded, functions inlined.
 
 The board's code and the sketch's C are made from the resulting tree. For the board every parameter and the
 period are known numbers; for a sketch parameters keep their names.
@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from hapkit_studio.laws import folding
-from hapkit_studio.laws.folding import COMPUTED, MIRRORED, beyond_single, computed, joined, negated, simpler
+from hapkit_studio.laws.folding import COMPUTED, MIRRORED, beyond_single, folded, joined, negated, simplified
 from hapkit_studio.laws.translate import CheckedLaw
 from hapkit_studio.laws.tree import (
     Assign,
@@ -61,13 +61,13 @@ def specialise(
     """Return a law for the parameters known by their numbers, and a period in s if that is known too.
 
     Where the period is known, so is all else, and the result is folded for speed; otherwise it reads as the
-    source does. A function called from one place, or of `small` operations at most, is written in.
+    source does. A function called from one place, or of `small` operations at most, is inlined.
     """
     inlined: set[str] = set()
     while True:
         walk = Specialiser(law, known, period, inlined)
         made = Specialised(walk.law(), list(walk.functions.values()))
-        more = _worth_writing_in(walk, small)
+        more = _worth_inlining(walk, small)
         if not more:
             break
         inlined |= more
@@ -77,7 +77,7 @@ def specialise(
     return made
 
 
-def _worth_writing_in(walk: "Specialiser", small: int) -> set[str]:
+def _worth_inlining(walk: "Specialiser", small: int) -> set[str]:
     """Return the keys of the functions left that are called once, or are small with all that they call."""
     sizes: dict[str, int] = {}
     for key, function in walk.functions.items():
@@ -431,7 +431,7 @@ class Specialiser:
         return [values for _, values in found]
 
     def write_in(self, tree: ast.FunctionDef, given: dict[str, Expr]) -> list[Expr]:
-        """Return the results of a function whose body is written in here."""
+        """Return the results of a function inlined here."""
         block = Block()
         found = self.enter(tree, given, block)
         leaves = self._leaves
@@ -641,7 +641,7 @@ class Specialiser:
         """Return an operation, computed where all is known, simpler where it can be."""
         numbers = [a for a in args if isinstance(a, Num)]
         if len(numbers) == len(args):
-            found = computed(name, numbers)
+            found = folded(name, numbers)
             if found is not None:
                 return found
         if self.folds:
@@ -649,13 +649,13 @@ class Specialiser:
             if len(selects) == 1 and len(numbers) == len(args) - 1:
                 chosen = selects[0]
                 arms = [
-                    computed(name, [arm if a is chosen else a for a in args])  # type: ignore[misc]
+                    folded(name, [arm if a is chosen else a for a in args])  # type: ignore[misc]
                     for arm in (chosen.yes, chosen.no)
                 ]
                 if arms[0] is not None and arms[1] is not None:
                     return Select(chosen.test, arms[0], arms[1])
             args = tuple(self.keep(a) if isinstance(a, Select) else a for a in args)
-            return simpler(name, args)
+            return simplified(name, args)
         return Op(name, args)
 
     # --- tests

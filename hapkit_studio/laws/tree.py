@@ -126,7 +126,7 @@ class Continue(Stated):
 
 @dataclass
 class Block(Stated):
-    """What a written-in function became: Leave ends it."""
+    """What an inlined function became: Leave ends it."""
 
     body: list["Statement"] = field(default_factory=list)
 

@@ -1,13 +1,17 @@
-"""The folder of a person's own environments: plain Python files."""
+"""The folder of a person's own environments, plain Python files, and templates to begin with."""
 
+import ast
+import json
 import os
 import re
 import unicodedata
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 import platformdirs
 
+from hapkit_studio import resources
 from hapkit_studio.workshop.own import taken_keys
 
 VARIABLE = "HAPKIT_STUDIO_FOLDER"
@@ -82,3 +86,37 @@ def _place() -> Path:
     base = os.environ.get(VARIABLE)
     root = Path(base) if base else Path(platformdirs.user_documents_dir()) / "Hapkit Studio"
     return root / "environments"
+
+
+@dataclass(frozen=True)
+class Template:
+    """A file to begin with: its key, its name for a person, its text."""
+
+    key: str
+    title: str
+    text: str
+
+
+def templates() -> tuple[Template, ...]:
+    """Return every template, the shortest first."""
+    files = resources.path("templates").glob("*.py")
+    return tuple(sorted(map(_read_template, files), key=lambda t: len(t.text)))
+
+
+def fill_template(template: Template, title: str, key: str) -> str:
+    """Return a template's text with a title and a key of its own."""
+    text = template.text
+    for name, value in (("key", key), ("title", title)):
+        old = _given(text, name)
+        text = text.replace(f"{name}={old}", f"{name}={json.dumps(value, ensure_ascii=False)}", 1)
+    return text
+
+
+def _read_template(file: Path) -> Template:
+    return Template(file.stem, file.stem.replace("_", " "), file.read_text(encoding="utf-8"))
+
+
+def _given(text: str, name: str) -> str:
+    """Return how a value stands in the text of Environment(…)."""
+    made = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.keyword) and n.arg == name]
+    return ast.get_source_segment(text, made[0].value) or ""

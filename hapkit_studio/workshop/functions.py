@@ -1,4 +1,4 @@
-"""A file's own functions, called in a program of their own: the window, or a run, goes on whatever they do.
+"""A file's own functions, called in a separate process: the window, or a run, goes on whatever they do.
 
 ``python -m hapkit_studio.workshop.functions PATH``: a line of JSON with the text, then one for each call.
 Time is bounded everywhere; memory on Linux, elsewhere by what can be filled within that time. What stands
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.environments.base import Conditions, Environment
-from hapkit_studio.workshop import apart, source
+from hapkit_studio.workshop import isolated, source
 from hapkit_studio.workshop.source import Source
 
 START_SECONDS = 20.0
@@ -70,7 +70,7 @@ GIVES: Mapping[str, tuple[Callable, Callable]] = {
 
 
 def brought(environment: Environment) -> list[str]:
-    """Return the names of the functions that an environment does not leave to the studio."""
+    """Return the names of the functions that an environment overrides."""
     return [name for name in GIVES if getattr(environment, name) is not getattr(Environment, name)]
 
 
@@ -86,12 +86,12 @@ class Functions:
         self._hello: Future[bytes] | None = None
 
     def begin(self) -> None:
-        """Start their program, unless it runs already."""
+        """Start their process, unless it runs already."""
         with self._lock:
             if self._process is not None or self.off:
                 return
             try:
-                self._process = apart.begin(_MODULE, str(self._source.path))
+                self._process = isolated.begin(_MODULE, str(self._source.path))
             except OSError as error:
                 self.off = f"The functions of {self._source.path.name} cannot be called: {error.strerror}."
                 return
@@ -100,11 +100,11 @@ class Functions:
 
     @property
     def ready(self) -> bool:
-        """Say whether a call need not wait for their program to start."""
+        """Return whether a call need not wait for their process to start."""
         return bool(self.off) or (self._hello is not None and self._hello.done())
 
     def call(self, name: str, *args: Any) -> Any:
-        """Return what a function gives, or what stands for it where it raises, gives nonsense or is off."""
+        """Return a function's result; its default where it raises, returns a wrong type or is off."""
         convert, otherwise = GIVES[name]
         found = self._answer(name, *args)
         return otherwise(*args) if found is None else convert(found)
@@ -123,7 +123,7 @@ class Functions:
 
     def _switch_off(self, name: str) -> None:
         assert self._process is not None
-        apart.end(self._process)
+        isolated.end(self._process)
         self._process.wait()
         self.off = (
             f"`{name}` of {self._source.path.name} took more than {CALL_SECONDS:g} s or too much memory: "
@@ -142,8 +142,8 @@ def _exchange(process: Any, line: bytes) -> bytes:
 
 
 def _end(process: Any) -> None:
-    """End a program that nobody will ask again."""
-    apart.end(process)
+    """Kill a process that is no longer needed."""
+    isolated.end(process)
     process.wait()
     with contextlib.suppress(OSError):
         process.stdin.close()
@@ -158,27 +158,27 @@ def _plain(value: Any) -> Any:
 
 
 def main(path: str) -> None:
-    """Execute a text, whose file has this path, then answer calls of its functions until nobody asks."""
-    heard, said = apart.pipes()
-    apart.take_little_memory()
+    """Execute a text, whose file has this path, then answer calls of its functions until its input ends."""
+    heard, said = isolated.take_pipes()
+    isolated.limit_memory()
     from hapkit_studio.workshop import reading
 
     try:
-        apart.last_for(2 * START_SECONDS)
+        isolated.exit_after(2 * START_SECONDS)
         environment = reading.execute(source.typed(Path(path), json.loads(heard.readline())))
         answer: Any = ""
         while True:
             said.write(json.dumps(answer).encode() + b"\n")
-            apart.last_for(None)
+            isolated.exit_after(None)
             asked = json.loads(heard.readline())
-            apart.last_for(2 * CALL_SECONDS)
+            isolated.exit_after(2 * CALL_SECONDS)
             answer = _called(environment, *asked)
     finally:
         os._exit(0)  # also where memory runs out or nobody is left to ask
 
 
 def _called(environment: Environment, name: str, values: Mapping[str, float], *more: Any) -> Any:
-    """Return what a function gives, as JSON has it; None where it raises or gives nonsense."""
+    """Return a function's result as JSON has it; None where it raises or returns the wrong type."""
     convert, _ = GIVES[name]
     args = [Conditions(**m) if isinstance(m, dict) else np.array(m) for m in more]
     try:

@@ -1,17 +1,224 @@
-"""Reads a person's environment file: executes its text afresh; what is wrong is said with its line."""
+"""Read a person's file: execute its text, check what it declares, say errors with their line."""
 
 import ast
 import io
 import linecache
+import math
+import re
 import sys
 import warnings
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, TracebackType
 
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.workshop import declared, words
-from hapkit_studio.workshop.own import OwnEnvironment, owned
+from hapkit_studio.errors import LawError
+from hapkit_studio.laws import Law
+from hapkit_studio.parameters import AnyParameter, Choice, Parameter
+from hapkit_studio.workshop.own import OwnEnvironment, owned, taken_keys
 from hapkit_studio.workshop.source import Source, read
+
+_MOST = 300
+# (what Python says, what a student reads); the groups of the first fill the second
+_OTHER = (
+    (r"cannot import name ('\w+') from '([\w.]+)'.*", r"there is no \1 in \2"),
+    (
+        r"(?:\w+\.)?(\w+)\.__init__\(\) missing \d+ required positional arguments?: (.+)",
+        r"\1 also needs \2",
+    ),
+    (
+        r"(?:\w+\.)?(\w+)\.__init__\(\) got an unexpected keyword argument (.+)",
+        r"\1 has nothing named \2",
+    ),
+    (
+        r"(?:\w+\.)?(\w+)\.__init__\(\) takes .* but \d+ were given",
+        r"\1 is given more values than it takes",
+    ),
+    (
+        r"object of type '(?:Parameter|Choice)' has no len\(\)",
+        "`parameters` is a list in brackets; a single one ends with a comma: (Parameter(…),)",
+    ),
+    (r"'(?:Parameter|Choice)' object is not iterable", "`parameters` is a list in brackets"),
+)
+
+
+def without_line(error: LawError) -> str:
+    """Return an error's words without its line."""
+    return str(error).removeprefix(f"Line {error.line}: ")
+
+
+def syntax_error(error: SyntaxError, lines: int) -> LawError:
+    """Return what Python cannot read, with its line in a file of so many lines."""
+    words = f"Python cannot read this line: {error.msg}"
+    return LawError(_short(words), min(error.lineno or 1, max(lines, 1)))
+
+
+def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
+    """Return what went wrong while a file was executed, with the last line of that file that took part.
+
+    otherwise is the line where none of the file did.
+    """
+    line, inside = _line_in(error.__traceback__, file)
+    line = line or otherwise
+    if isinstance(error, LawError):
+        return error if error.line else LawError(without_line(error), line)
+    return LawError(_short(_words_for(error, inside)), line)
+
+
+def _words_for(error: BaseException, inside: bool) -> str:
+    """Return words for an exception; inside says whether the person's own line raised it."""
+    name = getattr(error, "name", None)
+    if isinstance(error, NameError) and name:
+        return f"'{name}' is not defined"
+    if isinstance(error, AttributeError) and name == "state_names":
+        return "the force is not a law: write `@law` above its `def`"
+    if isinstance(error, AttributeError) and name == "key":
+        return "`parameters` holds Parameter(…) and Choice(…) only"
+    if isinstance(error, KeyError) and error.args:
+        return f"there is no {error.args[0]!r}"
+    if isinstance(error, ModuleNotFoundError):
+        return f"there is no module '{name}'"
+    if isinstance(error, RecursionError):
+        return "a function calls itself without end" if inside else "a line of the law is nested too deep"
+    if isinstance(error, MemoryError):
+        return "this takes more memory than there is"
+    if isinstance(error, SystemExit | EOFError | KeyboardInterrupt):
+        return "a file may not end the program or ask for input"
+    if isinstance(error, ZeroDivisionError):
+        return "a division by zero"
+    message = str(error).strip()
+    for pattern, words in _OTHER:
+        if found := re.fullmatch(pattern, message):
+            return found.expand(words)
+    return f"{message or 'an error'} ({type(error).__name__})"
+
+
+def _line_in(traceback: TracebackType | None, file: str) -> tuple[int, bool]:
+    """Return the last line of a file in a traceback, and whether nothing was called from there."""
+    line, inside = 0, False
+    while traceback is not None:
+        inside = traceback.tb_frame.f_code.co_filename == file
+        line = traceback.tb_lineno if inside else line
+        traceback = traceback.tb_next
+    return line, inside
+
+
+def _short(words: str) -> str:
+    line = " ".join(words.split())
+    return line if len(line) <= _MOST else line[: _MOST - 1] + "…"
+
+
+NAME = "ENVIRONMENT"
+_KEY = re.compile(r"[a-z][a-z0-9_]*")
+
+
+def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Environment:
+    """Return a module's checked ENVIRONMENT; raise LawError with its line, of so many, in the tree."""
+    made = getattr(module, NAME, None)
+    if not isinstance(made, Environment):
+        raise _missing(made, tree, lines)
+    _check_words(made, tree)
+    seen: set[str] = set()
+    for parameter in made.parameters:
+        line = _call_line(tree, parameter)
+        complaint = _complaint(parameter)
+        if not complaint and parameter.key in seen:
+            complaint = f"there are two parameters '{parameter.key}'"
+        if complaint:
+            raise LawError(complaint, line or _assigned(tree))
+        seen.add(parameter.key)
+    return made
+
+
+def _missing(found: object, tree: ast.Module, lines: int) -> LawError:
+    if found is None and not _assigned(tree):
+        return LawError(
+            f"the file does not say what it is: end it with `{NAME} = Environment(…)`", max(lines, 1)
+        )
+    kind = "a law" if isinstance(found, Law) else f"'{type(found).__name__}'"
+    return LawError(f"{NAME} is {kind}: write `{NAME} = Environment(…)`", _assigned(tree))
+
+
+def _check_words(made: Environment, tree: ast.Module) -> None:
+    """Raise LawError unless key, title and what else is read by a person are what they should be."""
+    line = _assigned(tree)
+    if not isinstance(made.key, str) or not _KEY.fullmatch(made.key):
+        raise LawError(f'`key` is made of a–z, 0–9 and _, like "my_wall", not {made.key!r}', _at(tree, "key"))
+    if made.key in taken_keys():
+        raise LawError(f'the key "{made.key}" is taken by the studio: choose another one', _at(tree, "key"))
+    for name in ("title", "summary", "formula", "explanation", "scene", "restless"):
+        if not isinstance(getattr(made, name), str):
+            raise LawError(f"`{name}` is text in quotation marks", _at(tree, name))
+    if not made.title.strip():
+        raise LawError("`title` is what the studio calls it: it may not be empty", _at(tree, "title"))
+    if not all(type(p) in (Parameter, Choice) for p in made.parameters):
+        raise LawError("`parameters` holds Parameter(…) and Choice(…) only", _at(tree, "parameters"))
+    for name in ("impedance", "over_position", "over_velocity", "check", "warnings", "unused"):
+        function = getattr(made, name)
+        if function is not None and not callable(function):
+            raise LawError(f"`{name}` is a function", _at(tree, name) or line)
+
+
+def _complaint(parameter: AnyParameter) -> str:
+    """Return what is wrong with a parameter, "" for nothing."""
+    key = parameter.key
+    if not isinstance(key, str) or not key.isidentifier() or key.startswith("_"):
+        return f'a parameter\'s first value is its name in the law, like "stiffness", not {key!r}'
+    for name in ("label", "unit", "help", "symbol"):
+        if not isinstance(getattr(parameter, name), str):
+            return f"'{key}': its {name} is text in quotation marks, not {getattr(parameter, name)!r}"
+    return _of_choice(parameter) if isinstance(parameter, Choice) else _of_number(parameter)
+
+
+def _of_choice(choice: Choice) -> str:
+    options = choice.options
+    if not isinstance(options, tuple | list) or not options or not all(isinstance(o, str) for o in options):
+        return f'\'{choice.key}\': its options are names in brackets, like ("right", "left")'
+    if len(set(options)) < len(options):
+        return f"'{choice.key}': two of its options have the same name"
+    if choice.default_option and choice.default_option not in options:
+        return f"'{choice.key}': its default is one of {', '.join(options)}, not {choice.default_option!r}"
+    return ""
+
+
+def _of_number(parameter: Parameter) -> str:
+    key, unit = parameter.key, f" {parameter.unit}" if parameter.unit else ""
+    for name in ("default", "low", "high"):
+        value = getattr(parameter, name)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            return f"'{key}': its {name} is a number, not {value!r}"
+    if parameter.low >= parameter.high:
+        return f"'{key}' goes from {parameter.low:g} to {parameter.high:g}{unit}: the lower limit comes first"
+    if not parameter.low <= parameter.default <= parameter.high:
+        limits = f"{parameter.low:g} to {parameter.high:g}{unit}"
+        return f"'{key}' goes from {limits}, its default is {parameter.default:g}{unit}"
+    return ""
+
+
+def _assigned(tree: ast.Module) -> int:
+    """Return the line on which ENVIRONMENT is assigned last, 0 for none."""
+    names = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+    return max((n.lineno for n in names if n.id == NAME), default=0)
+
+
+def _at(tree: ast.Module, keyword: str) -> int:
+    """Return the line of a value given by this name to Environment, else that of ENVIRONMENT."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Environment":
+            for given in node.keywords:
+                if given.arg == keyword:
+                    return given.value.lineno
+    return _assigned(tree)
+
+
+def _call_line(tree: ast.Module, parameter: AnyParameter) -> int:
+    """Return the last line on which a parameter of this key is declared, 0 where it is not found."""
+    kind, lines = type(parameter).__name__, [0]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == kind:
+            given = [*node.args[:1], *(k.value for k in node.keywords if k.arg == "key")]
+            if given and isinstance(given[0], ast.Constant) and given[0].value == parameter.key:
+                lines.append(node.lineno)
+    return max(lines)
 
 
 def load(path: str | Path) -> OwnEnvironment:
@@ -41,12 +248,12 @@ def execute(source: Source) -> Environment:
             warnings.simplefilter("ignore")
             tree = ast.parse(source.text, name)
             exec(compile(tree, name, "exec", dont_inherit=True), module.__dict__)
-        return declared.environment(module, tree, len(lines))
+        return checked_environment(module, tree, len(lines))
     except SyntaxError as error:
         if error.filename not in (name, None):
-            raise words.of_exception(error, name) from None
-        raise words.of_syntax(error, len(lines)) from None
+            raise law_error(error, name) from None
+        raise syntax_error(error, len(lines)) from None
     except (Exception, SystemExit) as error:
-        raise words.of_exception(error, name) from None
+        raise law_error(error, name) from None
     finally:
         sys.modules.pop(file, None)

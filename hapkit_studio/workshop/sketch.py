@@ -1,9 +1,15 @@
-"""An environment as tuned, written as one Arduino sketch that renders it on a kit without the studio."""
+"""An environment as tuned, written as one Arduino sketch that renders it on a kit without the studio.
 
+The law stands in it as C with the tuned values by name, behind the helpers that it needs. The Arduino IDE
+opens a file only in a folder of the same name.
+"""
+
+import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from pathlib import Path
 from string import Template
 
 from hapkit_studio import resources
@@ -13,10 +19,47 @@ from hapkit_studio.dynamics.estimators import USUAL, Spec
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.board_plan import ESTIMATORS, coefficients
-from hapkit_studio.laws.c_source import number
+from hapkit_studio.laws import c_source
+from hapkit_studio.laws.c_source import Source, mangled, number
 from hapkit_studio.parameters import Choice
 from hapkit_studio.protocol.messages import Board, MotorMap, Pins, Sensor
-from hapkit_studio.workshop import sketch_law
+
+
+def translated(environment: Environment, values: Mapping[str, float]) -> Source:
+    """Return a law's C; raise LawError where it leaves the law language."""
+    return c_source.translate(environment.force, [values[p.key] for p in environment.force.parameters])
+
+
+def constants(environment: Environment, values: Mapping[str, float], law: Source) -> str:
+    """Return the values that the law uses as named constants with unit and label, its choices in words."""
+    rows, lines = [], []
+    for place, parameter in enumerate(environment.force.parameters):
+        if isinstance(parameter, Choice):
+            chosen = parameter.text(values[parameter.key])
+            lines.append(f"// {one_line(parameter.label)}: {chosen}")
+        elif place in law.parameters:
+            about = ": ".join(filter(None, (parameter.unit, parameter.label)))
+            code = f"  float {mangled(parameter.key)} = {number(values[parameter.key])};"
+            rows.append((code, one_line(about)))
+    width = max((len(code) for code, _ in rows), default=0)
+    if rows:
+        commented = [f"{code:<{width}}  // {about}" for code, about in rows]
+        lines += ["constexpr struct {", *commented, "} p = {};"]
+    return "\n".join(lines) or "// This environment has nothing to tune."
+
+
+def one_line(words: str) -> str:
+    """Return a person's words so that they cannot end a comment or go on into the next line."""
+    return " ".join(words.split()).replace("\\", "/").replace("·", "*")
+
+
+def law_text(law: Source) -> str:
+    """Return the law in its namespace, behind the helpers that it needs."""
+    pieces = re.split(r"^=== (.*)\n", resources.path("sketch", "helpers.txt").read_text("utf-8"), flags=re.M)
+    known = zip(pieces[1::2], pieces[2::2], strict=True)
+    helpers = [words.strip() for names, words in known if law.helpers & set(names.split())]
+    return "\n\n".join(["namespace law {", *helpers, law.text, "}  // namespace law\n"])
+
 
 RATES = (250, 500, 1000, 2000)
 """Hz that a sketch may render at."""
@@ -71,17 +114,17 @@ def text(
     kit, values = kit or Kit(), environment.values(values)
     rate = usual_rate(environment, values) if rate is None else rate
     check(rate, estimator, prints)
-    law = sketch_law.translated(environment, values)
+    law = translated(environment, values)
     return _piece("sketch").substitute(
-        title=sketch_law.one_line(environment.title),
-        about=_comment(sketch_law.one_line(environment.summary)),
+        title=one_line(environment.title),
+        about=_comment(one_line(environment.summary)),
         version=version("hapkit-studio"),
         before_start="\n//\n".join(_comment(words) for words in (remark, _start_words(kit)) if words),
         rate=rate,
         loop=_loop(rate, prints),
-        parameters=sketch_law.constants(environment, values, law),
+        parameters=constants(environment, values, law),
         kit=_kit(kit),
-        law=sketch_law.text(law),
+        law=law_text(law),
         sensor=_sensor(kit),
         velocity=_velocity(estimator, rate, kit.board.quantum),
         motor_map=_map(kit.board),
@@ -166,7 +209,7 @@ def _rows(rows: Sequence[tuple[str, str, str]]) -> str:
 
 def _whose(kit: Kit) -> str:
     known = profiles.numbered(kit.board.profile)
-    name = sketch_law.one_line(kit.board.label) or (known.title if known else "Hapkit")
+    name = one_line(kit.board.label) or (known.title if known else "Hapkit")
     if kit.calibrated:
         return f"{name}, as calibrated."
     return f"{name}, the usual numbers of this kind of kit: measure your own."
@@ -189,3 +232,34 @@ def _velocity(estimator: Spec, rate: int, quantum: float) -> str:
 def _map(board: Board) -> str:
     table = ", ".join(number(t / 255.0) for t in (0, *board.table))
     return _piece(_MAPS[MotorMap(board.motor_map)]).safe_substitute(table=table)
+
+
+ENDING = ".ino"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
+
+
+def sketch_path(wanted: str | Path) -> Path:
+    """Return the path of the file, its folder included, for "wall", "wall.ino" or "wall/wall.ino".
+
+    Raise ParameterError for a name that the Arduino IDE does not take.
+    """
+    path = Path(wanted).expanduser()
+    if path.suffix and path.suffix != ENDING and not path.suffix[1:].isdigit():
+        raise ParameterError(f"A sketch's name ends in {ENDING}, or has no ending: not {path.suffix!r}.")
+    name = path.name.removesuffix(ENDING)
+    if not _NAME.fullmatch(name):
+        raise ParameterError(
+            f"A sketch's name has letters, digits, _ and -, up to 63 of them: the IDE takes no {name!r}."
+        )
+    folder = path.parent if path.parent.resolve().name == name else path.parent / name
+    return folder / f"{name}{ENDING}"
+
+
+def write_sketch(wanted: str | Path, text: str, over: bool = False) -> Path:
+    """Write a sketch and return its path; raise ParameterError where one is already there, OSError."""
+    path = sketch_path(wanted)
+    if path.exists() and not over:
+        raise ParameterError(f"{path} is there already. Give another name, or --force to write over it.")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path

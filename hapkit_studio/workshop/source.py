@@ -1,8 +1,10 @@
-"""A person's file as it was read: once, with the hash of its bytes, by which it is known from then on."""
+"""A person's file as it was read, known by the hash of its bytes; which files may be executed."""
 
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
+
+import platformdirs
 
 from hapkit_studio.errors import LawError
 
@@ -42,3 +44,30 @@ def read(path: Path) -> Source:
 def typed(path: Path, text: str) -> Source:
     """Return what read() will, once a text is saved to a file."""
     return Source(path, text, hashlib.sha256(text.encode()).hexdigest())
+
+
+def is_trusted(source: Source) -> bool:
+    """Say whether a person agreed to exactly this file before."""
+    try:
+        return source.digest in _list().read_text(encoding="ascii").split()
+    except (OSError, ValueError):
+        return False
+
+
+def trust_source(source: Source) -> None:
+    """Remember that this file may be executed; raise OSError."""
+    if is_trusted(source):
+        return
+    file = _list()
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with open(file, "a", encoding="ascii") as known:
+        known.write(source.digest + "\n")
+
+
+def visible_text(text: str) -> str:
+    """Return a text for review: invisible characters and those that change direction as escape codes."""
+    return "".join(c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text)
+
+
+def _list() -> Path:
+    return Path(platformdirs.user_data_dir("hapkit-studio", appauthor=False)) / "trusted"

@@ -1,18 +1,81 @@
-"""Tries out a file in a program of its own, ``python -m hapkit_studio.workshop.trial PATH``; it prints JSON.
+"""Try out a file in another process, ``python -m hapkit_studio.workshop.trial PATH``, which prints JSON.
 
-Whatever the file does, the window that asked goes on: it only waits for words on a pipe. Knows no Qt.
+Whatever the file does, the window that asked goes on: it only waits for words on a pipe. Knows no Qt. How a
+text fared is remembered: a record for each file, with a mark for each of its last versions.
 """
 
 import contextlib
+import hashlib
 import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
-from hapkit_studio.workshop import apart, source
+import platformdirs
+
+import hapkit_studio
+from hapkit_studio.laws.native import KEPT_SECONDS
+from hapkit_studio.workshop import isolated, source, trying
 from hapkit_studio.workshop.source import Source
-from hapkit_studio.workshop.verdict import Verdict, failed
+from hapkit_studio.workshop.trying import TrialResult, failed
+
+# how many versions of a file are known: going back to one of them needs no trial
+KEPT = 10
+_FAILED = "!"
+
+
+def has_passed(source: Source) -> bool:
+    """Say whether this text of a file passed its trial with this studio, this Python and this cache."""
+    return _mark(source) in _marks(_record(source.path))
+
+
+def has_failed(source: Source) -> bool:
+    """Say whether this text of a file failed its last trial, in the same surroundings."""
+    return _FAILED + _mark(source) in _marks(_record(source.path))
+
+
+def remember(source: Source, passed: bool) -> None:
+    """Remember how a trial ended; where nothing can be written, it is tried again another time."""
+    record, mark = _record(source.path), _mark(source)
+    marks = [m for m in _marks(record) if m.removeprefix(_FAILED) != mark]
+    marks.append(mark if passed else _FAILED + mark)
+    with contextlib.suppress(OSError):
+        record.parent.mkdir(parents=True, exist_ok=True)
+        part = record.with_suffix(f".{os.getpid()}.part")
+        part.write_text("\n".join(marks[-KEPT:]), encoding="ascii")
+        part.replace(record)
+        _forget_unused(record.parent)
+
+
+def _forget_unused(folder: Path) -> None:
+    """Remove the records of files that passed no trial for as long as a compiled law is kept."""
+    for record in folder.glob("*"):
+        if time.time() - record.stat().st_mtime > KEPT_SECONDS:
+            record.unlink(missing_ok=True)
+
+
+def _marks(record: Path) -> list[str]:
+    try:
+        return record.read_text(encoding="ascii").split()
+    except (OSError, ValueError):
+        return []
+
+
+def _mark(source: Source) -> str:
+    where = os.environ.get("NUMBA_CACHE_DIR", "")
+    return _hashed(source.digest, sys.version, sys.prefix, hapkit_studio.__version__, where)
+
+
+def _record(file: Path) -> Path:
+    folder = Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / "tried"
+    return folder / f"{_hashed(str(file.absolute()))}.txt"
+
+
+def _hashed(*facts: str) -> str:
+    return hashlib.sha256("\n".join(facts).encode("utf-8", "surrogatepass")).hexdigest()[:20]
+
 
 TIMEOUT = 20.0
 NO_END = "does not come to an end"
@@ -24,14 +87,14 @@ _MODULE = "hapkit_studio.workshop.trial"
 
 def begin(tried: Source) -> subprocess.Popen:
     """Start trying out a text; poll() the process, then take its `result`, or `stop` it after TIMEOUT."""
-    process = apart.begin(_MODULE, str(tried.path))
+    process = isolated.begin(_MODULE, str(tried.path))
     with contextlib.suppress(BrokenPipeError), process.stdin as its_input:  # type: ignore[union-attr]
         its_input.write(tried.text.encode())
     process.stdin = None
     return process
 
 
-def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> Verdict:
+def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> TrialResult:
     """Return a trial's verdict; wait for it up to timeout in s, then kill it."""
     try:
         process.wait(timeout)
@@ -41,29 +104,29 @@ def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> Verdict:
         # what the file started may still hold the pipe
         words, _ = process.communicate(timeout=_LAST_WORDS_SECONDS)
     except subprocess.TimeoutExpired:
-        apart.end(process)
+        isolated.end(process)
         words, _ = process.communicate()
     return _verdict(words, _GONE if 0 <= process.returncode < 256 else _CRASHED)
 
 
-def stop(process: subprocess.Popen) -> Verdict:
+def stop(process: subprocess.Popen) -> TrialResult:
     """Kill a trial that takes too long, and what it started; return the verdict that says so."""
-    apart.end(process)
+    isolated.end(process)
     return _verdict(process.communicate()[0], NO_END)
 
 
-def check(tried: Source, timeout: float = TIMEOUT) -> Verdict:
+def check(tried: Source, timeout: float = TIMEOUT) -> TrialResult:
     """Try out a text and wait for the verdict, up to timeout in s."""
     return result(begin(tried), timeout)
 
 
-def _verdict(words: bytes, otherwise: str) -> Verdict:
+def _verdict(words: bytes, otherwise: str) -> TrialResult:
     """Return the verdict that was printed last; where there is none, what happened to whatever ran then."""
     name, line = "the file", 0
     try:
         found = json.loads(words.decode().splitlines()[-1])
         if "problems" in found:
-            return Verdict.from_json(found)
+            return TrialResult.from_json(found)
         name, line = f"`{found['function']}`", int(found["line"])
     except (ValueError, KeyError, TypeError, IndexError):
         pass
@@ -72,12 +135,11 @@ def _verdict(words: bytes, otherwise: str) -> Verdict:
 
 def main(path: str) -> None:
     """Print the verdict on a text, whose file has this path, as JSON; before it, a line for each function."""
-    heard, said = apart.pipes()
-    apart.last_for(2 * TIMEOUT)
+    heard, said = isolated.take_pipes()
+    isolated.exit_after(2 * TIMEOUT)
     if sys.platform != "win32":
         os.nice(10)
-    apart.take_little_memory()
-    from hapkit_studio.workshop import trying
+    isolated.limit_memory()
 
     def tell(found: dict) -> None:
         said.write(json.dumps(found).encode() + b"\n")

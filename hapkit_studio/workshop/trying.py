@@ -1,8 +1,13 @@
-"""Tries out an environment's text: read, checked, compiled, called at its corners."""
+"""Try out an environment's text: read, checked, compiled, called at its corners.
 
+The first calls of a law go over the corners of its parameters and of what the loop can see.
+"""
+
+import math
+import random
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,13 +16,141 @@ import numpy as np
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.haptics import arrays
-from hapkit_studio.workshop import calls, corners, functions, reading, words
+from hapkit_studio.parameters import AnyParameter, Choice
+from hapkit_studio.workshop import functions, own, reading
 from hapkit_studio.workshop.source import Source
-from hapkit_studio.workshop.verdict import Verdict, failed
+
+CALLS = 10_000
+PERIODS = (1e-3, 1e-4, 1e-2)
+FAR, FAST, QUANTUM = 0.06, 3.0, 20.7e-6
+POSITIONS = (0.005, -0.005, 0.03, -0.03, FAR, -FAR)
+SPEEDS = (0.0, 0.1, -0.1, FAST, -FAST)
+_RESTING, _STEPS, _WANDER = 5, 8, 100
+_MOST_BY_CHANCE = 400
+
+Values = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem that keeps an environment from running: its line, 0 for none, and its text."""
+
+    line: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"Line {self.line}: {self.text}." if self.line else f"{self.text[:1].upper()}{self.text[1:]}."
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """A trial's outcome; the environment may go to the loop where there is no problem.
+
+    ns_per_call and calls are 0 where the law was not called.
+    """
+
+    problems: tuple[Problem, ...] = ()
+    warnings: tuple[str, ...] = ()
+    ns_per_call: float = 0.0
+    calls: int = 0
+
+    @property
+    def ok(self) -> bool:
+        return not self.problems
+
+    def as_json(self) -> dict:
+        """Return plain words and numbers, which from_json takes back."""
+        problems = [[p.line, p.text] for p in self.problems]
+        return {**vars(self), "ok": self.ok, "problems": problems, "warnings": list(self.warnings)}
+
+    @classmethod
+    def from_json(cls, found: dict) -> "TrialResult":
+        """Return the verdict of as_json's object; raise ValueError, TypeError or KeyError for any other."""
+        problems = tuple(Problem(int(line), str(text)) for line, text in found["problems"])
+        warnings = tuple(str(w) for w in found["warnings"])
+        return cls(problems, warnings, float(found["ns_per_call"]), int(found["calls"]))
+
+
+def failed(text: str, line: int = 0) -> TrialResult:
+    """Return the verdict of one problem."""
+    return TrialResult((Problem(line, text),))
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """Calls in a row with one state: parameters by key, x in m and v in m/s (n,), the period in s."""
+
+    values: Values
+    x: np.ndarray
+    v: np.ndarray
+    dt: float
+
+
+def sequences(environment: Environment) -> Iterator[Sequence]:
+    """Yield sequences of CALLS calls or more, those nearest the defaults first.
+
+    Values that do not go together, as the environment itself says, are left out.
+    """
+    parameters, calls = environment.parameters, 0
+    for values in filter(lambda v: not environment.check(v), near(parameters)):
+        for dt in PERIODS:
+            x, v = visits(places(parameters, values), dt)
+            yield Sequence(values, x, v, dt)
+            calls += len(x)
+    chance = random.Random(1)
+    for turn in range(_MOST_BY_CHANCE):
+        values = {p.key: chance.choice([*_ends(p), p.default]) for p in parameters}
+        if calls < CALLS and not environment.check(values):
+            dt = PERIODS[turn % len(PERIODS)]
+            x, v = wander(chance, dt)
+            yield Sequence(values, x, v, dt)
+            calls += len(x)
+
+
+def near(parameters: tuple[AnyParameter, ...]) -> Iterator[Values]:
+    """Yield the defaults, then one parameter at a limit, then all of them at their low and high ones."""
+    start = {p.key: p.default for p in parameters}
+    yield start
+    for p in parameters:
+        yield from ({**start, p.key: value} for value in _ends(p) if value != p.default)
+    if len(parameters) > 1:
+        yield {p.key: p.low for p in parameters}
+        yield {p.key: p.high for p in parameters}
+
+
+def places(parameters: tuple[AnyParameter, ...], values: Values) -> list[float]:
+    """Return positions worth a look: where a parameter is a length, there too."""
+    own = [sign * values[p.key] for p in parameters if p.unit == "m" for sign in (1.0, -1.0)]
+    return list(dict.fromkeys([*(x for x in own if abs(x) <= FAR), *POSITIONS]))
+
+
+def visits(at: list[float], dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return x in m and v in m/s (n,): rest, every place at every speed, sensor steps across each, rest."""
+    x, v = [0.0] * _RESTING, [0.0] * _RESTING
+    for place in at:
+        x += [place] * len(SPEEDS)
+        v += SPEEDS
+    for place in at:
+        x += [place + QUANTUM * (i - _STEPS // 2) for i in range(_STEPS)]
+        v += [QUANTUM / dt] * _STEPS
+    return np.array(x + [x[-1]] * _RESTING), np.array(v + [0.0] * _RESTING)
+
+
+def wander(chance: random.Random, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return x in m and v in m/s (n,) of a handle swung at random, as a sensor of whole counts sees it."""
+    swing, rate, phase = chance.uniform(0.001, FAR), chance.uniform(0.5, 8.0), chance.uniform(0.0, math.tau)
+    t = dt * np.arange(_WANDER)
+    x = QUANTUM * np.floor(swing * np.sin(math.tau * rate * t + phase) / QUANTUM)
+    return x, np.clip(np.diff(x, prepend=x[0]) / dt, -FAST, FAST)
+
+
+def _ends(p: AnyParameter) -> list[float]:
+    return [float(i) for i in range(len(p.options))] if isinstance(p, Choice) else [p.low, p.high]
+
 
 # what a law may take of the shortest period, 100 µs, before it is said
 SLOW_NS = 5_000.0
-ALONG = np.linspace(-corners.FAR, corners.FAR, 25)
+ALONG = np.linspace(-FAR, FAR, 25)
 _WHAT = {
     arrays.LAW_INDEX: "the index lies beyond the state",
     arrays.LAW_FUEL: "this does not come to an end",
@@ -53,18 +186,18 @@ class _Tally:
 
     @property
     def cost(self) -> float:
-        """Return the median: what else the machine does meanwhile is none of the law's."""
+        """Return the median in ns: other load on the machine does not count."""
         return float(np.median(self.costs))
 
 
-def try_out(source: Source, tell: Callable[[str, int], object] = lambda name, line: None) -> Verdict:
+def try_out(source: Source, tell: Callable[[str, int], object] = lambda name, line: None) -> TrialResult:
     """Return the verdict on a text; tell each function's name and line before it is called."""
     try:
         environment = reading.execute(source)
         tally = _try(environment, source.path, tell)
     except LawError as error:
-        return failed(words.plain(error), error.line)
-    return Verdict((), _remarks(environment, tally), tally.cost, tally.calls)
+        return failed(reading.without_line(error), error.line)
+    return TrialResult((), _remarks(environment, tally), tally.cost, tally.calls)
 
 
 def _try(environment: Environment, path: Path, tell: Callable[[str, int], object]) -> _Tally:
@@ -77,9 +210,9 @@ def _try(environment: Environment, path: Path, tell: Callable[[str, int], object
             _try_function(environment, name)
         return _try_law(environment)
     except LawError as error:
-        raise LawError(words.plain(error), error.line or law_line) from None
+        raise LawError(reading.without_line(error), error.line or law_line) from None
     except (Exception, SystemExit) as error:  # whatever a person's functions, or a compiler, raise
-        raise words.of_exception(error, str(path), law_line) from None
+        raise reading.law_error(error, str(path), law_line) from None
 
 
 def _try_function(environment: Environment, name: str) -> None:
@@ -87,7 +220,7 @@ def _try_function(environment: Environment, name: str) -> None:
     function, (convert, _) = getattr(environment, name), functions.GIVES[name]
     if complaint := environment.check({p.key: p.default for p in environment.parameters}):
         raise LawError(f"the defaults do not go together: {complaint}", _first_line(environment.check))
-    for values in corners.near(environment.parameters):
+    for values in near(environment.parameters):
         if name != "check" and environment.check(values):
             continue
         found = function(values, *_MORE.get(name, ()))
@@ -108,14 +241,14 @@ def _first_line(function: Callable) -> int:
 def _try_law(environment: Environment) -> _Tally:
     """Call the law at its corners; raise LawError where it gives no force."""
     law, tally = environment.force.compiled(), _Tally()
-    for sequence in corners.sequences(environment):
+    for sequence in sequences(environment):
         p = np.array([sequence.values[q.key] for q in environment.parameters] + [0.0])
-        state, fault = calls.memory(law)
+        state, fault = own.law_memory(law)
         force = np.zeros(len(sequence.x))
         begin = time.perf_counter_ns()
-        wrong = calls.run(law.address, p, state, sequence.x, sequence.v, sequence.dt, fault, force)
+        wrong = own.call_law(law.address, p, state, sequence.x, sequence.v, sequence.dt, fault, force)
         spent = time.perf_counter_ns() - begin
-        if wrong != calls.ALL:
+        if wrong != own.NO_FAULT:
             raise LawError(_words(environment, sequence, wrong, int(fault[0])), int(fault[1]))
         tally.costs.append(spent / len(force))
         tally.calls += len(force)
@@ -123,7 +256,7 @@ def _try_law(environment: Environment) -> _Tally:
     return tally
 
 
-def _words(environment: Environment, sequence: corners.Sequence, call: int, code: int) -> str:
+def _words(environment: Environment, sequence: Sequence, call: int, code: int) -> str:
     """Return what happened, at which arguments, and what to do."""
     at = [f"x = {1e3 * sequence.x[call]:.6g} mm", f"v = {sequence.v[call]:.6g} m/s"]
     changed = [p for p in environment.parameters if sequence.values[p.key] != p.default]

@@ -5,21 +5,22 @@ import math
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis import measured, plane, zwidth
-from hapkit_studio.analysis.measured import largest_stable
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
+from hapkit_studio.analysis.stability import kb_plane, rendered
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.stability.rendered import largest_stable, measured_stiffness_limit
 from hapkit_studio.analysis.sweeps import sweep
+from hapkit_studio.analysis.zwidth import simulation
 from hapkit_studio.errors import ParameterError
 from tests.analysis import sweep_tasks
 
 ROWS = {
-    "exact": lambda row: plane.exact_boundary(Setting(), row),
-    "passive": lambda row: plane.passivity_line(Setting(), row),
-    "measured": lambda row: measured.boundary(Setting(), row),
-    "columns": lambda row: measured.classes(Setting(), row, [100.0]),
-    "lines": lambda row: measured.classes(Setting(), [0.0], row),
-    "zwidth": lambda row: zwidth.compute(Setting(), row),
+    "exact": lambda row: kb_plane.exact_boundary(Setting(), row),
+    "passive": lambda row: kb_plane.passivity_line(Setting(), row),
+    "measured": lambda row: rendered.boundary(Setting(), row),
+    "columns": lambda row: rendered.classes(Setting(), row, [100.0]),
+    "lines": lambda row: rendered.classes(Setting(), [0.0], row),
+    "zwidth": lambda row: simulation.compute(Setting(), row),
 }
 NO_ROWS = [
     [math.nan],
@@ -53,17 +54,17 @@ def test_a_row_that_is_none(name):
 
 
 def test_rows_of_any_kind_of_numbers():
-    want = plane.exact_boundary(Setting(), np.array([0.0, 2.0]))
+    want = kb_plane.exact_boundary(Setting(), np.array([0.0, 2.0]))
     for good in ([0, 2], (0.0, 2.0), np.array([0, 2], dtype=np.int16)):
-        assert plane.exact_boundary(Setting(), good).tolist() == want.tolist()
-    assert plane.exact_boundary(Setting(), []).size == 0
+        assert kb_plane.exact_boundary(Setting(), good).tolist() == want.tolist()
+    assert kb_plane.exact_boundary(Setting(), []).size == 0
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0, 1e300, "x", None, [], True])
 def test_a_number_that_is_none(bad):
-    assert "rendered stiffness" in said(plane.plane, Setting(), bad, 0.0)
-    assert "rendered damping" in said(plane.plane, Setting(), 1.0, bad)
-    assert "virtual damping" in said(plane.limit, Setting(), bad)
+    assert "rendered stiffness" in said(kb_plane.plane, Setting(), bad, 0.0)
+    assert "rendered damping" in said(kb_plane.plane, Setting(), 1.0, bad)
+    assert "virtual damping" in said(kb_plane.limit, Setting(), bad)
     for name in ("mass", "viscous", "damping", "rate", "delay", "quantum"):
         numbers = {"mass": 0.05, "viscous": 0.5, name: bad}
         assert name in said(stiffness_limit, **numbers)
@@ -71,10 +72,10 @@ def test_a_number_that_is_none(bad):
 
 def test_axes_that_no_plane_has():
     for bad in (math.nan, -1.0, "x"):
-        said(plane.plane, Setting(), 300.0, 0.0, width=bad, top=100.0)
-        said(plane.plane, Setting(), 300.0, 0.0, width=2.0, top=bad)
+        said(kb_plane.plane, Setting(), 300.0, 0.0, width=bad, top=100.0)
+        said(kb_plane.plane, Setting(), 300.0, 0.0, width=2.0, top=bad)
     for bad in (1, 0, 2.5, "x", True):
-        said(plane.plane, Setting(), 300.0, 0.0, columns=bad)
+        said(kb_plane.plane, Setting(), 300.0, 0.0, columns=bad)
 
 
 @pytest.mark.parametrize("chunk", ["x", 1.5, 0, True])
@@ -91,7 +92,7 @@ def test_a_delay_of_2000_periods_is_the_longest():
 
 @pytest.mark.parametrize("rate", [9.0, 1.01e5, 1e6])
 def test_a_wall_is_hit_for_a_number_of_samples_that_fits(rate):
-    words = said(zwidth.compute, Setting(rate=rate), [0.0])
+    words = said(simulation.compute, Setting(rate=rate), [0.0])
     assert words == f"A hit of 4 s is simulated at 10 to 100000 Hz, not at {rate:g} Hz."
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis import measured
 from hapkit_studio.analysis.cluster import ClusterError, cluster
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.sweeps import sweep
 from hapkit_studio.errors import StudioError
 from tests.analysis import sweep_tasks
@@ -66,11 +66,11 @@ def dask(tmp_path):
 def test_same_numbers_and_nothing_is_lost_with_a_worker(dask):
     setting, damping = Setting(delay=0.4e-3), np.linspace(0.0, 20.0, 7)
     with ThreadPoolExecutor(2) as threads:  # before the workers, so that they find it compiled
-        wanted = measured.boundary(setting, damping, executor=threads)
+        wanted = rendered.boundary(setting, damping, executor=threads)
         roots = sweep(sweep_tasks.busy_roots, CELLS, executor=threads)
     with cluster(dask.address, timeout=30.0) as executor:
         executor.client.wait_for_workers(2, timeout=60)
-        assert (measured.boundary(setting, damping, executor=executor) == wanted).all()
+        assert (rendered.boundary(setting, damping, executor=executor) == wanted).all()
         placed = sweep(sweep_tasks.roots_and_place, CELLS, executor=executor, chunk=100)
         assert {place for _, place in placed} == {worker.pid for worker in dask.workers}
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm, solve_discrete_are
 
-from hapkit_studio.analysis import measured
-from hapkit_studio.analysis.plane import exact_boundary, passive_edge, passivity_line
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
-from hapkit_studio.analysis.zwidth_protocol import linear_limits
+from hapkit_studio.analysis.stability import rendered
+from hapkit_studio.analysis.stability.kb_plane import exact_boundary, passive_edge, passivity_line
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
+from hapkit_studio.analysis.zwidth.result import linear_limits
 
 MASS, VISCOUS, PERIOD, DAMPING = 0.044, 0.5, 1e-3, 5.0
 # Quantum in m, agility q in m²/s³, limit in N/m: a reference made of scipy's Riccati solver and eigenvalues.
@@ -73,8 +74,8 @@ def test_the_exact_limit_is_that_of_the_devices_own_filter(quantum, q, limit):
 def test_the_rendered_ideal_loop_has_the_devices_own_filter(quantum, q, limit):
     """1 % inside it comes to rest, 1 % outside it grows, though the sensor has no steps."""
     around = np.array([0.99, 1.01]) * limit
-    found = measured.classes(setting(quantum, q), [DAMPING], around).ravel()
-    assert found.tolist() == [measured.DECAYS, measured.GROWS]
+    found = rendered.classes(setting(quantum, q), [DAMPING], around).ravel()
+    assert found.tolist() == [rendered.DECAYS, rendered.GROWS]
 
 
 def test_the_measured_limit_takes_the_quantum_too():
@@ -104,7 +105,7 @@ def test_the_passivity_line_is_that_of_the_devices_own_filter(quantum):
 def test_an_adaptive_window_is_measured_with_the_devices_own_band():
     """All lengths scaled with the sensor, nothing but the lengths changes."""
     limits = [
-        measured.boundary(Setting(MASS, VISCOUS, quantum=step, estimator="foaw"), [2.0])[0]
+        rendered.boundary(Setting(MASS, VISCOUS, quantum=step, estimator="foaw"), [2.0])[0]
         for step in (20.7e-6, 200e-6)
     ]
     assert limits[1] == pytest.approx(limits[0], rel=0.02)

@@ -7,9 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from hapkit_studio.analysis import measured, settling
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability import rendered
+from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.sweeps import sweep, workers
 from tests.bench import map_references as others
 from tests.bench.frame import Row
@@ -46,12 +46,12 @@ def maps() -> list[Row]:
     """Return the time of whole maps on every core, and what a cell of them costs one core."""
     cores, rows, cells = workers(), [], DAMPING.size * STIFFNESS.size
     for what, real in (("ideal device", False), ("friction and sensor steps", True)):
-        took = best(lambda real=real: measured.classes(SETTING, DAMPING, STIFFNESS, real=real))
+        took = best(lambda real=real: rendered.classes(SETTING, DAMPING, STIFFNESS, real=real))
         rows.append(Row(f"map of 100 × 100, {what}, {cores} cores", took, "s", target="< 5 s", ok=took < 5.0))
     with ThreadPoolExecutor(1) as one:
-        took = best(lambda: measured.classes(SETTING, DAMPING, STIFFNESS, executor=one), 1)
-        real = best(lambda: measured.classes(SETTING, DAMPING, STIFFNESS, real=True, executor=one), 1)
-        column = best(lambda: measured.boundary(SETTING, DAMPING, executor=one), 1) / DAMPING.size
+        took = best(lambda: rendered.classes(SETTING, DAMPING, STIFFNESS, executor=one), 1)
+        real = best(lambda: rendered.classes(SETTING, DAMPING, STIFFNESS, real=True, executor=one), 1)
+        column = best(lambda: rendered.boundary(SETTING, DAMPING, executor=one), 1) / DAMPING.size
     rows.append(Row("a map's cell, ideal device, one core", 1e6 * took / cells, "µs"))
     rows.append(Row("a map's cell, friction and sensor steps, one core", 1e6 * real / cells, "µs"))
     for many in (2, 8, 64):
@@ -78,9 +78,9 @@ def check(name: str, theirs: np.ndarray, ours: np.ndarray) -> None:
 def cell_rate(count: int) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Return our cells per second on one core; the cells, and their verdicts."""
     stiffness, damping = cells_near_the_limit(count)
-    what = measured.rendered(SETTING)
-    took = best(lambda: settling.judge(what, stiffness, damping))
-    return count / took, stiffness, damping, settling.judge(what, stiffness, damping)
+    what = rendered.rendered(SETTING)
+    took = best(lambda: rendered.judge(what, stiffness, damping))
+    return count / took, stiffness, damping, rendered.judge(what, stiffness, damping)
 
 
 def beside_others() -> list[Row]:
@@ -131,7 +131,7 @@ def exact(setting: Setting, damping: float) -> float:
 
 
 def boundaries(cases: list[tuple[Setting, float]]) -> list[float]:
-    return [measured.stiffest(measured.rendered(setting), damping) for setting, damping in cases]
+    return [rendered.stiffest(rendered.rendered(setting), damping) for setting, damping in cases]
 
 
 def error() -> list[Row]:

@@ -4,7 +4,7 @@ import statistics
 import threading
 import time
 
-from hapkit_studio.analysis import measured
+from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.haptics import health
@@ -26,7 +26,7 @@ def keep_mapping(done: threading.Event) -> None:
 
     try:
         while True:
-            measured.classes(SETTING, DAMPING, STIFFNESS, real=True, progress=watch)
+            rendered.classes(SETTING, DAMPING, STIFFNESS, real=True, progress=watch)
     except Cancelled:
         return
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.exact import checked_loop, stiffness_limits
+from hapkit_studio.analysis.stability.limits import checked_loop, stiffness_limits
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics.board_plan import coefficients

@@ -3,11 +3,11 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from hapkit_studio.analysis import settling
+from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.haptics import survey
 
 MASS, VISCOUS, PERIOD = 0.044, 0.5, 1e-3
-COUNT = round(settling.SECONDS / PERIOD)
+COUNT = round(rendered.SECONDS / PERIOD)
 
 
 def verdicts(speed: np.ndarray, lost: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
@@ -17,7 +17,7 @@ def verdicts(speed: np.ndarray, lost: np.ndarray, stiffness: np.ndarray) -> np.n
     parts = np.zeros((speed.shape[1], survey.PARTS, 3))
     parts[:, :, survey.POWER] = power.reshape(survey.PARTS, -1, speed.shape[1]).sum(axis=1).T
     ends = np.where(lost, survey.LEFT_RANGE, survey.COMPLETED)
-    return settling.by_envelope(survey.Found(parts, ends, np.full(speed.shape[1], COUNT)))
+    return rendered.by_envelope(survey.Found(parts, ends, np.full(speed.shape[1], COUNT)))
 
 
 def scipy_cell(stiffness: float, damping: float) -> int:
@@ -27,10 +27,10 @@ def scipy_cell(stiffness: float, damping: float) -> int:
         return y[1], (force - VISCOUS * y[1]) / MASS
 
     def far(t, y, force):
-        return settling.LINEAR_FAR - abs(y[0])
+        return rendered.LINEAR_FAR - abs(y[0])
 
     far.terminal = True  # type: ignore[attr-defined]
-    x, v, before = settling.LINEAR_START, 0.0, settling.LINEAR_START
+    x, v, before = rendered.LINEAR_START, 0.0, rendered.LINEAR_START
     speed, lost = np.zeros((COUNT, 1)), False
     for k in range(COUNT):
         speed[k] = v
@@ -72,7 +72,7 @@ def mujoco_cell(model, stiffness: float, damping: float) -> int:
     import mujoco
 
     data = mujoco.MjData(model)
-    data.qpos[0] = before = settling.LINEAR_START
+    data.qpos[0] = before = rendered.LINEAR_START
     speed, lost = np.zeros((COUNT, 1)), False
     for k in range(COUNT):
         x = float(data.qpos[0])
@@ -80,7 +80,7 @@ def mujoco_cell(model, stiffness: float, damping: float) -> int:
         data.ctrl[0] = -stiffness * x - damping * (x - before) / PERIOD
         before = x
         mujoco.mj_step(model, data)
-        if not abs(x) <= settling.LINEAR_FAR:
+        if not abs(x) <= rendered.LINEAR_FAR:
             lost = True
             break
     return int(verdicts(speed, np.array([lost]), np.array([stiffness]))[0])
@@ -91,7 +91,7 @@ def mujoco_together(model, stiffness: np.ndarray, damping: np.ndarray) -> np.nda
     import mujoco
 
     data = mujoco.MjData(model)
-    data.qpos[:] = settling.LINEAR_START
+    data.qpos[:] = rendered.LINEAR_START
     before, speed = data.qpos.copy(), np.zeros((COUNT, model.nq))
     lost = np.zeros(model.nq, dtype=bool)
     for k in range(COUNT):
@@ -100,7 +100,7 @@ def mujoco_together(model, stiffness: np.ndarray, damping: np.ndarray) -> np.nda
         data.ctrl[:] = -stiffness * x - damping * (x - before) / PERIOD
         before = x
         mujoco.mj_step(model, data)
-        far = ~(np.abs(data.qpos) <= settling.LINEAR_FAR)
+        far = ~(np.abs(data.qpos) <= rendered.LINEAR_FAR)
         if far.any():
             lost |= far
             data.qpos[lost] = data.qvel[lost] = 0.0

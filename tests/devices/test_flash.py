@@ -2,6 +2,7 @@
 
 import os
 import stat
+import subprocess
 import sys
 
 import pytest
@@ -284,3 +285,19 @@ def test_a_port_in_use_or_gone_is_said_before_avrdude_is_run(talker, port, tmp_p
 
 def test_what_ships_is_an_image_that_fits():
     assert 1000 < len(flash.read_image(flash.shipped()).data) <= flash.FLASH_BYTES
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux tells who has a port open")
+def test_a_port_that_another_program_reads_without_a_lock_is_not_flashed():
+    controller, port = os.openpty()
+    path = os.ttyname(port)
+    reader = subprocess.Popen(["sleep", "60"], stdin=port)
+    os.close(port)
+    try:
+        with pytest.raises(PortBusyError, match=rf"is used by sleep \(process {reader.pid}\)"):
+            flash.try_port(path)
+    finally:
+        reader.kill()
+        reader.wait()
+    flash.try_port(path)
+    os.close(controller)

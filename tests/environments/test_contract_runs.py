@@ -12,7 +12,7 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from tests.bench.bench_laws import per_tick
 from tests.environments.calling import LIBRARY, anywhere
-from tests.haptics.engine_support import read
+from tests.haptics.support import read
 
 every = pytest.mark.parametrize("key", LIBRARY)
 END = 0.05

@@ -24,7 +24,7 @@ from hapkit_studio.protocol.messages import (
 from tests.firmware.faults_cases import HOLD, STIFFNESS, Case
 from tests.firmware.faults_turns import Turns, lead
 from tests.firmware.vb import QUANTUM
-from tests.haptics.support import Bench
+from tests.haptics.support import LoopHarness
 
 ROWS = 1 << 12
 SPRING = environments.named("spring")
@@ -49,12 +49,12 @@ class Session:
 
     def __init__(self, turns: Turns, board: bool):
         self.turns, self.board = turns, board
-        self.bench = Bench(SPRING, VALUES, full=False)
+        self.harness = LoopHarness(SPRING, VALUES, full=False)
         self.late = health.new_histogram()
-        self.out = rows.new_ring(self.bench.r.control, ROWS)
+        self.out = rows.new_ring(self.harness.r.control, ROWS)
         self.reader = rows.RingReader(self.out)
         self.spec = serial_loop.new_spec()
-        turns.quit = lambda: store_release(self.bench.r.control, arrays.QUIT, 1)
+        turns.quit = lambda: store_release(self.harness.r.control, arrays.QUIT, 1)
 
     def offer(self, conn: link.Link) -> None:
         """Learn what the board can render and want it to, as the engine does."""
@@ -62,11 +62,11 @@ class Session:
         offer = BoardPlanner(self.turns.ask(HelloRequest(), Hello).arena, settings)
         way = offer.require(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
         board_plan.tell_link(conn, settings, 255)
-        self.bench.set(SPRING, VALUES, board=way)
+        self.harness.set(SPRING, VALUES, board=way)
 
     def connect(self, hold: float) -> tuple[np.ndarray, float]:
         """Render until the line or the time ends; return the rows and the count at zero."""
-        r, conn = self.bench.r, link.new_link(QUANTUM)
+        r, conn = self.harness.r, link.new_link(QUANTUM)
         self.turns.say(encode(Stream(0, 0)) + encode(Release()))
         if self.board:
             self.offer(conn)
@@ -114,7 +114,7 @@ def run_case(case: Case, folder: Path) -> Run:
     run.summary = turns.end()
     run.truth = virtual_board.truth(turns.log)
     run.forces = sent_forces(turns.sent)
-    control = session.bench.r.control
+    control = session.harness.r.control
     run.counters = {
         "fault": int(control[arrays.FAULT]),
         "stale": int(control[arrays.STALE_COUNT]),

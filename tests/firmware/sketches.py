@@ -11,7 +11,7 @@ import pytest
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.dynamics.estimators import estimate_velocity
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.workshop import calls
+from hapkit_studio.workshop import own
 from tests.firmware.vb import FULL_FORCE, QUANTUM, run
 
 ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr")
@@ -96,10 +96,10 @@ def asked(environment: Environment, values, position: np.ndarray, rate: float, s
     """Return the forces of the Python law, faded in and cut as a sketch does."""
     velocity = estimate_velocity(position, rate, spec, QUANTUM)
     law = environment.force.compiled()
-    state, fault = calls.memory(law)
+    state, fault = own.law_memory(law)
     p = np.array([values[q.key] for q in environment.parameters] + [0.0])
     force = np.empty(len(position))
-    assert calls.run(law.address, p, state, position, velocity, 1.0 / rate, fault, force) == calls.ALL
+    assert own.call_law(law.address, p, state, position, velocity, 1.0 / rate, fault, force) == own.NO_FAULT
     fade = np.minimum(np.arange(len(force)) / rate / FADE, 1.0)
     return np.clip(force * fade, -3.0, 3.0)
 

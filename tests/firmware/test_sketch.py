@@ -11,7 +11,7 @@ from hapkit_studio.devices import profiles
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Choice
 from hapkit_studio.protocol.messages import MotorMap
-from hapkit_studio.workshop import reading, sketch, sketch_file, source
+from hapkit_studio.workshop import reading, sketch, source
 from tests.firmware import sketches
 from tests.firmware.sketches import needs_ide
 from tests.firmware.vb import QUANTUM
@@ -219,25 +219,25 @@ def test_what_a_sketch_does_not_do_is_said(how, words):
 
 @pytest.mark.parametrize("wanted", ["wall", "wall.ino", "wall/wall", "wall/wall.ino"])
 def test_the_file_stands_in_a_folder_of_its_name(wanted, tmp_path):
-    made = sketch_file.write(tmp_path / wanted, "text")
+    made = sketch.write_sketch(tmp_path / wanted, "text")
     assert made == tmp_path / "wall" / "wall.ino"
     with pytest.raises(ParameterError, match="there already"):
-        sketch_file.write(tmp_path / wanted, "other")
+        sketch.write_sketch(tmp_path / wanted, "other")
     assert made.read_text() == "text"
-    sketch_file.write(tmp_path / wanted, "other", over=True)
+    sketch.write_sketch(tmp_path / wanted, "other", over=True)
     assert made.read_text() == "other"
 
 
 @pytest.mark.parametrize("name", ["my wall", "-x", "wände", "x" * 64])
 def test_a_name_that_the_ide_refuses_is_refused(name, tmp_path):
     with pytest.raises(ParameterError, match="A sketch's name"):
-        sketch_file.place(tmp_path / name)
+        sketch.sketch_path(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["wall.txt", "wall.ino.bak", "wall.cpp"])
 def test_another_ending_is_refused(name, tmp_path):
     with pytest.raises(ParameterError, match=r"ends in \.ino, or has no ending"):
-        sketch_file.write(tmp_path / name, "text")
+        sketch.write_sketch(tmp_path / name, "text")
     assert not list(tmp_path.iterdir())
 
 

@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from hapkit_studio.workshop import trust
-from hapkit_studio.workshop.source import read
+from hapkit_studio.workshop.source import read, trust_source
 from tests.gui.window_support import PATIENCE_MS
 
 SPRING = '''"""A spring of a test."""
@@ -40,7 +39,7 @@ def put(home: Path, name: str, text: str, trusted: bool = True) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
     if trusted:
-        trust.trust(read(path))
+        trust_source(read(path))
     return path
 
 

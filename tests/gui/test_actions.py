@@ -9,8 +9,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QLineEdit
 
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.actions import SPANS, table
+from hapkit_studio.gui.actions import table
 from hapkit_studio.gui.dialogs import Sheet, keys_sheet, native
+from hapkit_studio.gui.live.time_plots import SPANS
 
 TABLE = table(discover().values())
 

@@ -11,7 +11,7 @@ from hapkit_studio.gui import app, prepare
 
 OFF_THE_WAY = (
     *("scipy.signal", "matplotlib", "pandas", "hapkit_studio.laws.c_source", "hapkit_studio.workshop.sketch"),
-    *("hapkit_studio.analysis.sketch_limit", "hapkit_studio.gui.wizard.setup"),
+    *("hapkit_studio.analysis.stability.on_board", "hapkit_studio.gui.wizard.setup"),
 )
 
 

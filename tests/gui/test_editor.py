@@ -7,9 +7,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.haptics import rows
-from hapkit_studio.workshop.source import read, typed
-from hapkit_studio.workshop.trust import is_trusted
-from hapkit_studio.workshop.verdict import Verdict, failed
+from hapkit_studio.workshop.source import is_trusted, read, typed
+from hapkit_studio.workshop.trying import TrialResult, failed
 from tests.gui.own_support import LAW_LINE, law_tab, put, spring, wait_for_verdict
 from tests.gui.window_support import PATIENCE_MS
 
@@ -133,7 +132,7 @@ def test_a_fault_marks_its_line(window, qtbot, home):
     text = spring(key="fault", force="-p.stiffness * x / max(x - 0.2, -0.2 * (x < 0.01))")
     path = put(home, "fault.py", text)
     # a trial would have found it: this is what only shows in the loop
-    wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(typed(path, text), Verdict()))
+    wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(typed(path, text), TrialResult()))
     window.desk.edit(path)
     window.studio.move_hand(0.02)
     qtbot.waitUntil(lambda: window.studio.fault is not None, timeout=PATIENCE_MS)

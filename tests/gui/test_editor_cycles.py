@@ -5,7 +5,7 @@ import re
 import pytest
 
 from hapkit_studio.workshop.source import typed
-from hapkit_studio.workshop.verdict import Verdict
+from hapkit_studio.workshop.trying import TrialResult
 from tests.gui.own_support import LAW_LINE, put, spring, wait_for_verdict
 from tests.gui.window_support import PATIENCE_MS
 
@@ -15,7 +15,7 @@ def saved(window, text):
     window.desk.page.code.setPlainText(text)
     window.desk.save()
     window.own.runner.give_up()
-    window.own.runner.finished.emit(typed(window.desk.path, text), Verdict())
+    window.own.runner.finished.emit(typed(window.desk.path, text), TrialResult())
 
 
 @pytest.fixture

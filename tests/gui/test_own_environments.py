@@ -8,12 +8,12 @@ from PySide6.QtCore import QElapsedTimer, Qt, QTimer
 from PySide6.QtTest import QTest
 
 from hapkit_studio.gui import own_environments as own
-from hapkit_studio.gui.environment_library import Shelf
+from hapkit_studio.gui.environment_library import EnvironmentLibrary
 from hapkit_studio.gui.own_environments import BARE, described, fitting
-from hapkit_studio.workshop import reading, templates
+from hapkit_studio.workshop import folder, reading
 from hapkit_studio.workshop.functions import Functions
 from hapkit_studio.workshop.source import read, typed
-from hapkit_studio.workshop.verdict import Verdict
+from hapkit_studio.workshop.trying import TrialResult
 from tests.gui.own_support import put, spring, wait_for_verdict
 from tests.lateness import ATTEMPTS
 
@@ -26,7 +26,7 @@ def leaving(marker, text: str) -> str:
 def passed(window, path):
     """Take a file for tried out, without the program that tries it."""
     tried = read(path)
-    return lambda: window.own.runner.finished.emit(tried, Verdict())
+    return lambda: window.own.runner.finished.emit(tried, TrialResult())
 
 
 def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, make_window, qtbot):
@@ -263,7 +263,7 @@ def test_a_scene_of_the_library_is_used_only_where_it_fits(tmp_path, scene, para
     assert fitting(replace(environment, scene=scene)).scene == drawn
 
 
-@pytest.mark.parametrize("template", templates.templates()[:2], ids=lambda t: t.key)
+@pytest.mark.parametrize("template", folder.templates()[:2], ids=lambda t: t.key)
 def test_a_template_has_the_picture_of_its_kind_as_long_as_that_fits(template, tmp_path):
     made = reading.load_source(typed(tmp_path / "mine.py", template.text))
     assert fitting(made).scene == template.key
@@ -274,14 +274,14 @@ def test_a_template_has_the_picture_of_its_kind_as_long_as_that_fits(template, t
 def test_values_stay_where_they_still_mean_something(tmp_path):
     moved, narrowed, untouched = number("a", 1.0), number("b", 1.0), number("c", 1.0)
     first = version(tmp_path, moved, narrowed, untouched, choice("left", "right"))
-    shelf = Shelf({first.key: first})
-    shelf.values[first.key].update(a=5.0, b=8.0, side=1.0)
+    library = EnvironmentLibrary({first.key: first})
+    library.values[first.key].update(a=5.0, b=8.0, side=1.0)
     moved, narrowed, untouched = number("a", 2.0), number("b", 2.0, high=6.0), number("c", 3.0)
-    shelf.put(
+    library.put(
         version(tmp_path, moved, narrowed, untouched, choice("middle", "left", "right"), number("e", 4.0))
     )
     # what was never moved follows its default; a choice is kept by its name
-    assert shelf.values[first.key] == {"a": 5.0, "b": 2.0, "c": 3.0, "side": 2.0, "e": 4.0}
+    assert library.values[first.key] == {"a": 5.0, "b": 2.0, "c": 3.0, "side": 2.0, "e": 4.0}
 
 
 @pytest.mark.alone

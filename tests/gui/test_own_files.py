@@ -4,7 +4,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from hapkit_studio.workshop.source import read
-from hapkit_studio.workshop.verdict import failed
+from hapkit_studio.workshop.trying import failed
 from tests.gui.own_support import law_tab, put, spring
 from tests.gui.window_support import PATIENCE_MS
 

@@ -15,7 +15,7 @@ from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
 from hapkit_studio.parameters import Choice, Parameter
 from hapkit_studio.workshop import reading
 from hapkit_studio.workshop.source import typed
-from hapkit_studio.workshop.verdict import failed
+from hapkit_studio.workshop.trying import failed
 from tests.gui.own_support import put, spring
 
 IMAGE = "<img src='evil.png'>"

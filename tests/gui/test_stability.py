@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from hapkit_studio.analysis.margin import Margin
-from hapkit_studio.analysis.plane import limit
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.kb_plane import limit
+from hapkit_studio.analysis.stability.margin import Margin
 from hapkit_studio.gui.panel.limits import Answer, Question, answer
 from hapkit_studio.gui.panel.stability_card import conditions, margin_notice, sign_of, wanders
 from tests.gui.window_support import PATIENCE_MS

@@ -89,7 +89,7 @@ class RendersItself(FakeKit):
         return None
 
 
-class Desk:
+class BoardSetup:
     """One such board with the engine on it: frames go out one by one, each is waited for."""
 
     def __init__(self, connect, kit, environment, **options):
@@ -169,16 +169,16 @@ class Desk:
 
 
 def undisturbed(environment="spring", values=None, stale=False, **options):
-    """Run a scenario at a desk; again where the machine got in its way."""
+    """Run a scenario with such a board; again where the machine got in its way."""
 
     def decorated(scenario):
         def test(connect):
             for left in reversed(range(ATTEMPTS)):
-                desk = Desk(connect, RendersItself(**options), environment, values=values)
+                setup = BoardSetup(connect, RendersItself(**options), environment, values=values)
                 try:
-                    scenario(desk)
+                    scenario(setup)
                 except AssertionError:
-                    if not left or (desk.clean() and not stale):
+                    if not left or (setup.clean() and not stale):
                         raise
                 else:
                     return

@@ -1,6 +1,7 @@
-"""Laws that misbehave on demand, and a tick driven sample by sample from Python."""
+"""Laws that misbehave on demand, a tick driven sample by sample, and waiting for what a running loop does."""
 
 import math
+import threading
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from hapkit_studio.haptics.fences import store_release
 from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
+from tests.waiting import wait_until
 
 FADE = 0.030
 
@@ -87,8 +89,8 @@ def slow_environment():
     return Environment("slow", "Slow", "", (), slow)
 
 
-class Bench:
-    """A tick on a bench: settings in, positions in, rows out, no clock."""
+class LoopHarness:
+    """A tick on a harness: settings in, positions in, rows out, no clock."""
 
     def __init__(self, environment, values=None, rate=1000.0, full=True, **wanted):
         self.block = block.new_block()
@@ -127,3 +129,26 @@ class Bench:
 
     def stop(self, on=True):
         store_release(self.r.control, arrays.STOP, int(on))
+
+
+def read(reader, enough):
+    """Return rows once enough(rows) holds."""
+    parts = []
+
+    def came():
+        parts.append(reader.read())
+        found = np.concatenate(parts)
+        return len(found) and enough(found)
+
+    wait_until(came)
+    return np.concatenate(parts)
+
+
+def rest(reader, count):
+    """Return the next rows, at least count of them."""
+    reader.read()
+    return read(reader, lambda found: len(found) >= count)
+
+
+def loop_threads():
+    return [t for t in threading.enumerate() if t.name == "hapkit-loop"]

@@ -1,19 +1,24 @@
-"""The live loop on the simulated device: it renders what headless renders, and nothing stops or blocks it."""
+"""The engine: settings, life, and what its rows say."""
 
 import gc
+import math
+import os
 import statistics
+import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
+from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import arrays, headless, rows
+from hapkit_studio.haptics import arrays, headless, rows, simulated_loop
 from hapkit_studio.haptics.engine import Engine
-from tests.haptics.engine_support import read, rest
-from tests.haptics.support import slow_environment
+from hapkit_studio.haptics.settings_writer import LoopSettings
+from tests.haptics.support import CONSTANT, COUNTING, loop_threads, read, rest, slow_environment
 from tests.waiting import wait_until
 
 HOST = [rows.HOST_TIME, rows.BOARD_TIME, rows.LATENESS, rows.COMPUTE]
@@ -174,3 +179,262 @@ def test_says_whose_state_the_rows_hold():
         wait_until(lambda: engine.renders(button))
     finally:
         engine.close()
+
+
+# --- stopping
+def test_the_stop_drops_forces_on_their_way(started):
+    engine = started(environment=CONSTANT)
+    reader = engine.reader()
+    engine.set_loop(delay=0.1)
+    read(reader, lambda found: np.count_nonzero(found[:, rows.APPLIED]) > 150)
+    body = engine._driver.body
+    assert body.queue.any()
+    engine.stop()
+    read(reader, lambda found: found[-1, rows.FLAGS] == rows.STOPPED)
+    assert not body.queue.any()
+    energy = rest(reader, 5)[:, rows.ENERGY]
+    assert np.all(energy == energy[0])
+
+
+def test_the_stop_survives_another_device_and_is_released_on_purpose(started):
+    engine = started(environment=CONSTANT)
+    reader = engine.reader()
+    read(reader, lambda found: found[-1, rows.APPLIED] == 1.0)
+    engine.stop()
+    read(reader, lambda found: found[-1, rows.FLAGS] == rows.STOPPED)
+    engine.use(SimulatedHapkit(max_force=2.0))
+    assert engine.stopped
+    engine.clear_fault()
+    engine.set_environment(CONSTANT, {"level": 0.5})
+    out = rest(reader, 50)
+    assert not out[:, rows.APPLIED].any()
+    assert reader.lost == 0
+    engine.release_stop()
+    out = read(reader, lambda found: found[-1, rows.APPLIED] == 0.5)
+    back = out[np.flatnonzero(out[:, rows.APPLIED])[0] :, rows.APPLIED]
+    np.testing.assert_allclose(back[:30], 0.5 * np.arange(1, 31) / 30.0, rtol=1e-9)
+
+
+def test_a_latched_fault_survives_another_device(started):
+    engine = started(environment=CONSTANT)
+    engine.arrays.control[arrays.FAULT] = arrays.OVER_SPEED
+    engine.use(SimulatedHapkit())
+    assert engine.fault.code == arrays.OVER_SPEED
+
+
+def test_closing_leaves_a_zero_command(started):
+    engine = started(environment=CONSTANT)
+    read(engine.reader(), lambda found: found[-1, rows.APPLIED] == 1.0)
+    body = engine._driver.body
+    engine.close()
+    assert not body.queue.any()
+    assert engine.arrays.control[arrays.DONE] == 1
+    assert not loop_threads()
+
+
+def test_an_escape_latches_over_speed_with_the_reason(started):
+    engine = started(SimulatedHapkit(initial_velocity=4.0, damping=0.0, coulomb_force=0.0))
+    wait_until(lambda: engine.fault is not None)
+    assert engine.fault.text == "Fault: over-speed, 4.0 m/s (limit 3.0 m/s)."
+
+
+# --- life
+def test_the_loop_has_a_thread_with_a_name(started):
+    engine = started()
+    assert len(loop_threads()) == 1
+    assert engine.health().running
+    assert engine.health().connected
+    engine.start()
+    assert len(loop_threads()) == 1
+    engine.close()
+    assert not engine.health().running
+
+
+def test_starting_and_closing_leaks_nothing():
+    def life():
+        engine = Engine(SimulatedHapkit(), realtime=True)
+        engine.start()
+        read(engine.reader(), lambda found: len(found) > 2)
+        engine.close()
+
+    life()
+    gc.collect()
+    threads, files = threading.active_count(), len(os.listdir("/proc/self/fd"))
+    for _ in range(20):
+        life()
+    gc.collect()
+    assert threading.active_count() == threads
+    assert len(os.listdir("/proc/self/fd")) == files
+
+
+def test_a_hand_holds_the_handle_and_lets_go(started):
+    engine = started(environment="free")
+    reader = engine.reader()
+    rest(reader, 2)
+    engine.set_grip("firm")
+    engine.move_hand(0.02)
+    out = read(reader, lambda found: found[-1, rows.TRUE_POSITION] > 0.0197)
+    held = out[~np.isnan(out[:, rows.HAND_TARGET])]
+    steps = np.diff(held[:, rows.HAND_TARGET], prepend=0.0)
+    np.testing.assert_allclose(steps[0], -0.02 * np.expm1(-1e-3 / simulated_loop.POINTER_SECONDS), rtol=1e-6)
+    assert np.all(np.abs(steps) <= steps[0])
+    engine.move_hand(None)
+    out = read(reader, lambda found: np.isnan(found[-1, rows.HAND_TARGET]))
+    assert out[-1, rows.HAND_FORCE] == 0.0
+
+
+def test_laws_in_use_are_kept_alive(started):
+    engine = started(environment=CONSTANT)
+    reader = engine.reader()
+    for environment in (COUNTING, CONSTANT, COUNTING):
+        engine.set_environment(environment)
+        in_use = int(engine.arrays.laws[engine.arrays.word[arrays.SLOT]])
+        assert in_use in engine._writer.kept_laws
+        rest(reader, 100)
+    engine.set_parameter("gain", 0.01)
+    rest(reader, 40)
+    engine.set_parameter("gain", 0.02)
+    assert list(engine._writer.kept_laws) == [COUNTING.force.compiled().address]
+
+
+START = SimulatedHapkit(initial_position=0.0121, initial_velocity=0.1)
+
+
+def rendered(environment, device, count, loop=None):
+    """Return the rows of a released handle, the force fading in as in a live loop."""
+    r, body = headless.Scene(environment, environment.values(), device, loop or LoopSettings()).prepare()
+    r.real[arrays.GAIN] = 0.0
+    out = headless.new_rows(count)
+    headless.run_batch(r, body, np.zeros(3), np.zeros(count + 1), np.zeros(count, dtype=np.int64), out)
+    return out
+
+
+def live(environment, device, count, **loop):
+    """Return the first rows of a live loop."""
+    engine = Engine(device, environment, realtime=False)
+    engine.set_loop(**loop)
+    reader = engine.reader()
+    engine.start()
+    found = read(reader, lambda found: len(found) >= count)[:count]
+    engine.close()
+    return found
+
+
+def same(a, b):
+    columns = [c for c in range(rows.ROW_WIDTH) if c not in HOST]
+    return np.array_equal(a[:, columns], b[:, columns], equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    "needs", [(), ("mass",), ("viscous",), ("coulomb", "delay"), ("quantization", "filter"), tuple(TERMS)]
+)
+def test_a_live_loop_is_what_the_reduced_device_gives_bit_for_bit(needs):
+    scene = replace(SPRING, needs=needs)
+    found = live(scene, START, 300)
+    assert same(found, rendered(scene, START.reduced(needs), 300))
+    everything = not needs or len(needs) == len(TERMS)
+    assert same(found, rendered(scene, START, 300)) is everything
+
+
+@pytest.mark.parametrize("estimator", ["iir", "butterworth", "foaw", "kalman"])
+def test_with_an_ideal_sensor_every_estimator_is_the_same_live(estimator):
+    scene = replace(SPRING, needs=("mass", "viscous"))
+    loop = LoopSettings(2000.0, 0.0007, estimator)
+    found = live(scene, START, 300, rate=2000.0, delay=0.0007, estimator=estimator)
+    assert same(found, rendered(scene, START.reduced(scene.needs), 300, loop))
+    assert np.isfinite(found[:, rows.VELOCITY]).all()
+
+
+def test_a_person_can_have_everything(started):
+    engine = started(environment=replace(SPRING, needs=("mass",)))
+    assert engine.model == "scene"
+    assert engine.modelled == SimulatedHapkit(damping=0.0, coulomb_force=0.0, quantum=0.0)
+    engine.set_model("everything")
+    assert engine.modelled == SimulatedHapkit()
+    reader = engine.reader()
+    engine.move_hand(0.0123)
+    # friction holds it within 0.36 mm of its rest, where depends on its way there
+    found = read(reader, lambda found: abs(found[-1, rows.TRUE_POSITION] - 0.0088) < 4e-4)
+    counts = found[-1, rows.POSITION] / 20.7e-6
+    assert counts == pytest.approx(round(counts), abs=1e-6)
+    assert found[-1, rows.POSITION] != found[-1, rows.TRUE_POSITION]
+    engine.set_model("scene")
+    read(reader, lambda found: found[-1, rows.POSITION] == found[-1, rows.TRUE_POSITION])
+    with pytest.raises(ParameterError, match="The model is one of scene, everything, not 'all'"):
+        engine.set_model("all")
+
+
+def test_the_model_follows_the_environment(started):
+    engine = started(environment=replace(SPRING, needs=("mass",)))
+    assert engine.modelled.viscous == 0.0
+    engine.set_environment(replace(SPRING, needs=("viscous",)))
+    assert engine.modelled == SimulatedHapkit(coulomb_force=0.0, quantum=0.0)
+    engine.set_environment(CONSTANT)
+    assert engine.modelled == SimulatedHapkit()
+
+
+def test_a_change_of_model_moves_nothing(started):
+    """A resting handle between two sensor steps: no velocity, no energy while its sensor comes and goes."""
+    place = 20.7e-6 * 100.6
+    level, where = CONSTANT.parameters
+    gentle = (replace(level, default=0.05), where)
+    scene = replace(CONSTANT, needs=("mass", "coulomb"), parameters=gentle)
+    engine = started(SimulatedHapkit(initial_position=place), environment=scene)
+    reader = engine.reader()
+    found = []
+    for _ in range(4):
+        for model in ("everything", "scene"):
+            engine.set_model(model)
+            found.append(rest(reader, 50))
+    out = np.concatenate(found)
+    assert len(np.unique(out[:, rows.POSITION])) == 2
+    np.testing.assert_array_equal(out[:, rows.TRUE_POSITION], place)
+    np.testing.assert_array_equal(out[:, rows.VELOCITY], 0.0)
+    np.testing.assert_array_equal(out[:, rows.ENERGY], 0.0)
+    assert out[-1, rows.APPLIED] == 0.05
+
+
+def test_friction_that_comes_and_goes_keeps_the_motion(started):
+    engine = started(environment=replace(SPRING, needs=("mass", "quantization")))
+    reader = engine.reader()
+    found = []
+    for k, model in enumerate(("everything", "scene") * 6):
+        engine.move_hand(0.02 * (-1) ** (k // 2))
+        engine.set_model(model)
+        found.append(read(reader, lambda found: len(found) >= 30))
+    out = np.concatenate(found)
+    np.testing.assert_array_equal(np.diff(out[:, rows.TICK]), 1.0)
+    moved, speed = np.diff(out[:, rows.TRUE_POSITION]), out[:, rows.TRUE_VELOCITY]
+    mean = 0.5 * (speed[1:] + speed[:-1]) * out[1:, rows.PERIOD]
+    np.testing.assert_allclose(moved, mean, atol=2e-6)
+    # what hand, motor and friction can do to the masses of handle and hand within a period
+    pull = np.abs(out[:, rows.HAND_FORCE]).max() + 3.0 + 0.5 * np.abs(speed).max() + 0.1
+    assert np.abs(np.diff(speed)).max() < pull / 0.094 * 1e-3
+    assert np.abs(speed).max() > 0.05
+
+
+# --- the device without some of its terms
+def test_a_device_without_terms():
+    device = SimulatedHapkit(mass=0.05, max_force=2.0, initial_position=0.01)
+    assert device.without(()) == device
+    assert device.without(["viscous"]) == replace(device, damping=0.0)
+    assert device.without(["saturation", "sampling", "delay", "filter"]) == replace(
+        device, max_force=math.inf
+    )
+    assert device.without(["mass"]).mass < 1e-9
+    assert device.reduced(["coulomb", "delay"]) == replace(device, damping=0.0, quantum=0.0)
+    assert device.reduced(["mass"]).max_force == 2.0
+    assert device.reduced(()) == device
+    for wrong in (["friction"], ["viscous", ""]):
+        with pytest.raises(ParameterError, match=r"A modelled term is one of mass, viscous, .*filter, not"):
+            device.reduced(wrong)
+
+
+def test_true_velocity_is_the_paddles_own():
+    hand = Hand(0.05, 4.0, 200.0, lambda t: 0.02 * math.sin(9.0 * t))
+    damping = environments.named("damping")
+    scene = headless.Scene(damping, damping.values(), loop=LoopSettings(estimator="iir"))
+    out, _ = headless.render(replace(scene, true_velocity=True), hand, 400)
+    np.testing.assert_array_equal(out[:, rows.VELOCITY], out[:, rows.TRUE_VELOCITY])
+    np.testing.assert_allclose(out[:, rows.ASKED], -4.0 * out[:, rows.TRUE_VELOCITY], rtol=1e-12)
+    assert not np.array_equal(headless.render(scene, hand, 400)[0][:, rows.VELOCITY], out[:, rows.VELOCITY])

@@ -1,15 +1,107 @@
-"""A link that is too slow, or loses what it carries: noticed at once, said with its cause, and counted."""
+"""A serial link: its delays; what is too slow, lost or silent is noticed at once, said, and counted."""
+
+import math
 
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis import link as link_limits
+from hapkit_studio.analysis.stability import on_board
+from hapkit_studio.devices.padding import effective_delay
 from hapkit_studio.haptics import arrays, link, rows, tick
-from hapkit_studio.protocol.messages import BoardFlag, Stop
-from tests.haptics.board_support import undisturbed as with_desk
+from hapkit_studio.protocol.framing import Decoder
+from hapkit_studio.protocol.messages import BoardFlag, Force, Stop, Stream
+from tests.devices.ftdi_kit import PERIOD, FtdiKit
+from tests.devices.test_padding import loop_with
+from tests.haptics.board_support import undisturbed as with_board
 from tests.haptics.serial_support import read, sample, undisturbed
-from tests.haptics.support import BROKEN, CONSTANT, Bench
+from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
 from tests.waiting import wait_until
+
+
+def mean(samples):
+    """Return what the loop's own measurement makes of samples."""
+    kept, before = link.new_delays(), None
+    for s in samples:
+        follows = before is not None and (s.seq - before) & 0xFFFF == 1
+        link.note_force_age(kept, s.seq, s.answered, 1e-6 * s.delay_us, PERIOD, follows)
+        before = s.seq
+    found = link.measured_delay(kept, link.OF_COMPUTER)
+    return found.mean if found else None
+
+
+@pytest.mark.parametrize("delay", [0.2, 1.0, 1.5, 3.25, 16.4, 60.0])
+def test_a_loop_that_answers_every_sample(delay):
+    assert mean(loop_with(delay)) == pytest.approx(delay * PERIOD, abs=1e-6)
+
+
+@pytest.mark.parametrize("padded", [0, 62])
+@pytest.mark.parametrize("latency", [0.001, 0.016])
+def test_a_usb_chip_that_collects_samples(latency, padded):
+    kit, decoder, taken = FtdiKit(latency), Decoder(), []
+    data = kit(Stream(1, padded))
+    while len(taken) < 400:
+        new = decoder.feed(data)
+        taken += new
+        data = kit(Force(new[-1].seq, 0, 0.0))
+    truth = np.mean(kit.ages[60:-20]) - PERIOD / 2
+    assert mean(taken[60:]) == pytest.approx(truth, rel=0.02)
+    assert mean(taken[60:]) == pytest.approx(effective_delay(taken[60:], PERIOD), rel=1e-9)
+
+
+def test_what_is_only_known_to_be_long_is_not_measured():
+    samples = loop_with(0.4, samples=50)
+    gone = [s.__class__(**{**vars(s), "delay_us": 65535}) for s in samples]
+    assert mean(gone) is None
+    assert mean(gone + samples) == pytest.approx(0.4 * PERIOD, abs=1e-6)
+
+
+def test_a_frame_is_late_by_what_the_boards_clock_did_not_pass():
+    conn = link.new_link(1.0)
+    lates = [
+        link.lateness(conn, *arrival)
+        # prompt, prompt, held up 3 ms, queued behind it, after a lost one but on time, a board that stood
+        for arrival in [
+            (50.0, 1.0),
+            (50.001, 1.001),
+            (50.005, 1.002),
+            (50.005, 1.003),
+            (50.007, 1.005),
+            (50.5, 1.006),
+        ]
+    ]
+    assert lates == pytest.approx([0.0, 0.0, 0.003, 0.0, 0.0, 0.492])
+    assert all(math.isfinite(late) for late in lates)
+
+
+def passes(conn, start, count, apart):
+    """Look so many times in a row whether the board is silent; return what was said."""
+    return [link.silent_too_long(conn, start + k * apart) for k in range(1, count + 1)]
+
+
+def heard():
+    """Return a connection that got a frame at 54 s and looked then."""
+    conn = link.new_link(1.0)
+    link.lateness(conn, 54.0, 1.0)
+    link.silent_too_long(conn, 54.0)
+    conn.numbers[link.QUIET] = 0.0
+    return conn
+
+
+def test_a_board_that_was_heard_is_gone_after_a_second_of_silence():
+    said = passes(heard(), 54.0, 60, 0.020)
+    assert not any(said[:49])
+    assert all(said[51:])
+
+
+def test_a_board_that_was_never_heard_is_not_gone():
+    assert not any(passes(link.new_link(1.0), 54.0, 60, 0.020))
+
+
+def test_a_computer_that_was_away_does_not_take_that_for_the_boards_silence():
+    conn = heard()
+    assert not link.silent_too_long(conn, 100.0)
+    assert conn.numbers[link.QUIET] == pytest.approx(0.040)
+
 
 OFF = int(BoardFlag.WATCHDOG)
 
@@ -102,67 +194,67 @@ def test_silence_is_the_line_s_and_a_long_pass_the_computer_s(board, engine, rea
     ],
 )
 def test_why_nothing_was_answered(long, looked, answered, cause):
-    bench, conn = Bench(CONSTANT), link.new_link(2e-5)
+    harness, conn = LoopHarness(CONSTANT), link.new_link(2e-5)
     conn.numbers[link.LOOKED_AT], conn.numbers[link.LAST_ANSWER] = looked, answered
-    conn.words[link.STARTED], bench.r.word[arrays.LONG] = 1, long
-    link.note_gap(bench.r, conn, 10.0)
-    assert bench.r.control[arrays.STALE_CAUSES + cause] == 1
+    conn.words[link.STARTED], harness.r.word[arrays.LONG] = 1, long
+    link.note_gap(harness.r, conn, 10.0)
+    assert harness.r.control[arrays.STALE_CAUSES + cause] == 1
 
 
 def test_a_law_too_slow_for_its_rate_latches_and_a_busy_moment_does_not():
-    bench = Bench(BROKEN, {"how": "nan"})
-    bench.tick(0.0)
+    harness = LoopHarness(BROKEN, {"how": "nan"})
+    harness.tick(0.0)
     for _ in range(3):
         for _ in range(tick.MOST_LONG - 1):
-            tick.note_time(bench.r, 1.3e-3)
-        tick.note_time(bench.r, 0.2e-3)
-    assert bench.r.control[arrays.FAULT] == arrays.NO_FAULT
+            tick.note_time(harness.r, 1.3e-3)
+        tick.note_time(harness.r, 0.2e-3)
+    assert harness.r.control[arrays.FAULT] == arrays.NO_FAULT
     for _ in range(tick.MOST_LONG):
-        tick.note_time(bench.r, 1.3e-3)
-    assert bench.r.control[arrays.FAULT] == arrays.SLOW_LAW
+        tick.note_time(harness.r, 1.3e-3)
+    assert harness.r.control[arrays.FAULT] == arrays.SLOW_LAW
 
 
-@with_desk()
-def test_what_the_board_counts_is_added_up(desk):
-    desk.sample = {"stale": 250, "rx_errors": 9}
-    desk.run(2)
-    desk.sample = {"stale": 4, "rx_errors": 12}
-    desk.run(2)
-    found = desk.engine.health().link
+@with_board()
+def test_what_the_board_counts_is_added_up(setup):
+    setup.sample = {"stale": 250, "rx_errors": 9}
+    setup.run(2)
+    setup.sample = {"stale": 4, "rx_errors": 12}
+    setup.run(2)
+    found = setup.engine.health().link
     assert (found.stale_forces, found.board_errors) == (10, 3)
 
 
-@with_desk()
-def test_a_motor_that_goes_off_while_the_board_renders_is_counted(desk):
-    desk.go()
-    desk.run(5)
-    desk.telemetry = {"flags": OFF}
-    found = desk.run(4)
+@with_board()
+def test_a_motor_that_goes_off_while_the_board_renders_is_counted(setup):
+    setup.go()
+    setup.run(5)
+    setup.telemetry = {"flags": OFF}
+    found = setup.run(4)
     assert all(int(row[rows.FLAGS]) & rows.STALE for row in found)
-    assert desk.engine.health().link.cut == 1
+    assert setup.engine.health().link.cut == 1
 
 
-@with_desk(values={"stiffness": 100.0})
-def test_a_slow_link_is_none_for_the_board(desk):
-    desk.run(5)
-    desk.engine.arrays.control[arrays.FAULT] = arrays.SLOW_LINK
-    assert desk.engine.board_refusal(wait=True) == ""
-    desk.engine.set_where("board")
-    desk.until(lambda: desk.engine.rendering == "board")
-    assert desk.engine.fault is None
-    assert not desk.told(Stop)
+@with_board(values={"stiffness": 100.0})
+def test_a_slow_link_is_none_for_the_board(setup):
+    setup.run(5)
+    setup.engine.arrays.control[arrays.FAULT] = arrays.SLOW_LINK
+    assert setup.engine.board_refusal(wait=True) == ""
+    setup.engine.set_where("board")
+    setup.until(lambda: setup.engine.rendering == "board")
+    assert setup.engine.fault is None
+    assert not setup.told(Stop)
 
 
-@with_desk(values={"stiffness": 100.0})
-def test_what_a_link_allows_is_said_where_it_is_too_little(desk):
-    assert link_limits.doubt(desk.engine) == link_limits.UNKNOWN
-    desk.run(40)
-    assert link_limits.doubt(desk.engine) == ""
-    desk.engine.set_parameter("stiffness", 2000.0)
-    words = link_limits.doubt(desk.engine)
-    limit = link_limits.limit_of(desk.engine, "computer")
+@with_board(values={"stiffness": 100.0})
+def test_what_a_link_allows_is_said_where_it_is_too_little(setup):
+    assert on_board.link_warning(setup.engine) == on_board.UNKNOWN
+    setup.run(40)
+    assert on_board.link_warning(setup.engine) == ""
+    setup.engine.set_parameter("stiffness", 2000.0)
+    words = on_board.link_warning(setup.engine)
+    limit = on_board.rendering_limit(setup.engine, "computer")
     assert words.startswith(f"The measured delay of 0.5 ms allows {limit:,.0f} N/m at most")
     assert words.endswith(
         "2,000 N/m are in force: it may swing. Lower the stiffness, or let the board render."
     )
-    assert link_limits.rate_of(desk.engine, "computer") == 1000.0
+    assert on_board.rendering_rate(setup.engine, "computer") == 1000.0

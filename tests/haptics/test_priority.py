@@ -15,7 +15,7 @@ from hapkit_studio.haptics import clib, clock, priority, realtime_macos, realtim
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="the Linux side")
 if sys.platform == "linux":
-    from hapkit_studio.haptics import overrun, realtime_linux
+    from hapkit_studio.haptics import realtime_linux
 
 UNPRIVILEGED = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock,-sys_resource"]
 KIT = """#!/bin/sh
@@ -143,7 +143,7 @@ def test_thread_that_never_blocks_is_demoted_without_python():
             pass
 
     spin(0.0)
-    before = overrun.demotions()
+    before = realtime_linux.demotions()
 
     def run():
         assert realtime_linux._take_fifo(threading.get_native_id())
@@ -153,7 +153,7 @@ def test_thread_that_never_blocks_is_demoted_without_python():
         return scheduler
 
     assert in_thread(run) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
-    assert overrun.demotions() == before + 1
+    assert realtime_linux.demotions() == before + 1
 
 
 @linux_only

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.haptics import arrays, block, rows, tick
-from tests.haptics.support import BROKEN, CONSTANT, Bench
+from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
 
 FADED_IN = np.arange(1, 31) / 30.0
 
@@ -13,8 +13,8 @@ def applied(out):
     return out[:, rows.APPLIED]
 
 
-def latched(bench):
-    return int(bench.r.control[arrays.FAULT])
+def latched(harness):
+    return int(harness.r.control[arrays.FAULT])
 
 
 @pytest.mark.parametrize(
@@ -28,17 +28,17 @@ def latched(bench):
     ],
 )
 def test_a_law_that_fails_stops_the_force_until_cleared(how, code):
-    bench = Bench(BROKEN, {"how": how})
-    assert applied(bench.run([0.0, 0.001, 0.002]))[-1] == 1.0
-    row = bench.tick(0.0055)
+    harness = LoopHarness(BROKEN, {"how": how})
+    assert applied(harness.run([0.0, 0.001, 0.002]))[-1] == 1.0
+    row = harness.tick(0.0055)
     assert row[rows.APPLIED] == 0.0
     assert row[rows.FLAGS] == rows.FAULT
-    assert latched(bench) == code
-    out = bench.run(np.full(200, 0.003))
+    assert latched(harness) == code
+    out = harness.run(np.full(200, 0.003))
     assert not applied(out).any()
     np.testing.assert_array_equal(out[:, rows.FLAGS], rows.FAULT)
-    bench.clear_fault()
-    out = bench.run(np.full(40, 0.003))
+    harness.clear_fault()
+    out = harness.run(np.full(40, 0.003))
     np.testing.assert_allclose(applied(out)[:30], FADED_IN, rtol=1e-9)
     np.testing.assert_array_equal(applied(out)[29:], 1.0)
     np.testing.assert_array_equal(out[:, rows.STATE], np.arange(1.0, 41.0))
@@ -46,83 +46,83 @@ def test_a_law_that_fails_stops_the_force_until_cleared(how, code):
 
 @pytest.mark.parametrize("how", ["nan", "index", "fuel"])
 def test_a_law_that_goes_on_failing_latches_again_at_once(how):
-    bench = Bench(BROKEN, {"how": how})
-    bench.tick(0.0055)
+    harness = LoopHarness(BROKEN, {"how": how})
+    harness.tick(0.0055)
     for _ in range(3):
-        bench.clear_fault()
-        row = bench.tick(0.0055)
+        harness.clear_fault()
+        row = harness.tick(0.0055)
         assert row[rows.APPLIED] == 0.0
         assert row[rows.FLAGS] == rows.FAULT
-        assert latched(bench) != arrays.NO_FAULT
+        assert latched(harness) != arrays.NO_FAULT
 
 
 def test_a_failing_law_on_its_way_out_stops_the_force_too():
-    bench = Bench(BROKEN, {"how": "nan"})
-    bench.tick(0.0)
-    bench.set(CONSTANT)
-    bench.ticks(0.01)
-    assert bench.tick(0.0055)[rows.APPLIED] == 0.0
-    assert latched(bench) == arrays.NOT_A_NUMBER
+    harness = LoopHarness(BROKEN, {"how": "nan"})
+    harness.tick(0.0)
+    harness.set(CONSTANT)
+    harness.ticks(0.01)
+    assert harness.tick(0.0055)[rows.APPLIED] == 0.0
+    assert latched(harness) == arrays.NOT_A_NUMBER
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_over_speed_latches_in_the_row_that_shows_it(sign):
-    bench = Bench(CONSTANT, max_speed=3.0)
-    assert applied(bench.run([0.0, 0.0029 * sign]))[-1] == 1.0
-    row = bench.tick(0.0060 * sign)
+    harness = LoopHarness(CONSTANT, max_speed=3.0)
+    assert applied(harness.run([0.0, 0.0029 * sign]))[-1] == 1.0
+    row = harness.tick(0.0060 * sign)
     assert abs(row[rows.VELOCITY]) == pytest.approx(3.1)
     assert row[rows.APPLIED] == 0.0
-    assert latched(bench) == arrays.OVER_SPEED
-    assert not applied(bench.run(np.full(100, 0.006 * sign))).any()
+    assert latched(harness) == arrays.OVER_SPEED
+    assert not applied(harness.run(np.full(100, 0.006 * sign))).any()
 
 
 def test_the_first_fault_keeps_its_reason():
-    bench = Bench(BROKEN, {"how": "nan"}, max_speed=3.0)
-    bench.tick(0.0)
-    bench.tick(0.0055)
-    bench.tick(0.0)
-    assert latched(bench) == arrays.NOT_A_NUMBER
+    harness = LoopHarness(BROKEN, {"how": "nan"}, max_speed=3.0)
+    harness.tick(0.0)
+    harness.tick(0.0055)
+    harness.tick(0.0)
+    assert latched(harness) == arrays.NOT_A_NUMBER
 
 
 def test_clearing_without_a_fault_changes_nothing():
-    bench = Bench(CONSTANT)
-    bench.tick()
-    bench.clear_fault()
-    np.testing.assert_array_equal(applied(bench.ticks(0.01)), 1.0)
+    harness = LoopHarness(CONSTANT)
+    harness.tick()
+    harness.clear_fault()
+    np.testing.assert_array_equal(applied(harness.ticks(0.01)), 1.0)
 
 
 def test_the_stop_acts_in_the_next_tick_and_fades_after():
-    bench = Bench(CONSTANT)
-    assert bench.tick()[rows.APPLIED] == 1.0
-    bench.stop()
-    out = bench.ticks(0.5)
+    harness = LoopHarness(CONSTANT)
+    assert harness.tick()[rows.APPLIED] == 1.0
+    harness.stop()
+    out = harness.ticks(0.5)
     assert not applied(out).any()
     np.testing.assert_array_equal(out[:, rows.FLAGS], rows.STOPPED)
     np.testing.assert_array_equal(out[:, rows.ASKED], 1.0)
-    bench.clear_fault()
-    assert not applied(bench.ticks(0.05)).any()
-    bench.stop(False)
-    np.testing.assert_allclose(applied(bench.ticks(0.03)), FADED_IN, rtol=1e-9)
+    harness.clear_fault()
+    assert not applied(harness.ticks(0.05)).any()
+    harness.stop(False)
+    np.testing.assert_allclose(applied(harness.ticks(0.03)), FADED_IN, rtol=1e-9)
 
 
 def test_a_restart_keeps_stop_and_fault_but_not_a_gone_device():
-    bench = Bench(CONSTANT, max_speed=3.0)
-    bench.run([0.0, 0.005])
-    bench.stop()
-    arrays.restart(bench.r, 0.0)
-    assert latched(bench) == arrays.OVER_SPEED
-    assert bench.r.real[arrays.FAULT_VALUE] == pytest.approx(5.0)
-    assert bench.tick()[rows.FLAGS] == rows.STOPPED | rows.FAULT
-    bench.r.control[arrays.FAULT] = arrays.DEVICE_GONE
-    bench.stop(False)
-    arrays.restart(bench.r, 0.0)
-    np.testing.assert_allclose(applied(bench.ticks(0.03)), FADED_IN, rtol=1e-9)
+    harness = LoopHarness(CONSTANT, max_speed=3.0)
+    harness.run([0.0, 0.005])
+    harness.stop()
+    arrays.restart(harness.r, 0.0)
+    assert latched(harness) == arrays.OVER_SPEED
+    assert harness.r.real[arrays.FAULT_VALUE] == pytest.approx(5.0)
+    assert harness.tick()[rows.FLAGS] == rows.STOPPED | rows.FAULT
+    harness.r.control[arrays.FAULT] = arrays.DEVICE_GONE
+    harness.stop(False)
+    arrays.restart(harness.r, 0.0)
+    np.testing.assert_allclose(applied(harness.ticks(0.03)), FADED_IN, rtol=1e-9)
 
 
 def test_force_holds_at_zero_after_connecting():
-    bench = Bench(CONSTANT)
-    arrays.restart(bench.r, 0.5)
-    out = bench.ticks(0.54)
+    harness = LoopHarness(CONSTANT)
+    arrays.restart(harness.r, 0.5)
+    out = harness.ticks(0.54)
     held = np.count_nonzero(applied(out) == 0.0)
     assert held in (500, 501)
     np.testing.assert_array_equal(out[:held, rows.FLAGS], rows.FADING)
@@ -139,36 +139,36 @@ def recovered(out):
 
 
 def test_a_silent_sensor_recovers_by_itself_after_100_ms():
-    bench = Bench(CONSTANT)
-    bench.tick()
-    tick.mark_stale(bench.r, 100.0, arrays.NO_SAMPLE)
-    assert bench.r.real[arrays.APPLIED] == 0.0
-    assert recovered(bench.ticks(0.2)) in (100, 101)
-    assert bench.r.control[arrays.STALE_COUNT] == 1
-    assert latched(bench) == arrays.NO_FAULT
+    harness = LoopHarness(CONSTANT)
+    harness.tick()
+    tick.mark_stale(harness.r, 100.0, arrays.NO_SAMPLE)
+    assert harness.r.real[arrays.APPLIED] == 0.0
+    assert recovered(harness.ticks(0.2)) in (100, 101)
+    assert harness.r.control[arrays.STALE_COUNT] == 1
+    assert latched(harness) == arrays.NO_FAULT
 
 
 def test_frames_that_trickle_are_no_recovery():
-    bench = Bench(CONSTANT)
-    bench.tick()
+    harness = LoopHarness(CONSTANT)
+    harness.tick()
     for k in range(20):
-        tick.mark_stale(bench.r, 100.0 + 0.025 * k, arrays.NO_SAMPLE)
-        assert bench.tick(period=0.025)[rows.APPLIED] == 0.0
-    assert bench.r.control[arrays.STALE_COUNT] == 1
-    assert recovered(bench.ticks(0.2)) in (99, 100)
+        tick.mark_stale(harness.r, 100.0 + 0.025 * k, arrays.NO_SAMPLE)
+        assert harness.tick(period=0.025)[rows.APPLIED] == 0.0
+    assert harness.r.control[arrays.STALE_COUNT] == 1
+    assert recovered(harness.ticks(0.2)) in (99, 100)
 
 
 def test_lost_frames_are_not_good_frames():
-    bench = Bench(CONSTANT)
-    bench.tick()
-    tick.mark_stale(bench.r, 100.0, arrays.NO_SAMPLE)
-    bench.tick(period=0.151)
-    assert recovered(bench.ticks(0.2)) in (99, 100)
+    harness = LoopHarness(CONSTANT)
+    harness.tick()
+    tick.mark_stale(harness.r, 100.0, arrays.NO_SAMPLE)
+    harness.tick(period=0.151)
+    assert recovered(harness.ticks(0.2)) in (99, 100)
 
 
 def test_force_does_not_jump_in_after_lost_frames():
-    bench = Bench(CONSTANT, full=False)
-    assert bench.tick(period=0.019)[rows.APPLIED] == pytest.approx(1.0 / 30.0)
+    harness = LoopHarness(CONSTANT, full=False)
+    assert harness.tick(period=0.019)[rows.APPLIED] == pytest.approx(1.0 / 30.0)
 
 
 @pytest.mark.parametrize(
@@ -181,29 +181,29 @@ def test_force_does_not_jump_in_after_lost_frames():
     ],
 )
 def test_three_silences_in_ten_seconds_latch(times, latches):
-    bench = Bench(CONSTANT)
-    bench.tick()
+    harness = LoopHarness(CONSTANT)
+    harness.tick()
     for k, when in enumerate(times):
-        assert latched(bench) == arrays.NO_FAULT
-        tick.mark_stale(bench.r, 100.0 + when, arrays.NO_SAMPLE)
+        assert latched(harness) == arrays.NO_FAULT
+        tick.mark_stale(harness.r, 100.0 + when, arrays.NO_SAMPLE)
         last = k == len(times) - 1
-        assert latched(bench) == (arrays.STALE_SENSOR if latches and last else arrays.NO_FAULT)
-        out = bench.ticks(0.15)
-    assert bench.r.control[arrays.STALE_COUNT] == len(times)
+        assert latched(harness) == (arrays.STALE_SENSOR if latches and last else arrays.NO_FAULT)
+        out = harness.ticks(0.15)
+    assert harness.r.control[arrays.STALE_COUNT] == len(times)
     assert bool(applied(out)[-1]) is not latches
 
 
 def test_the_limit_holds_while_fading():
-    bench = Bench(CONSTANT, {"level": 5.0}, full=False, max_force=2.0)
-    out = bench.ticks(0.03)
+    harness = LoopHarness(CONSTANT, {"level": 5.0}, full=False, max_force=2.0)
+    out = harness.ticks(0.03)
     np.testing.assert_allclose(applied(out), np.minimum(5.0 * FADED_IN, 2.0), rtol=1e-9)
     assert out[-1, rows.FLAGS] == rows.CLAMPED
 
 
 def test_no_parameter_reaches_the_loop_that_is_no_number():
-    bench = Bench(CONSTANT)
-    before = bench.r.block_values.copy()
+    harness = LoopHarness(CONSTANT)
+    before = harness.r.block_values.copy()
     with pytest.raises(ValueError, match="Level"):
-        bench.set(CONSTANT, {"level": float("nan")})
-    np.testing.assert_array_equal(bench.r.block_values, before)
-    assert bench.r.block_words[block.SEQUENCE] == 2
+        harness.set(CONSTANT, {"level": float("nan")})
+    np.testing.assert_array_equal(harness.r.block_values, before)
+    assert harness.r.block_words[block.SEQUENCE] == 2

@@ -13,7 +13,7 @@ from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.haptics import arrays, headless, rows
-from tests.haptics.support import CONSTANT, COUNTING, Bench
+from tests.haptics.support import CONSTANT, COUNTING, LoopHarness
 
 WALL = environments.named("wall")
 RATE = 1000.0
@@ -35,7 +35,7 @@ def wall_force(x, v, stiffness, damping):
 
 def test_rows_are_what_the_chain_gives():
     x, effects = motion(), np.random.default_rng(2).normal(0.0, 1.0, 400)
-    out = Bench(WALL, {"stiffness": 600.0, "damping": 3.0}, max_force=1.0).run(x, effects)
+    out = LoopHarness(WALL, {"stiffness": 600.0, "damping": 3.0}, max_force=1.0).run(x, effects)
     moved = np.diff(x, prepend=x[0])
     velocity = moved * RATE
     asked = wall_force(x, velocity, 600.0, 3.0)
@@ -55,7 +55,7 @@ def test_rows_are_what_the_chain_gives():
 
 def test_filtered_velocity_drives_the_law():
     x, damping = motion(3), environments.named("damping")
-    out = Bench(damping, {"damping": 2.0}, estimator=("iir", {"cutoff": 20.0})).run(x)
+    out = LoopHarness(damping, {"damping": 2.0}, estimator=("iir", {"cutoff": 20.0})).run(x)
     alpha, v, expected = 1.0 - np.exp(-2.0 * np.pi * 20.0 / RATE), 0.0, []
     for moved in np.diff(x, prepend=x[0]):
         v += alpha * (moved * RATE - v)
@@ -66,19 +66,19 @@ def test_filtered_velocity_drives_the_law():
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_clamp_keeps_the_sign(sign):
-    row = Bench(CONSTANT, {"level": 5.0 * sign}, max_force=2.5).tick()
+    row = LoopHarness(CONSTANT, {"level": 5.0 * sign}, max_force=2.5).tick()
     assert row[rows.ASKED] == 5.0 * sign
     assert row[rows.APPLIED] == 2.5 * sign
     assert row[rows.FLAGS] == rows.CLAMPED
 
 
 def test_state_is_in_the_row_and_leaves_it_with_its_law():
-    bench = Bench(COUNTING)
-    out = bench.ticks(0.003)
+    harness = LoopHarness(COUNTING)
+    out = harness.ticks(0.003)
     np.testing.assert_array_equal(out[:, rows.STATE], [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(out[:, rows.STATE + 1], [7.0, 9.0, 11.0])
-    bench.set(CONSTANT)
-    row = bench.tick()
+    harness.set(CONSTANT)
+    row = harness.tick()
     assert not row[rows.STATE :].any()
 
 
@@ -93,7 +93,7 @@ def test_simulate_starts_at_full_force():
 
 
 def test_a_live_start_fades_in():
-    out = Bench(CONSTANT, full=False).ticks(0.032)
+    out = LoopHarness(CONSTANT, full=False).ticks(0.032)
     np.testing.assert_allclose(out[:30, rows.APPLIED], np.arange(1, 31) / 30.0, rtol=1e-12)
     np.testing.assert_array_equal(out[:29, rows.FLAGS], rows.FADING)
     np.testing.assert_array_equal(out[29:, rows.APPLIED], 1.0)
@@ -111,7 +111,7 @@ def test_energy_is_that_of_the_force_in_effect():
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="this is the interpreted run")
 def test_the_tick_runs_interpreted():
     here = Path(__file__)
-    names = [here, here.with_name("test_settings.py"), here.with_name("test_safety.py")]
+    names = [here, here.with_name("test_transitions.py"), here.with_name("test_safety.py")]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, names)]
     command += ["-k", "not live and not random and not simulate and not energy"]
     done = subprocess.run(
@@ -126,7 +126,7 @@ def test_the_tick_runs_interpreted():
     assert " passed" in done.stdout
 
 
-def test_a_rig_begins_without_a_fault():
-    bench = Bench(CONSTANT)
-    bench.tick()
-    assert bench.r.control[arrays.FAULT] == arrays.NO_FAULT
+def test_the_arrays_begin_without_a_fault():
+    harness = LoopHarness(CONSTANT)
+    harness.tick()
+    assert harness.r.control[arrays.FAULT] == arrays.NO_FAULT

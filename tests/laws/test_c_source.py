@@ -18,7 +18,7 @@ from hapkit_studio import environments
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import c_source
 from hapkit_studio.parameters import Choice
-from hapkit_studio.workshop import sketch_law
+from hapkit_studio.workshop import sketch
 from tests.laws import random_laws
 from tests.laws.board_laws import Job, by_python
 
@@ -61,11 +61,11 @@ def whole(value):
 def run(jobs, folder, monkeypatch):
     """Return the force (n,) of every job by its sketch's C; nan from the first fault on."""
     monkeypatch.setattr(c_source, "number", whole)
-    monkeypatch.setattr(sketch_law, "number", whole)
+    monkeypatch.setattr(sketch, "number", whole)
     pieces = [HEAD]
     for n, job in enumerate(jobs):
-        law = sketch_law.translated(job.environment, job.values)
-        text = f"{sketch_law.constants(job.environment, job.values, law)}\n{sketch_law.text(law)}"
+        law = sketch.translated(job.environment, job.values)
+        text = f"{sketch.constants(job.environment, job.values, law)}\n{sketch.law_text(law)}"
         text = re.sub(r"\b(\d+\.\d+)f\b", r"\1", text)
         pieces.append(f"namespace n{n} {{\n{text}\n}}\n{CALLED.format(n=n, call=law.call)}")
     source, library = folder / "laws.cpp", folder / "laws.so"

@@ -5,8 +5,9 @@ import os
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.workshop import folder
+from hapkit_studio.workshop import folder, reading, trying
 from hapkit_studio.workshop.own import built_in, taken_keys
+from tests.workshop.student import saved, write
 
 
 def test_the_folder_is_where_the_variable_says_and_made_on_demand(tmp_path):
@@ -105,3 +106,44 @@ def test_where_saving_fails_the_old_file_stays(monkeypatch, fails):
         folder.save(path, "new\n" * 1000)
     assert path.read_text(encoding="utf-8") == "old\n"
     assert [f.name for f in path.parent.iterdir()] == [path.name]
+
+
+ALL = folder.templates()
+
+
+def test_there_are_four_the_simplest_first():
+    assert [t.title for t in ALL] == ["spring", "wall", "two walls", "mass on a spring"]
+
+
+@pytest.mark.parametrize("template", ALL, ids=lambda t: t.key)
+def test_a_template_passes_its_trial_without_a_remark(template, tmp_path):
+    verdict = trying.try_out(saved(tmp_path, template.text))
+    assert verdict.problems == verdict.warnings == ()
+    assert verdict.calls >= 10_000
+    assert 0.0 < verdict.ns_per_call < 250.0
+
+
+@pytest.mark.parametrize("template", ALL, ids=lambda t: t.key)
+def test_a_template_can_be_read_by_a_beginner(template):
+    lines = template.text.splitlines()
+    assert len(lines) < 45
+    assert max(map(len, lines)) <= 110
+    assert sum(line.strip().startswith("#") for line in lines) >= 3
+
+
+@pytest.mark.parametrize("template", ALL, ids=lambda t: t.key)
+@pytest.mark.parametrize("title", ["Zwei Wände", 'My "best" one\\', "it's\n\ttwo lines", "𝕊 {} %s"])
+def test_a_filled_template_has_its_own_title_and_key(template, title, tmp_path):
+    made = reading.load(write(tmp_path, folder.fill_template(template, title, "another_one")))
+    assert (made.title, made.key) == (title, "another_one")
+    before = reading.load(write(tmp_path, template.text))
+    assert made.parameters == before.parameters
+    assert made.force.source == before.force.source
+
+
+@pytest.mark.parametrize("template", ALL, ids=lambda t: t.key)
+def test_every_slider_says_what_it_does(template, tmp_path):
+    made = reading.load(write(tmp_path, template.text))
+    assert all(p.help and p.label for p in made.parameters)
+    assert made.summary
+    assert made.formula

@@ -10,7 +10,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
-from hapkit_studio.workshop import apart, reading, trial
+from hapkit_studio.workshop import isolated, reading, trial
 from tests.waiting import PATIENCE
 from tests.workshop.student import END, line_of, saved, text
 
@@ -126,7 +126,7 @@ def test_the_program_ends_with_the_environment(tmp_path):
 @pytest.mark.parametrize("stiffness", [5.0, 123.5], ids=["idle", "in a loop"])
 def test_the_program_ends_where_nobody_is_left_to_end_it(tmp_path, stiffness):
     tried = saved(tmp_path, with_functions(with_check("while True: pass")))
-    process = apart.begin("hapkit_studio.workshop.functions", str(tried.path))
+    process = isolated.begin("hapkit_studio.workshop.functions", str(tried.path))
     words = [tried.text, ["check", {**VALUES, "stiffness": stiffness}]]
     process.communicate("".join(json.dumps(w) + "\n" for w in words).encode(), timeout=20.0)
     assert process.returncode is not None

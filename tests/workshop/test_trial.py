@@ -5,12 +5,13 @@ import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
 from hapkit_studio.workshop import trial
-from hapkit_studio.workshop.source import read
-from hapkit_studio.workshop.verdict import Problem, Verdict
+from hapkit_studio.workshop.source import read, typed
+from hapkit_studio.workshop.trying import Problem, TrialResult
 from tests.waiting import PATIENCE, wait_until
 from tests.workshop.student import line_of, saved, text, write
 
@@ -49,7 +50,7 @@ def test_it_prints_one_object_and_nothing_of_what_the_file_prints(tmp_path):
     assert done.stdout.count("\n") == 1
     found = json.loads(done.stdout)
     assert (found["ok"], found["problems"]) == (True, [])
-    assert Verdict.from_json(found).calls == found["calls"] >= 10_000
+    assert TrialResult.from_json(found).calls == found["calls"] >= 10_000
 
 
 def test_a_mistake_has_its_line(tmp_path):
@@ -166,3 +167,93 @@ def test_a_verdict_that_makes_no_sense_is_a_problem():
             [sys.executable, "-c", f"print({words!r}, end='')"], stdout=subprocess.PIPE
         )
         assert not trial.result(process).ok
+
+
+FILE = Path("mine.py")
+
+
+def passed(text, file):
+    trial.remember(typed(file, text), True)
+
+
+def failed(text, file):
+    trial.remember(typed(file, text), False)
+
+
+def has_passed(text, file):
+    return trial.has_passed(typed(file, text))
+
+
+def has_failed(text, file):
+    return trial.has_failed(typed(file, text))
+
+
+def records(folder):
+    return list((folder / "cache").rglob("*.txt"))
+
+
+def test_only_this_text_of_this_file(tmp_path):
+    passed("a = 1\n", FILE)
+    assert has_passed("a = 1\n", FILE)
+    assert not has_passed("a = 1 \n", FILE)
+    assert not has_passed("a = 1\n", tmp_path / "mine.py")
+
+
+def test_what_failed_is_known_until_it_passes(tmp_path):
+    failed("a = 1\n", FILE)
+    failed("a = 2\n", FILE)
+    assert has_failed("a = 1\n", FILE)
+    assert not has_passed("a = 1\n", FILE)
+    assert not has_failed("a = 3\n", FILE)
+    passed("a = 1\n", FILE)
+    assert has_passed("a = 1\n", FILE)
+    assert not has_failed("a = 1\n", FILE)
+    assert has_failed("a = 2\n", FILE)
+    failed("a = 1\n", FILE)
+    assert not has_passed("a = 1\n", FILE)
+
+
+def test_only_with_this_cache(tmp_path, monkeypatch):
+    passed("a = 1\n", FILE)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "elsewhere"))
+    assert not has_passed("a = 1\n", FILE)
+
+
+def test_the_last_versions_are_known(tmp_path):
+    for n in (*range(trial.KEPT), 0, 0, trial.KEPT):
+        passed(f"a = {n}", FILE)
+    known = [n for n in range(trial.KEPT + 1) if has_passed(f"a = {n}", FILE)]
+    assert known == [0, *range(2, trial.KEPT + 1)]
+    assert len(records(tmp_path)) == 1
+
+
+def test_records_of_long_ago_go(tmp_path):
+    passed("a = 1", Path("old.py"))
+    (old,) = records(tmp_path)
+    days = time.time() - trial.KEPT_SECONDS
+    os.utime(old, (days + 3600, days + 3600))
+    passed("a = 1", FILE)
+    assert old.exists()
+    os.utime(old, (days - 3600, days - 3600))
+    passed("a = 2", FILE)
+    assert not old.exists()
+    assert has_passed("a = 1", FILE)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="names of bytes")
+def test_odd_names_and_records(tmp_path):
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff\xfe \xc3\xa4.py"))
+    passed(text(), path)
+    assert has_passed(text(), path)
+    for record in records(tmp_path):
+        record.write_bytes(b"\x00nonsense\n\xff\n")
+    assert not has_passed(text(), path)
+    passed(text(), path)
+    assert has_passed(text(), path)
+
+
+def test_where_nothing_can_be_written_it_is_tried_again(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    passed("a = 1", FILE)
+    assert not has_passed("a = 1", FILE)

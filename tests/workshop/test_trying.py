@@ -6,7 +6,7 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.parameters import Choice, Parameter
-from hapkit_studio.workshop import corners, reading, trying
+from hapkit_studio.workshop import reading, trying
 from tests.workshop.student import END, line_of, saved, text, write
 
 RING = '{"ring": (0.0, 0.0, 0.0), "n": 0.0, "on": 0.0}'
@@ -136,7 +136,7 @@ def test_the_calls_cover_every_limit_and_what_the_loop_can_see():
         Choice("c", "C", ("left", "middle", "right")),
     )
     made = type("Made", (), {"parameters": parameters, "check": staticmethod(lambda values: "")})
-    found = list(corners.sequences(made))
+    found = list(trying.sequences(made))
     assert sum(len(f.x) for f in found) >= 10_000
     assert found[0].values == {"a": 2.0, "b": 0.01, "c": 0.0}
     for key, wanted in (("a", {1.0, 2.0, 3.0}), ("b", {-0.02, 0.01, 0.03}), ("c", {0.0, 1.0, 2.0})):

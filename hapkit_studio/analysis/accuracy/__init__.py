@@ -9,10 +9,18 @@ from functools import cache
 from types import MappingProxyType
 
 from hapkit_studio import discovery
-from hapkit_studio.analysis.accuracy.plan import Plan
-from hapkit_studio.analysis.accuracy.points import Point
-from hapkit_studio.analysis.accuracy.sheet import Accuracy, Answer, Chart, Default, Method, Scene, Sheet
-from hapkit_studio.analysis.sweeps import Progress, quiet
+from hapkit_studio.analysis.accuracy.plan import (
+    Accuracy,
+    Answer,
+    Chart,
+    Default,
+    Method,
+    Plan,
+    Point,
+    Scene,
+    Sheet,
+)
+from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
 
@@ -32,7 +40,9 @@ def named(key: str) -> Plan:
     return discovery.named(plans(), key, "accuracy chart")
 
 
-def compute(charts: Iterable[str] = (), scene: str | None = None, *, progress: Progress = quiet) -> Accuracy:
+def compute(
+    charts: Iterable[str] = (), scene: str | None = None, *, progress: Progress = no_progress
+) -> Accuracy:
     """Return the charts of these keys, none for all, with all their scenes or one alone.
 
     progress is told after every scene how many of how many are done. Costs are timed in the calling thread,

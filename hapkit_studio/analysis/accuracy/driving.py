@@ -1,4 +1,4 @@
-"""A moving mass driven by any integrator through a scene, as the laws drive it: step after step, compiled."""
+"""A moving mass driven by any integrator, step after step, compiled; the period of stick-slip."""
 
 import math
 from dataclasses import astuple, dataclass
@@ -12,7 +12,7 @@ from hapkit_studio.dynamics.moving_mass import FAR, acceleration
 
 @dataclass(frozen=True)
 class Body:
-    """What ``moving_mass`` is told of an object besides the force on it and the handle, in its order; SI."""
+    """The parameters of an object in the order of ``moving_mass``, without force and handle; SI units."""
 
     mass: float
     damping: float = 0.0
@@ -51,3 +51,34 @@ def drive(method, times, h, body, force, touch, x, v):
 def samples(seconds: float, h: float) -> np.ndarray:
     """Return the times (n,) from 0 to seconds, both ends included."""
     return h * np.arange(math.floor(seconds / h + 0.5) + 1)
+
+
+# What hardly pulls the spring tight is no stick-slip, in N; the first cycles are left out.
+_HARDLY, _FIRST = 0.05, 2
+
+
+def measured_period(t: np.ndarray, force: np.ndarray) -> float:
+    """Return the mean time in s between falls of the force (n,) through its middle, inf where it has none."""
+    late = force[len(force) // 4 :]
+    if not np.isfinite(force).all() or np.ptp(late) < _HARDLY:
+        return math.inf
+    middle = 0.5 * (late.max() + late.min())
+    falls = np.flatnonzero((force[:-1] >= middle) & (force[1:] < middle))[_FIRST:]
+    if len(falls) < 2:
+        return math.inf
+    share = (force[falls] - middle) / (force[falls] - force[falls + 1])
+    times = t[falls] + share * (t[falls + 1] - t[falls])
+    return float(times[-1] - times[0]) / (len(times) - 1)
+
+
+def exact_period(mass: float, spring: float, static: float, kinetic: float, speed: float) -> float:
+    """Return the period in s without viscous friction: 2 dF / (k V) + 2 (pi - atan lambda) / omega."""
+    drop, omega = static - kinetic, math.sqrt(spring / mass)
+    slope = drop / (speed * math.sqrt(spring * mass))
+    return 2.0 * drop / (spring * speed) + 2.0 * (math.pi - math.atan(slope)) / omega
+
+
+def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
+    """Return by what share of it the period measured is off."""
+    found = measured_period(t, force)
+    return abs(found / period - 1.0)

@@ -1,17 +1,129 @@
 """Friction models: how true they make stick-slip, and how well what rests under a trembling pull holds.
 
-Two scenes are a virtual mass alone, whose pull is known: there the default is projection, as in every
-integrator of a moving mass. In the third the friction environment's law renders its models on a handle, by
-the loop's own tick, and its default is judged.
+Two scenes are a virtual mass alone, drawn by a spring or pulled by less than friction holds: there the
+default is projection, as in every integrator of a moving mass. In the third the friction environment's law
+renders its models on a handle, by the loop's own tick, and its default is judged.
 """
 
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import handle
-from hapkit_studio.analysis.accuracy.plan import Plan, Run, always, repeats
-from hapkit_studio.analysis.accuracy.sheet import Default, Method, Scene
-from hapkit_studio.analysis.accuracy.sliders import HELD_SECONDS, Trial
+from hapkit_studio.analysis.accuracy import driving, timing
+from hapkit_studio.analysis.accuracy.driving import samples
+from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, always, repeats
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics import stick_slip
+from hapkit_studio.dynamics.hand import Hand
+from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.dynamics.stick_slip import MODELS
 from hapkit_studio.environments.friction import MODELS as RENDERED
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+MASS, STATIC, KINETIC = 0.05, 1.0, 0.5
+SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0
+# Beside a steady pull one that trembles, together below what kinetic friction holds; watched for two seconds.
+PULL, TREMBLING, TREMOR = 0.3, 0.15, 20.0
+HELD_SECONDS, HELD_FROM = 3.0, 1.0
+# It comes to rest by sliding, or a model without rest would start in it.
+SLIDES_IN = 0.02
+
+
+@compiled
+def slides(times, model, applied, spring, levels, options, dt, memory, x, v):
+    """Fill x, v (n,) from their first values, `times` over; levels are mass, static, kinetic."""
+    for _ in range(times):
+        stick_slip.run(
+            model, applied, levels[0], spring, 0.0, levels[1], levels[2], options, dt, memory, x, v
+        )
+
+
+def trembling(t: np.ndarray) -> np.ndarray:
+    """Return the pull in N at the times (n,)."""
+    return PULL + TREMBLING * np.sin(2.0 * math.pi * TREMOR * t)
+
+
+def drift(t: np.ndarray, x: np.ndarray) -> float:
+    """Return the mean drift in m/s from HELD_FROM on; inf where the motion is not finite."""
+    begin = int(np.searchsorted(t, HELD_FROM - 1e-9))
+    found = abs(float(x[-1] - x[begin])) / float(t[-1] - t[begin])
+    return found if math.isfinite(found) else math.inf
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One model at one step in one scene."""
+
+    model: str
+    dt: float
+    held: bool
+
+    @property
+    def seconds(self) -> float:
+        """Return how long is simulated."""
+        return HELD_SECONDS if self.held else DRAWN_SECONDS
+
+    def computed(self, times: int = 1) -> tuple[timing.Work, np.ndarray, np.ndarray, np.ndarray]:
+        """Return what computes the trial, its times, applied forces and positions, each (n,)."""
+        code, declared = MODELS[self.model]
+        options = np.array([*(p.default for p in declared), 0.0])
+        t = samples(self.seconds, self.dt)
+        applied = trembling(t) if self.held else SPRING * DRAWN * t
+        x, v = np.zeros_like(t), np.zeros_like(t)
+        v[0] = SLIDES_IN if self.held else 0.0
+        levels, memory = np.array([MASS, STATIC, KINETIC]), np.zeros(stick_slip.MEMORY)
+        spring = 0.0 if self.held else SPRING
+        return (
+            (lambda: slides(times, code, applied, spring, levels, options, self.dt, memory, x, v)),
+            t,
+            applied,
+            x,
+        )
+
+    def error(self) -> float:
+        """Return the drift in m/s, or the share by which the period is off."""
+        work, t, applied, x = self.computed()
+        work()
+        if self.held:
+            return drift(t, x)
+        return driving.period_error(
+            t, applied - SPRING * x, driving.exact_period(MASS, SPRING, STATIC, KINETIC, DRAWN)
+        )
+
+
+# So soft a spring pulls with the same force wherever the handle is: it goes to 1 m for a newton.
+_SOFT = 1.0
+LEVELS = {"static_force": STATIC, "kinetic_force": KINETIC}
+
+
+def _target(t: np.ndarray) -> np.ndarray:
+    return trembling(t) / _SOFT
+
+
+def handle_stage(model: str, dt: float, times: int = 1) -> headless.Stage:
+    """Return a handle without friction of its own, slid to rest and held by one of the scene's models."""
+    law = environments.named("friction")
+    handle = SimulatedHapkit(coulomb_force=0.0, max_force=math.inf, initial_velocity=SLIDES_IN)
+    scene = headless.Scene(law, law.values({"model": model, **LEVELS}), handle, LoopSettings(1.0 / dt))
+    pull = Hand(stiffness=_SOFT, target=_target, vectorised=True)  # type: ignore[arg-type]
+    return headless.stage(scene, pull, times * round(HELD_SECONDS / dt) + 1)
+
+
+def prepared_handle(model: str, dt: float, times: int) -> timing.Work:
+    """Return the work of rendering the handle."""
+    made = handle_stage(model, dt, times)
+    made.out.fill(0.0)  # so that the time is the loop's, not the memory's
+    return made.run
+
+
+def handle_drift(model: str, dt: float) -> float:
+    """Return the drift in m/s."""
+    x = handle_stage(model, dt).run()[:, rows.TRUE_POSITION]
+    return drift(dt * np.arange(x.size), x)
+
 
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)
 LABELS = {
@@ -42,9 +154,9 @@ def _alone(trial: Trial) -> Run:
 
 
 def _on_handle(model: str, dt: float) -> Run:
-    times, error = repeats(round(HELD_SECONDS / dt)), handle.error(model, dt)
+    times, error = repeats(round(HELD_SECONDS / dt)), handle_drift(model, dt)
     seconds = times * HELD_SECONDS
-    return Run(model, LABELS[model], dt, error, lambda: handle.prepared(model, dt, times), seconds)
+    return Run(model, LABELS[model], dt, error, lambda: prepared_handle(model, dt, times), seconds)
 
 
 def _row(run: Run, scene: str) -> Run:

@@ -1,7 +1,7 @@
 """Servo rate: how stiff a wall may be and how true it is, over what the ticks of a second cost.
 
 The wall is the stiffest that students choose on a Hapkit, 800 N/m. It must be stable, the handle released.
-Tapped by a hand, the handle's way into it is compared with that into a wall without samples, event-located.
+Tapped by a hand, the handle's path into it is compared with that into a wall without samples, event-located.
 """
 
 from functools import cache
@@ -11,9 +11,8 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy import timing
 from hapkit_studio.analysis.accuracy.driving import Body, drive
-from hapkit_studio.analysis.accuracy.plan import Plan, Run, repeats
-from hapkit_studio.analysis.accuracy.sheet import Default, Method, Scene
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, repeats
+from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
@@ -43,7 +42,7 @@ def wall_limit(rate: float, delay: float) -> float:
 
 @cache
 def continuous() -> np.ndarray:
-    """Return the handle's way (n,) in m at FINE_RATE while the hand taps a wall without samples.
+    """Return the handle's path (n,) in m at FINE_RATE while the hand taps a wall without samples.
 
     Mass, damper, hand and wall in pieces, each exact; the hand's pull is that of the middle of a step.
     """
@@ -72,7 +71,7 @@ def _stage(rate: float, delay: float, times: int) -> headless.Stage:
 
 
 def contact_error(rate: float, delay: float) -> float:
-    """Return the largest distance from the handle's true way, over the deepest penetration."""
+    """Return the largest distance from the handle's true path, over the deepest penetration."""
     place = environments.named("wall").values()["position"]
     true = continuous()
     rendered = _stage(rate, delay, 1).run()[:, rows.TRUE_POSITION]

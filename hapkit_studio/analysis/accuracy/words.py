@@ -2,11 +2,8 @@
 
 import math
 
-from hapkit_studio.analysis.accuracy.points import Point
-from hapkit_studio.analysis.accuracy.sheet import TIE, Scene, Sheet
+from hapkit_studio.analysis.accuracy.plan import TIE, Point, Scene, Sheet
 from hapkit_studio.formatting import power_of_ten, significant
-
-figures, power = significant, power_of_ten
 
 # An error below this is rounding: its power of ten is worth reading, not its digits.
 _SMALL, _LARGE = 1e-4, 1e3
@@ -23,19 +20,19 @@ def error_words(error: float, unit: str = "") -> str:
         return "0"
     if unit == "m/s":
         if error < _STILL:
-            return f"{power(error)} m/s"
+            return f"{power_of_ten(error)} m/s"
         small = error < 1e-4
-        return f"{figures(1e6 * error)} µm/s" if small else f"{figures(1e3 * error)} mm/s"
+        return f"{significant(1e6 * error)} µm/s" if small else f"{significant(1e3 * error)} mm/s"
     if error < _SMALL or error >= _LARGE:
-        return power(error)
-    return f"{figures(100.0 * error)} %"
+        return power_of_ten(error)
+    return f"{significant(100.0 * error)} %"
 
 
 def cost_words(nanoseconds: float) -> str:
     """Write the computing time of a simulated second."""
     if nanoseconds >= 0.995e6:
-        return f"{figures(1e-6 * nanoseconds)} ms"
-    return f"{figures(1e-3 * nanoseconds)} µs"
+        return f"{significant(1e-6 * nanoseconds)} ms"
+    return f"{significant(1e-3 * nanoseconds)} µs"
 
 
 def step_words(step_s: float) -> str:
@@ -96,4 +93,4 @@ def verdict(sheet: Sheet) -> str:
     if answer.default.error > scene.tolerance or answer.cheapest is None:
         return f"The default, {name}, is off by {error_words(answer.default.error, scene.unit)}."
     ratio = answer.default.ns_per_simulated_s / answer.cheapest.ns_per_simulated_s
-    return f"The default, {name}, costs {figures(ratio)} times as much."
+    return f"The default, {name}, costs {significant(ratio)} times as much."

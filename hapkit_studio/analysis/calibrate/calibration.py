@@ -11,7 +11,7 @@ from hapkit_studio.analysis.calibrate.paddle import SweepResult
 from hapkit_studio.analysis.calibrate.result import CheckResult, passed
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
 from hapkit_studio.analysis.calibrate.sensor import SensorResult
-from hapkit_studio.analysis.identify.part import Part
+from hapkit_studio.analysis.identify.estimates import Part
 from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Track
 from hapkit_studio.devices.padding import Padding
 from hapkit_studio.devices.profiles import Kit, of_settings, quantum_of

@@ -7,11 +7,10 @@ import numpy as np
 
 from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.motor import breakaway
-from hapkit_studio.analysis.identify.grid import Grid, lay
+from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.handle import handle
-from hapkit_studio.analysis.identify.part import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Recording, Setup
-from hapkit_studio.analysis.identify.windows import Windows
+from hapkit_studio.analysis.identify.windows import Grid, Windows, lay
 from hapkit_studio.devices.board_runner import BoardRunner, Track, motor_force
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.haptics import rows

@@ -1,15 +1,121 @@
-"""The energy of a bounce: where the formula holds, and where it leaves the exact motion."""
+"""The energy of a bounce: where the formula holds, and where it leaves the exact motion.
 
+A bounce off a sampled wall is rendered by the tick; beside it stands exact motion between events, the damping
+acting in contact alone.
+"""
+
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, wall_bounce
+from hapkit_studio import environments
+from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.in_window import thrown
-from hapkit_studio.analysis.failures.loop import MASS, RATE
-from hapkit_studio.analysis.failures.numbers import signed, text, thinned
-from hapkit_studio.haptics import rows
+from hapkit_studio.analysis.failures.spring import MASS, RATE
+from hapkit_studio.analysis.failures.traces import thinned
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.paddle import transition
+from hapkit_studio.formatting import with_unit
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+SPEED = 0.1
+WALL = 0.005
+_MOST_SAMPLES = 100_000
+_HALVINGS = 60
+
+
+def bounce_rows(
+    mass: float, stiffness: float, rate: float, delay: float, phase: float, damping: float = 0.0
+) -> np.ndarray:
+    """Return the rows of a bounce by the tick; phase: where between two samples it meets the wall.
+
+    damping is the handle's own: it acts outside the wall as well.
+    """
+    start = WALL - phase * SPEED / rate
+    device = SimulatedHapkit(mass, damping, 0.0, 0.0, math.inf, start, SPEED)
+    values = {**environments.named("wall").values(), "stiffness": stiffness, "position": WALL}
+    scene = headless.Scene(environments.named("wall"), values, device, LoopSettings(rate, delay))
+    contact = math.pi * math.sqrt(mass / stiffness)
+    count = math.ceil((1.6 * contact + 4.0 * delay) * rate) + 20
+    return headless.render(scene, None, count)[0]
+
+
+def rendered_gain(
+    mass: float, stiffness: float, rate: float, delay: float, phase: float, damping: float = 0.0
+) -> float:
+    """Return energy out over energy in: once the last force has ended, over the last sample outside."""
+    out = bounce_rows(mass, stiffness, rate, delay, phase, damping)
+    touching, speed = np.flatnonzero(out[:, rows.ASKED]), out[:, rows.TRUE_VELOCITY]
+    after = int(touching[-1]) + 1 + math.ceil(delay * rate - 1e-9)
+    return float(speed[after] / speed[touching[0] - 1]) ** 2
+
+
+def _moved(mass: float, damping: float, x: float, v: float, force: float, seconds: float):
+    a, b, c, d, g0, _, g1, _ = transition(mass, damping, 0.0, seconds)
+    return a * x + b * v + g0 * force, c * x + d * v + g1 * force
+
+
+def _crossing(mass: float, damping: float, x: float, v: float, force: float, seconds: float) -> float:
+    """Return when the depth changes its sign within ``seconds``, at whose end it has."""
+    low, high = 0.0, seconds
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        place, speed = _moved(mass, damping, x, v, force, middle)
+        # at the surface itself the speed says on which side it is
+        before = (place > 0.0) == (x > 0.0 or (x == 0.0 and v > 0.0)) or (place == 0.0 and speed == v)
+        low, high = (middle, high) if before else (low, middle)
+    return high
+
+
+def _piece(mass: float, damping: float, x: float, v: float, force: float, seconds: float):
+    """Return depth and speed after a piece of constant force, the damper acting inside the wall alone."""
+    while seconds > 0.0:
+        inside = x > 0.0 or (x == 0.0 and v > 0.0)
+        here = damping if inside else 0.0
+        place, speed = _moved(mass, here, x, v, force, seconds)
+        if (place > 0.0) == inside or place == 0.0:
+            return place, speed
+        when = _crossing(mass, here, x, v, force, seconds)
+        _, v = _moved(mass, here, x, v, force, when)
+        x, seconds = 0.0, seconds - when
+    return x, v
+
+
+def exact_gain(
+    mass: float, damping: float, stiffness: float, rate: float, delay: float, phase: float
+) -> float:
+    """Return energy out over energy in of a bounce, its damper acting in contact alone.
+
+    Exact motion under the held force, entry and exit located within a period: nothing of the tick is in it.
+    """
+    period = 1.0 / rate
+    whole_periods = math.floor(delay * rate + 1e-9)
+    fraction = max(delay - whole_periods * period, 0.0)
+    forces = [0.0] * (whole_periods + 2)
+    x, v = -phase * SPEED * period, SPEED
+    for _ in range(_MOST_SAMPLES):
+        forces = [-stiffness * max(x, 0.0), *forces[:-1]]
+        old, new = forces[whole_periods + 1], forces[whole_periods]
+        if x <= 0.0 and v < 0.0 and not any(forces):
+            return (v / SPEED) ** 2
+        x, v = _piece(mass, damping, x, v, old, fraction)
+        x, v = _piece(mass, damping, x, v, new, period - fraction)
+    return math.inf
+
+
+def gain_formula(mass: float, damping: float, stiffness: float, rate: float, delay: float) -> float:
+    """Return exp(π (K (T/2 + td) − b)/(m ω)), ω = √(K/m)."""
+    surplus = stiffness * (0.5 / rate + delay) - damping
+    return math.exp(math.pi * surplus / math.sqrt(stiffness * mass))
+
+
+def phases(count: int) -> np.ndarray:
+    """Return evenly spread places (count,) of the wall between two samples."""
+    return (np.arange(count) + 0.5) / count
+
 
 WITHIN = 0.01
 PHASES = 32
@@ -39,22 +145,22 @@ def damper(lateness: float, case: base.Case, balance: float) -> tuple[float, flo
 def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
     """Return energy out over energy in by the tick, the mean over the sampling phases."""
     k, delay, damping = damper(lateness, case, balance)
-    given = (case["mass"], k, case["rate"], delay)
-    gains = [wall_bounce.rendered_gain(*given, p, damping) for p in wall_bounce.phases(PHASES)]
+    arguments = (case["mass"], k, case["rate"], delay)
+    gains = [rendered_gain(*arguments, p, damping) for p in phases(PHASES)]
     return float(np.mean(gains))
 
 
 def exact(lateness: float, case: base.Case, balance: float) -> float:
     """Return the same by exact motion between events, the damper acting in contact alone."""
     k, delay, damping = damper(lateness, case, balance)
-    given = (case["mass"], damping, k, case["rate"], delay)
-    return float(np.mean([wall_bounce.exact_gain(*given, p) for p in wall_bounce.phases(PHASES)]))
+    arguments = (case["mass"], damping, k, case["rate"], delay)
+    return float(np.mean([exact_gain(*arguments, p) for p in phases(PHASES)]))
 
 
 def off(lateness: float, case: base.Case, gain: float, balance: float = 0.0) -> float:
     """Return by how much the formula differs from a gain, as a share of the gain."""
     k, delay, damping = damper(lateness, case, balance)
-    return wall_bounce.formula(case["mass"], damping, k, case["rate"], delay) / gain - 1.0
+    return gain_formula(case["mass"], damping, k, case["rate"], delay) / gain - 1.0
 
 
 # What is compared: its label, where the gain comes from, b as a share of K (T/2 + td), its role.
@@ -71,9 +177,10 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
     k, rate, delay = stiffness_of(lateness, case), case["rate"], case["late"] / case["rate"]
     gain = rendered(lateness, case)
     error = off(lateness, case, gain)
-    out = wall_bounce.rendered(case["mass"], k, rate, delay, 0.5)
-    time, x = thinned(np.arange(len(out)) / rate, 1e3 * (out[:, rows.TRUE_POSITION] - wall_bounce.WALL))
-    words = f"energy × {text(gain, '', 4)} in a bounce; the formula is off by {signed(100.0 * error, '%', 2)}"
+    out = bounce_rows(case["mass"], k, rate, delay, 0.5)
+    time, x = thinned(np.arange(len(out)) / rate, 1e3 * (out[:, rows.TRUE_POSITION] - WALL))
+    wrong = with_unit(100.0 * error, "%", 2, sign=True)
+    words = f"energy × {with_unit(gain, '', 4)} in a bounce; the formula is off by {wrong}"
     return base.Evidence(time, x, "depth in the wall", "mm", abs(error) <= WITHIN, 100.0 * error, "%", words)
 
 
@@ -101,11 +208,11 @@ def live(lateness: float, case: base.Case) -> base.Live:
     )
     loop = {"rate": case["rate"], "delay": case["late"] / case["rate"]}
     found = base.Live("wall", {**values, "position": _WALL}, loop)
-    gain = text(thrown(found, _WALL), "", 3)
+    gain = with_unit(thrown(found, _WALL), "", 3)
     drag = "Drag to −30 mm, swing at the wall at 0.25 m/s and let go just before"
     advice = f"{drag}: it comes back {gain} × as fast."
     if values["stiffness"] < 0.999 * stiffness_of(lateness, case):
-        advice += f" The window's wall takes no more than {text(values['stiffness'], 'N/m', 4)}."
+        advice += f" The window's wall takes no more than {with_unit(values['stiffness'], 'N/m', 4)}."
     return replace(found, advice=advice)
 
 

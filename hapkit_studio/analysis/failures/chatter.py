@@ -8,10 +8,11 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.in_window import let_go
-from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
-from hapkit_studio.analysis.failures.numbers import readable, text, thinned
+from hapkit_studio.analysis.failures.spring import MASS, RATE, VISCOUS
+from hapkit_studio.analysis.failures.traces import thinned
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.friction import COULOMB, PROJECTION
+from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
@@ -66,7 +67,7 @@ def probe(friction: float, case: base.Case) -> base.Evidence:
     size, tail = peak_to_peak(friction, case)
     holds = size <= FLICKER
     time, x = thinned(np.arange(len(tail)) / case["rate"], tail - tail.mean())
-    words = f"{'flickers' if holds else 'chatters'} by {text(size, 'counts p-p', 2)}"
+    words = f"{'flickers' if holds else 'chatters'} by {with_unit(size, 'counts p-p', 2)}"
     return base.Evidence(time, x, "position", "counts", holds, size, "counts", words)
 
 
@@ -107,10 +108,10 @@ def _advice(found: base.Live, inside: bool) -> str:
     """Say where the handle is let go, and what its force does then: it depends on the place in a count."""
     size = {place: let_go(found, place, rows.APPLIED) for place in _PLACES}
     place = max(size, key=lambda one: size[one])
-    first = f"Drag to {readable(place, 'm')}, let go, look at the force below."
+    first = f"Drag to {on_screen(place, 'm')}, let go, look at the force below."
     if size[place] < found.values["kinetic_force"]:
         return f"{first} It rests{'' if inside else ': the handle has friction of its own. Turn further'}."
-    flips = f"It flips by {text(size[place], 'N', 2)} and never rests"
+    flips = f"It flips by {with_unit(size[place], 'N', 2)} and never rests"
     return f"{first} {flips}; with the model Projection it does."
 
 

@@ -6,13 +6,14 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
-from hapkit_studio.analysis.failures.numbers import before_lost, growth, text, thinned
-from hapkit_studio.analysis.failures.step_roots import growth_per_radian
+from hapkit_studio.analysis.failures.integrators import growth_per_radian
+from hapkit_studio.analysis.failures.traces import before_lost, growth, thinned
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.step_limits import longest_step
 from hapkit_studio.environments.pushed import LABELS
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
@@ -39,9 +40,9 @@ def limit(case: base.Case) -> float:
 
 def values(method: str) -> dict[str, float]:
     """Return the course's numbers as the environment takes them."""
-    given = {"mass": MASS, "damping": DAMPING, "stiffness": SPRING, "contact_stiffness": CONTACT}
-    given |= {"contact_damping": 0.0, "rest_position": REST}
-    return {**given, "integrator": float(INTEGRATORS.index(method))}
+    arguments = {"mass": MASS, "damping": DAMPING, "stiffness": SPRING, "contact_stiffness": CONTACT}
+    arguments |= {"contact_damping": 0.0, "rest_position": REST}
+    return {**arguments, "integrator": float(INTEGRATORS.index(method))}
 
 
 def _held(time: float) -> float:
@@ -78,7 +79,9 @@ def probe(step: float, case: base.Case) -> base.Evidence:
     time, x = swing(_method(case), step)
     rate = rate_of(x, step)
     holds = rate < 0.0
-    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}; in truth it decays by 0.25 1/s"
+    words = (
+        f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}; in truth it decays by 0.25 1/s"
+    )
     time, x = thinned(time, 1e3 * x)
     return base.Evidence(time, x, "mass from its rest", "mm", holds, rate, "1/s", words)
 

@@ -5,10 +5,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, loop
+from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.filters import bound, options_of
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.stability import measured_stiffness_limit
+from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.dynamics.estimators import Spec
 
 # No damping beyond this is looked at.
@@ -45,7 +45,7 @@ def _limit(numbers: tuple) -> float:
 
 def probe(damping: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of the rendered spring with this much damping."""
-    return loop.evidence(loop.setting(case, spec(case)), damping, case["stiffness"])
+    return spring.evidence(spring.setting(case, spec(case)), damping, case["stiffness"])
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
@@ -80,8 +80,8 @@ def live(damping: float, case: base.Case) -> base.Live:
     loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
 
     def make(value: float) -> base.Live:
-        given = {"stiffness": case["stiffness"], "damping": base.short(value, most), "center": 0.0}
-        return base.Live("spring", base.within("spring", given), loop_)
+        arguments = {"stiffness": case["stiffness"], "damping": base.short(value, most), "center": 0.0}
+        return base.Live("spring", base.within("spring", arguments), loop_)
 
     return pulled(make, damping, most, "damping", "N·s/m")
 
@@ -103,10 +103,10 @@ FAILURE = base.Failure(
     options=(
         base.Parameter("stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Of the rendered spring", "K"),
         base.Parameter("cutoff", "Corner", "Hz", 20.0, 5.0, 200.0, "Of the Butterworth filter", "f"),
-        loop.MASS,
-        loop.VISCOUS,
-        loop.RATE,
-        loop.DELAY,
+        spring.MASS,
+        spring.VISCOUS,
+        spring.RATE,
+        spring.DELAY,
     ),
     live=live,
     span=(0.0, 2.0),

@@ -1,10 +1,13 @@
 """A spring and damper behind a velocity filter: what each linear estimator leaves of the stable stiffness."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, loop
+from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.stability import measured_stiffness_limit, stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.dynamics.estimators import Spec, parse
 
 ESTIMATORS: dict[str, tuple[str, Spec]] = {
@@ -25,10 +28,12 @@ def spec(case: base.Case) -> Spec:
     return list(ESTIMATORS.values())[int(case["estimator"])][1]
 
 
-def bound(case: base.Case, damping: float, estimator: Spec, find=stiffness_limit) -> float:
+def bound(
+    case: base.Case, damping: float, estimator: Spec, find: Callable[..., float] = stiffness_limit
+) -> float:
     """Return the limit in N/m of a case with another virtual damping and estimator."""
-    given = {"rate": case["rate"], "delay": case["delay"], "estimator": estimator}
-    return find(case["mass"], case["viscous"], damping=damping, **given)
+    arguments = {"rate": case["rate"], "delay": case["delay"], "estimator": estimator}
+    return find(case["mass"], case["viscous"], damping=damping, **arguments)
 
 
 def limit(case: base.Case) -> float:
@@ -38,7 +43,7 @@ def limit(case: base.Case) -> float:
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of the rendered spring and damper."""
-    return loop.evidence(loop.setting(case, spec(case)), case["damping"], stiffness)
+    return spring.evidence(spring.setting(case, spec(case)), case["damping"], stiffness)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
@@ -62,8 +67,8 @@ def curve(case: base.Case, progress: base.Progress) -> base.Chart:
 
 def options_of(estimator: Spec) -> dict[str, object]:
     """Return an estimator as the window's loop takes it."""
-    given = () if isinstance(estimator, str) else tuple(estimator[1].items())
-    return {"estimator": parse(estimator)[0].key, "options": given}
+    arguments = () if isinstance(estimator, str) else tuple(estimator[1].items())
+    return {"estimator": parse(estimator)[0].key, "options": arguments}
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
@@ -72,8 +77,8 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
 
     def make(value: float) -> base.Live:
-        given = {"stiffness": base.short(value, most), "damping": case["damping"], "center": 0.0}
-        return base.Live("spring", base.within("spring", given), loop_)
+        arguments = {"stiffness": base.short(value, most), "damping": case["damping"], "center": 0.0}
+        return base.Live("spring", base.within("spring", arguments), loop_)
 
     return pulled(make, stiffness, most, "stiffness", "N/m")
 
@@ -103,10 +108,10 @@ FAILURE = base.Failure(
             labels=tuple(label for label, _ in ESTIMATORS.values()),
         ),
         base.Parameter("damping", "Virtual damping", "N·s/m", 2.0, 0.0, 20.0, "Of the rendered spring", "B"),
-        loop.MASS,
-        loop.VISCOUS,
-        loop.RATE,
-        loop.DELAY,
+        spring.MASS,
+        spring.VISCOUS,
+        spring.RATE,
+        spring.DELAY,
     ),
     live=live,
     order=4,

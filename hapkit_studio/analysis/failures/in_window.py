@@ -8,9 +8,9 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures.base import Live
-from hapkit_studio.analysis.failures.numbers import readable, text
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, grip_named
+from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
@@ -66,9 +66,9 @@ def _pull(t: np.ndarray, pointer: float) -> np.ndarray:
 
 
 def _loop(live: Live) -> LoopSettings:
-    wish: dict[str, Any] = dict(live.loop)
-    options, estimator = dict(wish.pop("options", ())), wish.pop("estimator", None)
-    loop = LoopSettings().changed(**wish)
+    settings: dict[str, Any] = dict(live.loop)
+    options, estimator = dict(settings.pop("options", ())), settings.pop("estimator", None)
+    loop = LoopSettings().changed(**settings)
     return loop.changed(estimator=(estimator, options) if options else estimator) if estimator else loop
 
 
@@ -81,16 +81,16 @@ def pulled(
     """
     live = make(value)
     cut = value > 1.001 * live.values[key]
-    most = f" The window takes no more than {text(live.values[key], unit, 4)}." if cut else ""
-    first = f"Drag to {readable(pointer, 'm')} and let go."
+    most = f" The window takes no more than {with_unit(live.values[key], unit, 4)}." if cut else ""
+    first = f"Drag to {on_screen(pointer, 'm')} and let go."
     swing = let_go(live, pointer)
     if swing > SEEN:
-        said = f"It swings on by {readable(swing, 'm', 2)}."
+        said = f"It swings on by {on_screen(swing, 'm', 2)}."
     elif value <= bound:
         said = "It comes to rest."
     else:
         more = _further(make, live, value, bound, key, pointer)
-        swings = f"With {text(more, unit, 4)} it swings on." if more else _late(live, pointer)
+        swings = f"With {with_unit(more, unit, 4)} it swings on." if more else _late(live, pointer)
         said = f"{_WHY} {swings}"
     return replace(live, advice=f"{first} {said}{most}")
 
@@ -115,5 +115,5 @@ def _late(live: Live, pointer: float) -> str:
     late = float(str(live.loop.get("delay", 0.0)))
     for delay in _DELAYS:
         if let_go(replace(live, loop={**live.loop, "delay": late + delay}), pointer) > SEEN:
-            return f"With an added delay of {readable(late + delay, 's')} it swings on."
+            return f"With an added delay of {on_screen(late + delay, 's')} it swings on."
     return "No delay up to 4 ms makes it swing."

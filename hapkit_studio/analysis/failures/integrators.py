@@ -1,13 +1,71 @@
 """A step too long for its integrator: each method's limit of ω dt at six damping ratios."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hapkit_studio.analysis.failures import base
-from hapkit_studio.analysis.failures.numbers import alive, before_lost, growth, text, thinned
-from hapkit_studio.analysis.failures.step_roots import growth_per_radian
+from hapkit_studio.analysis.failures.traces import alive, before_lost, growth, thinned
 from hapkit_studio.dynamics.integrators import INTEGRATORS, integrate
 from hapkit_studio.dynamics.step_limits import longest_step
 from hapkit_studio.environments.pushed import LABELS
+from hapkit_studio.formatting import with_unit
+
+
+def _explicit_euler(r: float, h: float) -> np.ndarray:
+    return np.roots([1.0, 2.0 * r * h - 2.0, 1.0 - 2.0 * r * h + h * h])
+
+
+def _lecture(r: float, h: float) -> np.ndarray:
+    q = 0.25 * h * h
+    return np.roots([1.0, q + r * h - 2.0, 1.0 + 2.0 * q, q - r * h])
+
+
+def _semi_implicit(r: float, h: float) -> np.ndarray:
+    return np.roots([1.0, 2.0 * r * h + h * h - 2.0, 1.0 - 2.0 * r * h])
+
+
+def _verlet(r: float, h: float) -> np.ndarray:
+    """x1 = x + h v + h² a / 2, v1 = v + h (a + a1) / 2 with a1 = -x1 - 2 r v1, solved for v1."""
+    x = np.array([1.0 - 0.5 * h * h, h - r * h * h])
+    v = np.array([-0.5 * h, 1.0 - r * h]) - 0.5 * h * x
+    return np.linalg.eigvals(np.array([x, v / (1.0 + r * h)]))
+
+
+def _rk4(r: float, h: float) -> np.ndarray:
+    z = h * np.roots([1.0, 2.0 * r, 1.0])
+    return 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))
+
+
+def _implicit_euler(r: float, h: float) -> np.ndarray:
+    return 1.0 / (1.0 - h * np.roots([1.0, 2.0 * r, 1.0]))
+
+
+def _trapezoid(r: float, h: float) -> np.ndarray:
+    z = 0.5 * h * np.roots([1.0, 2.0 * r, 1.0])
+    return (1.0 + z) / (1.0 - z)
+
+
+def _exact(r: float, h: float) -> np.ndarray:
+    return np.exp(h * np.roots([1.0, 2.0 * r, 1.0]))
+
+
+_ROOTS: dict[str, Callable[[float, float], np.ndarray]] = {
+    "explicit_euler": _explicit_euler,
+    "lecture": _lecture,
+    "semi_implicit": _semi_implicit,
+    "verlet": _verlet,
+    "rk4": _rk4,
+    "implicit_euler": _implicit_euler,
+    "trapezoid": _trapezoid,
+    "exact": _exact,
+}
+
+
+def growth_per_radian(method: str, ratio: float, step: float) -> float:
+    """Return the growth of the largest root over ω t; ratio is the damping ratio, step ω dt."""
+    return float(np.log(np.abs(_ROOTS[method](ratio, step)).max()) / step)
+
 
 METHODS = ("explicit_euler", "lecture", "semi_implicit", "verlet", "rk4")
 RATIOS = (0.01, 0.05, 0.2, 0.5, 1.0, 2.0)
@@ -40,7 +98,7 @@ def limit(case: base.Case) -> float:
 
 def swing(step: float, case: base.Case, count: int = STEPS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return time, position and size (its swing with its speed), each (n,), until it is lost or has died."""
-    given = {
+    arguments = {
         "mass": 1.0,
         "damping": 2.0 * _ratio(case) * OMEGA,
         "stiffness": OMEGA**2,
@@ -49,7 +107,7 @@ def swing(step: float, case: base.Case, count: int = STEPS) -> tuple[np.ndarray,
     }
     dt = step / OMEGA
     with np.errstate(over="ignore", invalid="ignore"):
-        time, x, v = integrate(_method(case), dt=dt, seconds=count * dt, **given)
+        time, x, v = integrate(_method(case), dt=dt, seconds=count * dt, **arguments)
         size = np.hypot(x, v / OMEGA)
     n = before_lost(size, LOST * START)
     n = alive(size[:n], DEAD * START)
@@ -63,8 +121,8 @@ def probe(step: float, case: base.Case) -> base.Evidence:
     holds = rate < 0.0
     shown = alive(size[: before_lost(size, 30.0 * START)], 1e-3 * START)
     time, x = thinned(time[:shown], 1e3 * x[:shown])
-    true = text(-_truth(case), "1/s")
-    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}; in truth it decays by {true}"
+    true = with_unit(-_truth(case), "1/s")
+    words = f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}; in truth it decays by {true}"
     return base.Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
 
 
@@ -91,9 +149,15 @@ def live(step: float, case: base.Case) -> base.Live:
     omega = 200.0 / ratio  # the fastest that the window's mass swings with as much damping
     values = {"mass": 0.05, "stiffness": 0.05 * omega**2, "damping": 0.1 * _ratio(case) * omega}
     method = float(INTEGRATORS.index(_method(case)))
-    given = {**base.within("mass_spring_damper", values), "integrator": method, "contact_stiffness": 100.0}
+    arguments = {
+        **base.within("mass_spring_damper", values),
+        "integrator": method,
+        "contact_stiffness": 100.0,
+    }
     rate = base.live_rate(base.short(omega / step, omega / limit(case)))
-    return base.Live("mass_spring_damper", given, {"rate": rate}, advice=_advice(omega / rate, step, case))
+    return base.Live(
+        "mass_spring_damper", arguments, {"rate": rate}, advice=_advice(omega / rate, step, case)
+    )
 
 
 def _advice(turn: float, step: float, case: base.Case) -> str:

@@ -8,11 +8,12 @@ from itertools import groupby
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.failures import base, loop
+from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
+from hapkit_studio.analysis.failures.traces import alive, before_lost, thinned
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import block, headless, rows
 
 _NEAR, _POINTS = np.array([0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04, 1.06]), 24
@@ -32,9 +33,9 @@ def exact(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> floa
     """Return the growth in 1/s of the loop that repeats these periods, from its map over all of them."""
     whole = np.eye(4)
     for period, times in _runs(periods):
-        one = loop.step_matrix(case["mass"], case["viscous"], stiffness, 0.0, period, 0.0)
+        one = spring.step_matrix(case["mass"], case["viscous"], stiffness, 0.0, period, 0.0)
         whole = np.linalg.matrix_power(one, times) @ whole
-    return loop.exact_rate(whole, sum(periods))
+    return spring.exact_rate(whole, sum(periods))
 
 
 def _runs(periods: tuple[float, ...]) -> list[tuple[float, int]]:
@@ -76,14 +77,14 @@ def _limit(numbers: tuple) -> float:
 def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return times and rows, one each time the periods have passed, of a handle let go: by the tick."""
     where = Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"])
-    device = where.device(real=False, position=loop.START)
+    device = where.device(real=False, position=spring.START)
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
     r, body = headless.Scene(environments.named("spring"), values, device, where.loop).prepare()
     runs = _runs(periods)
     longest = max(times for _, times in runs)
     room, still = headless.new_rows(longest), np.zeros(longest + 1)
     letting_go, no_hand = np.zeros(longest, dtype=np.int64), np.zeros(3)
-    count = math.ceil(loop.SECONDS / sum(periods))
+    count = math.ceil(spring.SECONDS / sum(periods))
     seen = np.empty((count, 2))
     for index in range(count):
         for number, (period, times) in enumerate(runs):
@@ -91,7 +92,7 @@ def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tupl
             headless.run_batch(r, body, no_hand, still, letting_go, room[:times])
             if number == 0:
                 seen[index] = room[0, [rows.TRUE_POSITION, rows.TRUE_VELOCITY]]
-        if not abs(seen[index, 0]) < loop.REACH:
+        if not abs(seen[index, 0]) < spring.REACH:
             seen = seen[: index + 1]
             break
     return sum(periods) * np.arange(len(seen)), seen
@@ -100,7 +101,7 @@ def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tupl
 def rate_of(stiffness: float, case: base.Case, seen: np.ndarray, seconds: float) -> float:
     """Return the growth in 1/s of rows (n, 2) of place and speed, ``seconds`` apart."""
     size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
-    half = alive(size, DEAD * loop.START) // 2
+    half = alive(size, DEAD * spring.START) // 2
     size = size[: 2 * half]
     # Seen once a pattern, the swing stands where it likes: its largest of each half is compared.
     return float(np.log(size[half:].max() / size[:half].max()) / (half * seconds)) if half else math.inf
@@ -112,9 +113,9 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
     time, seen = swing(stiffness, case, periods)
     rate = rate_of(stiffness, case, seen, sum(periods))
     holds = rate < 0.0
-    n = before_lost(seen[:, 0], loop.REACH)
+    n = before_lost(seen[:, 0], spring.REACH)
     time, x = thinned(time[:n], 1e3 * seen[:n, 0])
-    words = f"{'decays' if holds else 'grows'} by {text(abs(rate), '1/s')}"
+    words = f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}"
     return base.Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
 
 
@@ -155,8 +156,8 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     }
 
     def make(value: float) -> base.Live:
-        given = {"stiffness": base.short(value, bound), "damping": 0.0, "center": 0.0}
-        return base.Live("spring", base.within("spring", given), loop_)
+        arguments = {"stiffness": base.short(value, bound), "damping": 0.0, "center": 0.0}
+        return base.Live("spring", base.within("spring", arguments), loop_)
 
     found = pulled(make, stiffness, bound, "stiffness", "N/m")
     return replace(found, advice=f"Here every period is the long one. {found.advice}")
@@ -179,9 +180,9 @@ FAILURE = base.Failure(
     options=(
         base.Parameter("usual", "Usual periods", "", 24.0, 1.0, 500.0, "Between two long ones"),
         base.Parameter("long", "Long period", "periods", 5.0, 1.0, 20.0, "How many usual periods it takes"),
-        loop.MASS,
-        loop.VISCOUS,
-        loop.RATE,
+        spring.MASS,
+        spring.VISCOUS,
+        spring.RATE,
     ),
     live=live,
     order=6,

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, counted_spring
+from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
-from hapkit_studio.analysis.failures.loop import MASS, RATE, VISCOUS
-from hapkit_studio.analysis.failures.numbers import readable, text, thinned
+from hapkit_studio.analysis.failures.spring import MASS, RATE, VISCOUS
+from hapkit_studio.analysis.failures.traces import thinned
+from hapkit_studio.formatting import on_screen, with_unit
 
 _SHARES = np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0])
 _HALVINGS = 16
@@ -30,13 +31,13 @@ def limit(case: base.Case) -> float:
 def swing(push: float, case: base.Case, stiffness: float) -> np.ndarray:
     """Return the handle's place (n,) in m, let go after a push; the sensor is ideal."""
     device = (case["mass"], case["viscous"], case["coulomb"], 0.0, case["rate"])
-    return counted_spring.released(*device, stiffness, push)
+    return spring.released_with_friction(*device, stiffness, push)
 
 
 def settles(push: float, case: base.Case, stiffness: float) -> bool:
     """Return whether it comes to rest."""
     x = swing(push, case, stiffness)
-    return counted_spring.judged(x, push, case["rate"])[0] == counted_spring.RESTS
+    return spring.judged(x, push, case["rate"])[0] == spring.RESTS
 
 
 def measured(case: base.Case, stiffness: float) -> float:
@@ -52,12 +53,14 @@ def measured(case: base.Case, stiffness: float) -> float:
 def probe(push: float, case: base.Case) -> base.Evidence:
     """Pull the handle aside by so much and let it go."""
     x = swing(push, case, case["stiffness"])
-    word, _ = counted_spring.judged(x, push, case["rate"])
-    holds = word == counted_spring.RESTS
+    word, _ = spring.judged(x, push, case["rate"])
+    holds = word == spring.RESTS
     moving = np.flatnonzero(np.abs(np.diff(x)) > 0.0)
     seconds = (int(moving[-1]) + 1 if len(moving) else len(x)) / case["rate"]
     words = (
-        f"settles within {text(seconds, 's', 2)}" if holds else f"grows, lost after {text(seconds, 's', 2)}"
+        f"settles within {with_unit(seconds, 's', 2)}"
+        if holds
+        else f"grows, lost after {with_unit(seconds, 's', 2)}"
     )
     shown = min(round(1.2 * seconds * case["rate"]), len(x))
     time, trace = thinned(np.arange(shown) / case["rate"], 1e3 * x[:shown])
@@ -93,7 +96,7 @@ def live(push: float, case: base.Case) -> base.Live:
     found = base.Live("spring", values, loop)
     pointer = behind(push, values["stiffness"])
     said = "It swings on." if let_go(found, pointer) > SEEN else "It comes to rest."
-    drag = f"Drag to {readable(pointer, 'm', 3)}, the handle comes {readable(push, 'm', 3)}, and let go."
+    drag = f"Drag to {on_screen(pointer, 'm', 3)}, the handle comes {on_screen(push, 'm', 3)}, and let go."
     return replace(found, advice=f"{drag} {said}")
 
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, counted_spring
-from hapkit_studio.analysis.failures.loop import MASS, RATE
-from hapkit_studio.analysis.failures.numbers import text, thinned
+from hapkit_studio.analysis.failures import base, spring
+from hapkit_studio.analysis.failures.spring import MASS, RATE
+from hapkit_studio.analysis.failures.traces import thinned
+from hapkit_studio.formatting import with_unit
 
 # The handle is let go this many counts away.
 START = 3.3
@@ -20,24 +21,24 @@ def limit(case: base.Case) -> float:
 def swing(stiffness: float, case: base.Case) -> np.ndarray:
     """Return the handle's place (n,) in m."""
     device = (case["mass"], case["viscous"], case["coulomb"], case["quantum"], case["rate"])
-    return counted_spring.released(*device, stiffness, START * case["quantum"])
+    return spring.released_with_friction(*device, stiffness, START * case["quantum"])
 
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go a few counts from where it would rest."""
     x = swing(stiffness, case)
-    word, size = counted_spring.judged(x, START * case["quantum"], case["rate"])
+    word, size = spring.judged(x, START * case["quantum"], case["rate"])
     counts = size / case["quantum"]
-    holds = word == counted_spring.RESTS
+    holds = word == spring.RESTS
     words = "rests, quite still"
     if not holds:
-        words = "grows" if word == counted_spring.GROWS else f"buzzes by {text(counts, 'counts', 2)} for good"
+        words = "grows" if word == spring.GROWS else f"buzzes by {with_unit(counts, 'counts', 2)} for good"
     n = round(SHOWN * case["rate"])
     time, trace = thinned(np.arange(len(x)) / case["rate"], x / case["quantum"])
     label = "position"
-    if word == counted_spring.CYCLES:
+    if word == spring.CYCLES:
         time, trace = np.arange(n) / case["rate"], (x[-n:] - x[-n:].mean()) / case["quantum"]
-        label = f"position in the last {text(SHOWN, 's')}"
+        label = f"position in the last {with_unit(SHOWN, 's')}"
     return base.Evidence(time, trace, label, "counts", holds, counts, "counts", words)
 
 
@@ -46,8 +47,8 @@ def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     stiffness, sizes = limit(case) * _SHARES, []
     for done, k in enumerate(stiffness, 1):
         x = swing(k, case)
-        word, size = counted_spring.judged(x, START * case["quantum"], case["rate"])
-        sizes.append(np.nan if word == counted_spring.GROWS else size / case["quantum"])
+        word, size = spring.judged(x, START * case["quantum"], case["rate"])
+        sizes.append(np.nan if word == spring.GROWS else size / case["quantum"])
         progress(done, len(stiffness))
     marks = (base.Mark("2 F_c/Δ", limit(case)), base.Mark("2 b/T", 2.0 * case["viscous"] * case["rate"]))
     lines = (base.Line("rendered", stiffness, np.array(sizes)),)

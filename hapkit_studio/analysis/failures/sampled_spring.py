@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, loop
+from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
 
 _SHARES = np.linspace(0.5, 2.0, 31)
 
@@ -17,24 +17,24 @@ def limit(case: base.Case) -> float:
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of the rendered spring."""
-    return loop.evidence(loop.setting(case), case["damping"], stiffness)
+    return spring.evidence(spring.setting(case), case["damping"], stiffness)
 
 
 def exact(stiffness: float, case: base.Case) -> float:
     """Return the growth in 1/s from the loop's largest root."""
     period = 1.0 / case["rate"]
-    matrix = loop.step_matrix(
+    matrix = spring.step_matrix(
         case["mass"], case["viscous"], stiffness, case["damping"], period, case["delay"]
     )
-    return loop.exact_rate(matrix, period)
+    return spring.exact_rate(matrix, period)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over the stiffness: of the rendered spring, and of the loop's largest root."""
     bound = limit(case)
-    stiffness, where, measured = bound * _SHARES, loop.setting(case), []
+    stiffness, where, measured = bound * _SHARES, spring.setting(case), []
     for done, k in enumerate(stiffness, 1):
-        measured.append(loop.rate_of(where, k, loop.released(where, case["damping"], k)))
+        measured.append(spring.rate_of(where, k, spring.released(where, case["damping"], k)))
         progress(done, len(stiffness))
     rule = (case["viscous"] + case["damping"]) / (0.5 / case["rate"] + case["delay"])
     lines = (
@@ -51,8 +51,8 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     loop_ = {"rate": case["rate"], "delay": case["delay"], "estimator": "difference", "options": ()}
 
     def make(value: float) -> base.Live:
-        given = {"stiffness": base.short(value, bound), "damping": case["damping"], "center": 0.0}
-        return base.Live("spring", base.within("spring", given), loop_)
+        arguments = {"stiffness": base.short(value, bound), "damping": case["damping"], "center": 0.0}
+        return base.Live("spring", base.within("spring", arguments), loop_)
 
     return pulled(make, stiffness, bound, "stiffness", "N/m")
 
@@ -73,7 +73,7 @@ FAILURE = base.Failure(
     limit=limit,
     probe=probe,
     curve=curve,
-    options=(loop.MASS, loop.VISCOUS, loop.DAMPING, loop.RATE, loop.DELAY),
+    options=(spring.MASS, spring.VISCOUS, spring.DAMPING, spring.RATE, spring.DELAY),
     live=live,
     span=(0.5, 2.0),
     order=1,

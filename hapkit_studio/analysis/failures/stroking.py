@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.failures.numbers import text
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.environments.texture import GRATING
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 from hapkit_studio.parameters import Parameter
@@ -26,7 +26,7 @@ def grating(wavelength: float, amplitude: float = AMPLITUDE) -> dict[str, float]
 
 def swipe(speed: float) -> str:
     """Say how to stroke by so many m/s with a mouse: in what time over the 100 mm of the scene."""
-    seconds = text(0.1 / max(speed, 1e-3), "s", 2)
+    seconds = with_unit(0.1 / max(speed, 1e-3), "s", 2)
     fast = f"in {seconds}" if speed < _FASTEST else f"as fast as you can ({seconds} would be needed)"
     return f"Hold the handle and swipe over all 100 mm {fast}, then slowly: feel the difference."
 

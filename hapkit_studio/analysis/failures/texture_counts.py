@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, stroking
-from hapkit_studio.analysis.failures.loop import RATE
-from hapkit_studio.analysis.failures.numbers import text
+from hapkit_studio.analysis.failures.spring import RATE
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
 
 WANTED = 10
@@ -30,7 +30,7 @@ def probe(quantum: float, case: base.Case) -> base.Evidence:
     out = stroke(quantum, case)
     least = stroking.least_in_a_ridge(out, case["wavelength"], different=True)
     peak = stroking.least_peak(out, case["wavelength"])
-    words = f"{least} readings at the least in a ridge, {text(100.0 * peak, '%')} of its force"
+    words = f"{least} readings at the least in a ridge, {with_unit(100.0 * peak, '%')} of its force"
     n = 4 * TO_SEE
     time, force = np.arange(n) / case["rate"], out[:n, rows.ASKED]
     return base.Evidence(

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, stroking
-from hapkit_studio.analysis.failures.loop import RATE
-from hapkit_studio.analysis.failures.numbers import text
+from hapkit_studio.analysis.failures.spring import RATE
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
 
 WANTED = 10
@@ -31,7 +31,7 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
         stroking.least_in_a_ridge(out, case["wavelength"]),
         stroking.least_peak(out, case["wavelength"]),
     )
-    words = f"{least} samples at the least in a ridge, {text(100.0 * peak, '%')} of its force"
+    words = f"{least} samples at the least in a ridge, {with_unit(100.0 * peak, '%')} of its force"
     n = min(4 * WANTED + 1, len(out))
     force = out[:n, rows.ASKED]
     return base.Evidence(

@@ -3,8 +3,8 @@
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, stroking
-from hapkit_studio.analysis.failures.loop import RATE
-from hapkit_studio.analysis.failures.numbers import text
+from hapkit_studio.analysis.failures.spring import RATE
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
 
 SAMPLES = 400
@@ -29,7 +29,7 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     frequency, out = felt(speed, case)
     there = speed / case["wavelength"]
     holds = abs(frequency - there) <= TRUE_WITHIN * there
-    words = f"vibrates at {text(frequency, 'Hz', 4)}, its ridges come at {text(there, 'Hz', 4)}"
+    words = f"vibrates at {with_unit(frequency, 'Hz', 4)}, its ridges come at {with_unit(there, 'Hz', 4)}"
     n = 80
     return base.Evidence(
         np.arange(n) / case["rate"],

@@ -5,11 +5,12 @@ import math
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.failures import base, loop, stroking
+from hapkit_studio.analysis.failures import base, spring, stroking
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.failures.numbers import alive, before_lost, text, thinned
+from hapkit_studio.analysis.failures.traces import alive, before_lost, thinned
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless, rows
 
 # The handle starts this share of a wavelength from its stable place; beyond REACH the valley is curved.
@@ -39,7 +40,7 @@ def swing(amplitude: float, case: base.Case) -> tuple[Setting, np.ndarray]:
     scene = headless.Scene(
         environments.named("texture"), stroking.grating(wavelength, amplitude), device, where.loop
     )
-    out, _ = headless.render(scene, None, round(loop.SECONDS * case["rate"]))
+    out, _ = headless.render(scene, None, round(spring.SECONDS * case["rate"]))
     place = out[:, rows.TRUE_POSITION] - 0.5 * wavelength
     n = before_lost(place, REACH * wavelength)
     return where, out[: alive(np.abs(place[:n]), DEAD * START * wavelength)]
@@ -48,10 +49,10 @@ def swing(amplitude: float, case: base.Case) -> tuple[Setting, np.ndarray]:
 def probe(amplitude: float, case: base.Case) -> base.Evidence:
     """Let the handle go beside the middle of a valley."""
     where, out = swing(amplitude, case)
-    rate = loop.rate_of(where, stiffness(amplitude, case), out)
+    rate = spring.rate_of(where, stiffness(amplitude, case), out)
     place = 1e6 * (out[:, rows.TRUE_POSITION] - 0.5 * case["wavelength"])
     time, x = thinned(np.arange(len(out)) * where.period, place)
-    words = f"{'decays' if rate < 0.0 else 'grows'} by {text(abs(rate), '1/s')}"
+    words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}"
     return base.Evidence(time, x, "position in the valley", "µm", rate < 0.0, rate, "1/s", words)
 
 
@@ -61,9 +62,9 @@ def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     for done, amplitude in enumerate(amplitudes, 1):
         where, out = swing(float(amplitude), case)
         k = stiffness(float(amplitude), case)
-        found.append(loop.rate_of(where, k, out))
-        one = loop.step_matrix(case["mass"], case["viscous"], k, 0.0, where.period, 0.0)
-        exact.append(loop.exact_rate(one, where.period))
+        found.append(spring.rate_of(where, k, out))
+        one = spring.step_matrix(case["mass"], case["viscous"], k, 0.0, where.period, 0.0)
+        exact.append(spring.exact_rate(one, where.period))
         progress(done, len(amplitudes))
     lines = (
         base.Line("largest root", amplitudes, np.array(exact), base.THEORY),
@@ -98,7 +99,7 @@ FAILURE = base.Failure(
     limit=limit,
     probe=probe,
     curve=curve,
-    options=(stroking.WAVELENGTH, loop.MASS, loop.VISCOUS, loop.RATE),
+    options=(stroking.WAVELENGTH, spring.MASS, spring.VISCOUS, spring.RATE),
     live=live,
     order=10,
 )

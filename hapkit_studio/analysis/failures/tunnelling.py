@@ -6,11 +6,11 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
-from hapkit_studio.analysis.failures.loop import MASS, RATE
-from hapkit_studio.analysis.failures.numbers import text
+from hapkit_studio.analysis.failures.spring import MASS, RATE
 from hapkit_studio.analysis.failures.stroking import swipe
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.bump_valley import BUMP
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
@@ -63,8 +63,8 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     runs = throws(speed, case)
     worst = min(runs, key=inside)
     least = inside(worst)
-    energy = text(100.0 * missed(runs) / case["width"], "%", 2)
-    peak = text(100.0 * least_peak(runs), "%")
+    energy = with_unit(100.0 * missed(runs) / case["width"], "%", 2)
+    peak = with_unit(100.0 * least_peak(runs), "%")
     words = f"{least} samples at the least, {peak} of the force; energy off by {energy}"
     force = 100.0 * worst[:, rows.ASKED] / PEAK
     time = np.arange(len(worst)) / case["rate"]
@@ -115,10 +115,10 @@ def _theory(speeds: np.ndarray, case: base.Case) -> np.ndarray:
 
 def live(speed: float, case: base.Case) -> base.Live:
     """Return the bump in the window, as narrow as it can be set."""
-    given = {"peak_force": 1.0, "width": case["width"], "profile": _COSINE}
+    arguments = {"peak_force": 1.0, "width": case["width"], "profile": _COSINE}
     advice = swipe(speed)
     return base.Live(
-        "bump_valley", base.within("bump_valley", given), {"rate": case["rate"]}, "medium", advice
+        "bump_valley", base.within("bump_valley", arguments), {"rate": case["rate"]}, "medium", advice
     )
 
 

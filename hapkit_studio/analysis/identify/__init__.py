@@ -6,14 +6,14 @@
 from dataclasses import dataclass
 from typing import Any
 
-from hapkit_studio.analysis.identify import numbers, words
-from hapkit_studio.analysis.identify.grid import lay
+from hapkit_studio.analysis.identify import words
+from hapkit_studio.analysis.identify.estimates import TERMS, Estimate, Part, Points, Term
 from hapkit_studio.analysis.identify.handle import handle
-from hapkit_studio.analysis.identify.part import TERMS, Estimate, Part, Points, Term
-from hapkit_studio.analysis.identify.reading import from_csv, from_run
-from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, of_rows
+from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, from_csv, from_run, of_rows
 from hapkit_studio.analysis.identify.rendered import rendered
+from hapkit_studio.analysis.identify.windows import lay
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import json_number
 
 __all__ = ["TERMS", "Estimate", "Handle", "Identified", "Part", "Points", "Recording", "Setup", "Term"]
 __all__ += ["from_csv", "from_run", "identify", "of_rows", "words"]
@@ -46,7 +46,7 @@ class Identified:
 
     def as_json(self) -> dict[str, Any]:
         """Return everything but the points, for programs."""
-        return numbers.as_json(self)
+        return _as_json(self)
 
 
 def identify(
@@ -76,3 +76,39 @@ def identify(
         float(piece.time[0]),
         float(piece.time[-1]),
     )
+
+
+def _as_json(found: Identified) -> dict[str, Any]:
+    """Return both answers with their intervals; SI units, seconds and hertz said in the keys."""
+    parts = {part.key: _part(found, part) for part in (found.rendered, found.handle)}
+    return {
+        "from_s": found.begin,
+        "to_s": found.end,
+        "parts": parts,
+        "setup": dict(words.conditions(found.setup)),
+    }
+
+
+def _part(found: Identified, part: Part) -> dict[str, Any]:
+    return {
+        "estimates": [_estimate(e) for e in part.estimates],
+        "explained": json_number(part.explained),
+        "motion_Hz": json_number(part.hertz),
+        "used_s": part.seconds,
+        "released": part.released,
+        "left_out": part.left_out,
+        "words": found.sentences(part),
+    }
+
+
+def _estimate(e: Estimate) -> dict[str, Any]:
+    return {
+        "key": e.key,
+        "unit": e.term.unit,
+        "value": json_number(e.value),
+        "low": json_number(e.low),
+        "high": json_number(e.high),
+        "set": e.asked,
+        "expected": e.expected,
+        "told": e.told,
+    }

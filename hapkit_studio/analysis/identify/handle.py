@@ -10,13 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hapkit_studio.analysis.identify.grid import Grid
-from hapkit_studio.analysis.identify.instruments import STRONG, fitted, widening
-from hapkit_studio.analysis.identify.judging import Sizes, estimate, points, sizes, speed_of
-from hapkit_studio.analysis.identify.part import Estimate, Part
+from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, estimate, points, sizes, speed_of
 from hapkit_studio.analysis.identify.recording import Setup
-from hapkit_studio.analysis.identify.regression import Fit, solve
-from hapkit_studio.analysis.identify.windows import Windows
+from hapkit_studio.analysis.identify.regression import STRONG, Fit, by_target, solve, widening
+from hapkit_studio.analysis.identify.windows import Grid, Windows
 
 NAMES = ("mass", "viscous", "coulomb")
 PIECES = (2, 4, 8, 16, 32, 64)
@@ -111,7 +108,7 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
         return None
     sure = False
     if not (rich or released or grid.target is None):
-        made, strong = fitted(grid.target, windows, columns, kept)
+        made, strong = by_target(grid.target, windows, columns, kept)
         if not (strong[: len(NAMES)] > STRONG).all():
             return None
         sure = bool(noise < _POOR and strong.min() > _SURE)
@@ -205,10 +202,10 @@ def _jerks(grid: Grid, setup: Setup) -> np.ndarray:
     if setup.grip is None:
         return np.zeros(len(grid))
     late = setup.delay / grid.period
-    whole = int(late + 1e-9)
-    u = late - whole
+    whole_periods = int(late + 1e-9)
+    u = late - whole_periods
     motor = np.zeros(len(grid))
-    motor[whole + 1 :] = np.diff(grid.commands)[: max(len(grid) - whole - 1, 0)]
+    motor[whole_periods + 1 :] = np.diff(grid.commands)[: max(len(grid) - whole_periods - 1, 0)]
     own = np.diff(grid.hand_held, prepend=grid.hand_held[0])
     bends = (u * u - u + 1.0 / 6.0) * motor + own / 6.0
     return np.where(grid.held, -0.5 * setup.grip.damping * grid.period * bends, 0.0)

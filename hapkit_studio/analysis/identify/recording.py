@@ -1,13 +1,20 @@
-"""What was recorded, whatever it was recorded by: columns over time, and what had been set."""
+"""What was recorded, out of runs and files: columns over time, and what had been set."""
 
+import json
+import math
+import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio import environments
+from hapkit_studio.dynamics.hand import SCRIPTS, Grip, Hand
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import rows
 
 FEWEST_SAMPLES = 32
@@ -146,3 +153,140 @@ def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tu
     # a spring to lines instead of the arcs through the same points: a twelfth of the bend
     bend[1:-1] = setup.grip.stiffness * np.diff(place, 2) / 12.0
     return np.where(holds, force - before + bend, force), np.where(holds, after, 0.0)
+
+
+# Column of the file, field of a run; without the last ones a piece tells less, but something.
+_COLUMNS = {
+    "time_s": "time",
+    "position_m": "position",
+    "velocity_m_per_s": "velocity",
+    "force_applied_N": "applied_force",
+    "force_asked_N": "force",
+    "flags": "flags",
+    "hand_force_N": "hand_force",
+    "hand_target_m": "hand_target",
+}
+# Hands that need no more words: none, and one whose force is what the motion takes.
+_NO_GRIP = ("released", "Prescribed")
+_NEEDED = ("time_s", "position_m", "velocity_m_per_s", "force_applied_N")
+
+
+def from_run(run: Any, hand: Hand | None = None) -> Recording:
+    """Return the recording of a run of ``simulate``; hand: the Hand that moved it, if none by name."""
+    setup, target = _setup_of(run.settings, np.asarray(run.time), hand)
+    recorded = getattr(run, "hand_target", None)
+    if target is None and setup.grip is not None and recorded is not None and np.isfinite(recorded).all():
+        target = np.asarray(recorded, dtype=float)
+    if setup.grip is not None and target is None:
+        setup = replace(setup, hold_known=False)
+    return of_run(run, setup, target)
+
+
+def from_csv(path: str | Path) -> Recording:
+    """Return the recording in a file that ``Run.save`` wrote; raise ParameterError with one line."""
+    name = Path(path).name if isinstance(path, str | Path) else ""
+    try:
+        file = open(Path(path), encoding="utf-8", errors="replace")  # noqa: SIM115
+    except TypeError:
+        raise ParameterError(f"A recording is the path of a file, not {path!r}.") from None
+    except OSError as error:
+        raise ParameterError(f"Cannot read {path}: {error.strerror}.") from None
+    with file:
+        settings = _header(file.readline(), name)
+        names = file.readline().strip().split(",")
+        lacking = [column for column in _NEEDED if column not in names]
+        if lacking:
+            raise ParameterError(f"{name} has no column {lacking[0]}: it is no recording of the studio.")
+        table = _numbers(file, names, name)
+    columns = {field: table[:, names.index(key)] for key, field in _COLUMNS.items() if key in names}
+    unknown = np.full(len(table), math.nan)
+    defaults = {"force": columns["applied_force"], "flags": np.zeros(len(table)), "hand_force": unknown}
+    run = SimpleNamespace(**{**defaults, **columns}, settings=settings)
+    return from_run(run)
+
+
+def _header(line: str, name: str) -> dict:
+    try:
+        settings = json.loads(line.removeprefix("#")) if line.startswith("#") else None
+    except json.JSONDecodeError:
+        settings = None
+    if not isinstance(settings, dict):
+        raise ParameterError(f"{name} does not begin with the settings of a run: save one with run --csv.")
+    return settings
+
+
+def _numbers(file: Any, names: list[str], name: str) -> np.ndarray:
+    try:
+        with warnings.catch_warnings():
+            # a file without rows is told below
+            warnings.simplefilter("ignore", UserWarning)
+            table = np.loadtxt(file, delimiter=",", ndmin=2)
+    except ValueError as error:
+        raise ParameterError(f"{name} is not a table of numbers: {error}.") from None
+    if not table.size:
+        raise ParameterError(f"{name} has 0 rows under its names: it is no recording of the studio.")
+    if table.shape[1] != len(names) or not len(table):
+        shape = f"{len(table)} rows of {table.shape[1]} numbers for {len(names)} names"
+        raise ParameterError(f"{name} has {shape}: it is no recording of the studio.")
+    needed = table[:, [names.index(column) for column in _NEEDED]]
+    if not np.isfinite(needed).all() or not (np.diff(needed[:, 0]) > 0.0).all():
+        raise ParameterError(f"{name} has values that are no numbers, or times that go back.")
+    return table
+
+
+def _setup_of(settings: Mapping, times: np.ndarray, hand: Hand | None) -> tuple[Setup, np.ndarray | None]:
+    """Return the setup that settings describe and the hand's target (n,) in m where it is known."""
+    device = settings.get("device")
+    device = device if isinstance(device, Mapping) else {}
+    name = settings.get("hand")
+    hand = hand or SCRIPTS.get(name if isinstance(name, str) else "")
+    grip = Grip(hand.mass, hand.damping, hand.stiffness) if hand else _grip(settings.get("hand_grip"))
+    gaps = np.diff(times)
+    usual = 1.0 / float(np.median(gaps)) if len(gaps) else 1000.0
+    rate = _number(settings, "rate_Hz", usual)
+    environment, values = _scene(settings)
+    numbers = [_number(device, key) for key in ("mass", "damping", "coulomb_force")]
+    setup = Setup(
+        environment,
+        values,
+        rate if rate > 0.0 else usual,
+        max(_number(settings, "delay_s", 0.0), 0.0),
+        max(_number(device, "quantum", 20.7e-6), 0.0),
+        Handle(*numbers) if device else None,
+        grip,
+        hold_known=grip is not None or not isinstance(name, str) or name in _NO_GRIP,
+    )
+    return setup, _target(hand, times)
+
+
+def _grip(numbers: Any) -> Grip | None:
+    """Return the hand that a run's settings keep, None where they do not say."""
+    if not isinstance(numbers, Mapping):
+        return None
+    found = [_number(numbers, key) for key in ("mass", "damping", "stiffness")]
+    return Grip(*found) if all(math.isfinite(x) for x in found) else None
+
+
+def _target(hand: Hand | None, times: np.ndarray) -> np.ndarray | None:
+    """Return where the hand pulls to (n,) in m, None where nobody holds."""
+    if hand is None:
+        return None
+    target: Any = hand.target
+    return np.array(target(times) if hand.vectorised else [target(t) for t in times.tolist()], dtype=float)
+
+
+def _scene(settings: Mapping) -> tuple[Any, dict[str, float]]:
+    """Return the environment and its values; (None, {}) for one that the library does not know."""
+    try:
+        environment = environments.named(settings["environment"])
+        return environment, environment.values(settings.get("parameters"))
+    except (StudioError, KeyError, TypeError, AttributeError):
+        return None, {}
+
+
+def _number(settings: Mapping, key: str, default: float = math.nan) -> float:
+    try:
+        value = float(settings.get(key, default))
+    except (TypeError, ValueError):
+        return default
+    return value if math.isfinite(value) else default

@@ -1,8 +1,13 @@
-"""What was rendered: the stiffness, damping and friction that the handle met, out of force and motion.
+"""What was rendered: the stiffness, damping and friction that the handle met, beside what had been set.
 
 -F = K (x - x0) + B v + F_c sgn v, with F the force in effect: held, and late by the loop's delay. Each side
 is averaged over smooth windows, so speed comes without a difference of counts. What the hold and the delay
 take from the damping is part of what was rendered.
+
+What the loop must make of what was set, on this very motion: a command is held for a period T and comes td
+late, so the force at the handle lags the position by T / 2 + td: of -K x it makes -K x + K (T / 2 + td) v, a
+damping of B - K (T / 2 + td). The velocity estimate comes later still: of -B v it makes some stiffness as
+well, B w^2 times its lag.
 """
 
 import math
@@ -10,14 +15,33 @@ from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio.analysis.identify import theory
-from hapkit_studio.analysis.identify.grid import Grid
-from hapkit_studio.analysis.identify.judging import Sizes, estimate, points, sizes
-from hapkit_studio.analysis.identify.part import Estimate, Part
+from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, estimate, points, sizes
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import Fit, solve
-from hapkit_studio.analysis.identify.windows import Windows
+from hapkit_studio.analysis.identify.windows import Grid, Windows
 from hapkit_studio.environments.base import ForceTerms
+
+
+def asked_of(setup: Setup) -> ForceTerms:
+    """Return what was set; without a known environment nothing."""
+    return setup.environment.force_terms(setup.values) if setup.environment else ForceTerms(simple=False)
+
+
+def expected_commands(grid: Grid, what: ForceTerms) -> np.ndarray | None:
+    """Return the commands (n,) in N of what was set, for the motion the law saw; None if not simple."""
+    if not what.simple:
+        return None
+    depth, rate = grid.seen - (what.centre or 0.0), grid.speed
+    if what.one_way:
+        rate = np.where(rate * what.one_way > 0.0, rate, 0.0)
+    force = -(what.stiffness or 0.0) * depth - (what.damping or 0.0) * rate
+    return force - (what.friction or 0.0) * np.sign(grid.speed)
+
+
+def lag(setup: Setup) -> float:
+    """Return by how much the force lags the position on average, in s: half a period and the delay."""
+    return 0.5 / setup.rate + setup.delay
+
 
 # Windows of about that length are short beside any motion of a hand, and long beside the sensor's steps.
 LONGEST_SECONDS = 0.026
@@ -30,7 +54,7 @@ _ESTIMATOR_SAMPLES = 4
 
 def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> Part:
     """Identify what was rendered; terms None: what the environment consists of."""
-    asked = theory.asked(setup)
+    asked = asked_of(setup)
     names = _names(asked, terms or asked.terms)
     part = _of(grid, setup, asked, names)
     if not grid.clamped.any():
@@ -153,7 +177,7 @@ def _expected(
     kept: np.ndarray,
 ) -> dict[str, float]:
     """Return what would have been found if the law had done what was set, no more and no less."""
-    commands = theory.commands(grid, asked)
+    commands = expected_commands(grid, asked)
     if commands is None:
         return {}
     fit = solve(columns, columns, -windows.held(commands), kept)

@@ -2,10 +2,10 @@
 
 import math
 
-from hapkit_studio.analysis.identify import theory
-from hapkit_studio.analysis.identify.part import Estimate, Part
+from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
-from hapkit_studio.formatting import MINUS, number
+from hapkit_studio.analysis.identify.rendered import lag
+from hapkit_studio.formatting import MINUS, number, on_screen
 
 # What a person reads: unit in the words, and how many of it are one SI unit.
 READ_UNITS = {"m": ("mm", 1e3), "kg": ("g", 1e3)}
@@ -112,7 +112,7 @@ def lateness(part: Part, setup: Setup) -> str:
     spring = next((e for e in part.estimates if e.key == "stiffness" and e.asked), None)
     if spring is None or spring.asked is None:
         return ""
-    late = theory.lag(setup)
+    late = lag(setup)
     took = f"{plain(spring.asked, spring)} N/m × {1e3 * late:.3g} ms = {spring.asked * late:.2g} N·s/m"
     return (
         f"A command is held for a period and comes late, {1e3 * late:.3g} ms on average: that takes {took}."
@@ -125,6 +125,26 @@ def clamp(part: Part) -> str:
     if found is None:
         return ""
     return f"With the clamped samples it was {measured(found)} N/m: the force has a limit."
+
+
+def conditions(setup: Setup) -> list[tuple[str, str]]:
+    """Return what had been set while a piece was recorded, as pairs of a name and its value."""
+    known = setup.environment
+    scene = [("Environment", known.title)] if known else []
+    values = []
+    for p in known.parameters if known else ():
+        value = setup.values[p.key]
+        values.append((p.label, p.text(value) if p.discrete else on_screen(value, p.unit)))
+    grip = setup.grip
+    hand = f"{1e3 * grip.mass:g} g, {grip.damping:g} N·s/m, {grip.stiffness:g} N/m" if grip else "not known"
+    return [
+        *scene,
+        *values,
+        ("Rate", f"{setup.rate:,.4g} Hz"),
+        ("Delay", f"{1e3 * setup.delay:.2f} ms"),
+        ("Sensor step", f"{1e6 * setup.quantum:.3g} µm"),
+        ("Hand", hand if grip or not setup.hold_known else "released"),
+    ]
 
 
 def left_out(part: Part, total: int) -> str:

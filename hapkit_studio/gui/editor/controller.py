@@ -19,9 +19,9 @@ from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.haptics import rows
-from hapkit_studio.workshop import folder, templates, trust
-from hapkit_studio.workshop.source import Source, read, typed
-from hapkit_studio.workshop.verdict import Verdict
+from hapkit_studio.workshop import folder
+from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source, typed
+from hapkit_studio.workshop.trying import TrialResult
 
 _GOES_ON = "The old law goes on."
 _SINCE = "What was typed since is not saved."
@@ -29,7 +29,7 @@ SETTLED_MS = 200
 _LINE = re.compile(r"\bline (\d+)")
 
 
-def of_verdict(verdict: Verdict, unsaved: bool = False) -> tuple[str, str]:
+def of_verdict(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
     """Return a trial's outcome in words, and their tone; unsaved: the text has changed since."""
     since = (_SINCE,) if unsaved else ()
     if not verdict.ok:
@@ -101,7 +101,7 @@ class Desk(QObject):
     def __init__(self, studio: Studio, own: OwnEnvironments, parent: QObject | None = None):
         super().__init__(parent)
         self._studio, self.own = studio, own
-        self.editor = Editor(templates.templates())
+        self.editor = Editor(folder.templates())
         self.page, self.strip = self.editor.page, self.editor.page.strip
         self.leaving = Leaving(self.page, self.save, self._leave)
         self.cycles = Cycles(studio, own, self.page, self)
@@ -135,7 +135,7 @@ class Desk(QObject):
         """Make a file from a template, open it and put it in force."""
         try:
             path = folder.new_path(title)
-            source = self._write(path, templates.fill(template, title, path.stem))
+            source = self._write(path, folder.fill_template(template, title, path.stem))
         except OSError as error:
             self.editor.chooser.strip.say(not_saved(error), "danger")
             return
@@ -149,7 +149,7 @@ class Desk(QObject):
         except LawError as error:
             words_sheet(path.name, [str(error)], self.editor.window()).show()
             return
-        if not trust.is_trusted(source):
+        if not is_trusted(source):
             self.ask(source)
         else:
             self._open(source)
@@ -203,7 +203,7 @@ class Desk(QObject):
         path = source.path
         try:
             if path in folder.own_files():
-                trust.trust(source)
+                trust_source(source)
             else:
                 path = self._write(folder.new_path(path.stem), source.text).path
         except OSError as error:
@@ -222,7 +222,7 @@ class Desk(QObject):
         """Save a text, which is agreeing to it; return it as the file now is; raise OSError."""
         source = typed(path, text)
         folder.save(path, text)
-        trust.trust(source)
+        trust_source(source)
         return source
 
     def ask_to_quit(self, quit_: Callable[[], object]) -> bool:
@@ -262,7 +262,7 @@ class Desk(QObject):
         if path == self.path:
             self.strip.say("Checking line by line…", busy=True)
 
-    def _show_verdict(self, path: Path, verdict: Verdict) -> None:
+    def _show_verdict(self, path: Path, verdict: TrialResult) -> None:
         if not verdict.ok and path != self.path:
             self.edit(path)
         if path != self.path:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QTimer
 
 from hapkit_studio.errors import LawError
+from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.editor.code_page import CodePage
 from hapkit_studio.gui.own_environments import OwnEnvironments
-from hapkit_studio.gui.panel.limits import MarginWorker
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.laws.machine import ARENA
 
@@ -72,7 +72,7 @@ class Cycles(QObject):
     def __init__(self, studio: Studio, own: OwnEnvironments, page: CodePage, parent: QObject | None = None):
         super().__init__(parent)
         self._studio, self._own, self._page = studio, own, page
-        self._worker = MarginWorker(count, self)
+        self._worker = LatestAnswer(count, self)
         self._worker.answered.connect(self._show)
         self._soon = QTimer(self, interval=SOON_MS, singleShot=True)
         self._soon.timeout.connect(self.look)

@@ -1,16 +1,14 @@
 """The stability limit of the loop in force: what it depends on, and its computation in a thread."""
 
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.analysis.margin import Margin
+from hapkit_studio.analysis.stability.margin import Margin
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui.studio import Studio
 
@@ -146,64 +144,16 @@ class Answer:
 @lru_cache(maxsize=256)
 def boundary(setting: "Setting", width: float) -> tuple[tuple[float, float], ...]:
     """Return the exact boundary from no damping to a width in N·s/m, as points."""
-    from hapkit_studio.analysis import plane  # off the first picture's way
+    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
 
     across = np.linspace(0.0, width, POINTS)
-    return tuple(zip(across.tolist(), plane.exact_boundary(setting, across).tolist(), strict=True))
+    return tuple(zip(across.tolist(), kb_plane.exact_boundary(setting, across).tolist(), strict=True))
 
 
 def answer(question: Question) -> Answer:
     """Compute margin and boundary."""
-    from hapkit_studio.analysis import plane
+    from hapkit_studio.analysis.stability import kb_plane
 
     q = question
-    margin = Margin(q.stiffness, q.damping, plane.limit(q.setting, q.damping), q.setting.hand)
+    margin = Margin(q.stiffness, q.damping, kb_plane.limit(q.setting, q.damping), q.setting.hand)
     return Answer(q, margin, boundary(q.setting, q.width))
-
-
-class MarginWorker(QObject):
-    """Emits ``answered``; asking again before it did replaces the question.
-
-    solve(question) returns an answer that has the very question as its ``question``.
-    """
-
-    answered = Signal(object)
-
-    def __init__(self, solve: Callable[[Any], Any] = answer, parent: QObject | None = None):
-        super().__init__(parent)
-        self._solve = solve
-        self._newest: Any = None
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="margin")
-
-    def ask(self, question: Any) -> None:
-        """Ask, unless this very question was the last one."""
-        if question == self._newest:
-            return
-        self._newest = question
-        job = self._worker.submit(self._work, question)
-        job.add_done_callback(self._deliver)
-
-    def forget(self) -> None:
-        """Want no answer any more."""
-        self._newest = None
-
-    def wait(self) -> None:
-        """Wait until everything asked is answered."""
-        self._worker.submit(int).result()
-
-    def close(self) -> None:
-        """Drop what is waiting and end the thread."""
-        self._newest = None
-        self._worker.shutdown(wait=True, cancel_futures=True)
-
-    def _work(self, question: Any) -> Any:
-        if question is not self._newest:
-            return None
-        return self._solve(question)
-
-    def _deliver(self, job: "Future[Any]") -> None:
-        if job.cancelled():
-            return
-        result = job.result()
-        if result is not None and result.question is self._newest:
-            self.answered.emit(result)

@@ -7,11 +7,12 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.panel.limits import MarginWorker, steady_delay
+from hapkit_studio.gui.background import LatestAnswer
+from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.rows import ChoiceRow
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.gui.widgets.style import dress, mark
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.parameters import Choice
@@ -37,7 +38,6 @@ HINTS = (
 )
 UNKNOWN = "–"
 NAMES = "Computer", "Board"
-_SHEET = 'QLabel[on="true"] { color: @accent; font-weight: 650; } QLabel { font-size: 12px; }'
 TIP = (
     "Who computes the force. The computer: a sample goes up, a force comes down, with the delay of the USB "
     "line. The board: parameters go down once, its own processor runs the same law."
@@ -78,9 +78,9 @@ class Found:
 
 def solve(question: Limits) -> Found:
     """Compute both limits."""
-    from hapkit_studio.analysis import plane  # off the first picture's way
+    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
 
-    limits = [None if s is None else plane.limit(s, question.damping) for s in question.settings]
+    limits = [None if s is None else kb_plane.limit(s, question.damping) for s in question.settings]
     return Found(question, (limits[0], limits[1]))
 
 
@@ -165,12 +165,13 @@ class Facts(QWidget):
         for column, (head, values) in enumerate(zip(self.heads, self.values, strict=True), start=1):
             for row, label in enumerate((head, *values)):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                label.setProperty("role", "fact")
                 grid.addWidget(label, row, column)
         for row, (name, hint) in enumerate(zip(ROWS, HINTS, strict=True), start=1):
             label = QLabel(name)
             label.setToolTip(hint)
+            label.setProperty("role", "fact")
             grid.addWidget(label, row, 0)
-        dress(self, _SHEET)
 
     def show_way(self, column: int, texts: tuple[str, ...], on: bool) -> None:
         """Show one way's texts in the order of ROWS; on: it renders now."""
@@ -196,8 +197,8 @@ class Lines(QWidget):
                 side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
                 label.setAlignment(side | Qt.AlignmentFlag.AlignVCenter)
                 label.setToolTip(("", HINTS[0], HINTS[2])[column])
+                label.setProperty("role", "fact")
                 grid.addWidget(label, row, column)
-        dress(self, _SHEET)
 
     def show_way(self, row: int, texts: tuple[str, ...], on: bool) -> None:
         """Show a way's delay and limit; on: it renders now."""
@@ -221,10 +222,10 @@ class WhereSwitch(QWidget):
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__(parent)
         self._studio = studio
-        self._worker = MarginWorker(solve, self)
+        self._worker = LatestAnswer(solve, self)
         self._worker.answered.connect(self._take)
         self._found: Found | None = None
-        self._finder = MarginWorker(_find, self)
+        self._finder = LatestAnswer(_find, self)
         self._finder.answered.connect(self._take_cheaper)
         self._cheaper: Cheaper | None = None
         self.label = QLabel("Rendered by")

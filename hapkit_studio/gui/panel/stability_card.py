@@ -8,13 +8,14 @@ from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
 from PySide6.QtGui import QBrush, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.margin import hand_words, short, verdict
-from hapkit_studio.analysis.scales import height, nice_width
+from hapkit_studio.analysis.stability.axes import height, nice_width
+from hapkit_studio.analysis.stability.margin import hand_words, short, verdict
 from hapkit_studio.dynamics.estimators import ESTIMATORS
-from hapkit_studio.gui.panel.limits import Answer, LoopFacts, MarginWorker, Question
+from hapkit_studio.gui.background import LatestAnswer
+from hapkit_studio.gui.panel.limits import Answer, LoopFacts, Question, answer
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -218,10 +219,10 @@ class StabilityCard(QWidget):
     judged = Signal(str, str, str)
     crossed = Signal(object)
 
-    def __init__(self, studio: Studio, worker: MarginWorker | None = None, parent: QWidget | None = None):
+    def __init__(self, studio: Studio, worker: LatestAnswer | None = None, parent: QWidget | None = None):
         super().__init__(parent)
         self._studio = studio
-        self._worker = worker or MarginWorker(parent=self)
+        self._worker = worker or LatestAnswer(answer, self)
         self.facts = LoopFacts(studio, self)
         self._sign = ("check", "ok")
         self._judged: Answer | None = None
@@ -229,6 +230,7 @@ class StabilityCard(QWidget):
         self.heading.setProperty("role", "section")
         self.sign, self.headline, self.words = QLabel(), plain(QLabel()), plain(QLabel())
         self.headline.setWordWrap(True)
+        self.headline.setProperty("role", "headline")
         self.words.setWordWrap(True)
         self.words.setProperty("role", "hint")
         self.drives = plain(QLabel())
@@ -350,8 +352,7 @@ class StabilityCard(QWidget):
     def _look(self) -> None:
         name, token = self._sign
         self.sign.setPixmap(icons.pixmap(name, 18, token, self.devicePixelRatioF()))
-        ink = "danger" if token == "danger" else "ink"
-        dress(self.headline, f"QLabel {{ color: @{ink}; font-size: 14px; font-weight: 650; }}")
+        mark(self.headline, "ink", "danger" if token == "danger" else "ink")
 
     def _arrange(self) -> None:
         row = QHBoxLayout()

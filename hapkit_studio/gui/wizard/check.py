@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 
 from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, Report, run_all
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
-from hapkit_studio.gui.tabs.bar import PRIMARY
+from hapkit_studio.gui.pages.measuring import PRIMARY
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.wizard.board_dialog import LONG_SECONDS, NEUTRAL, SIGNS, BoardDialog, Recent, ResultBox

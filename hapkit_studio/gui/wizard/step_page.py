@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
 from hapkit_studio.analysis.calibrate.result import CheckResult
 from hapkit_studio.formatting import MINUS
-from hapkit_studio.gui.tabs.bar import PRIMARY
+from hapkit_studio.gui.pages.measuring import PRIMARY
 from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.wizard.board_dialog import Recent, ResultBox
 

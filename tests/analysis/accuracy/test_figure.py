@@ -5,18 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from hapkit_studio.charts.accuracy import accuracy_figure
-from hapkit_studio.charts.accuracy_axes import Frame
-from hapkit_studio.charts.labels import spread
+from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure
+from hapkit_studio.charts.style import move_apart
 from hapkit_studio.errors import ParameterError
-from tests.analysis.accuracy.points import accuracy, point, sheet
+from tests.analysis.accuracy.sheets import accuracy, point, sheet
 
 
 def middles(*wanted, height=10.0, sides=None):
     """Return where boxes in a frame of 200 end up."""
     places = np.array(wanted)
     sides = sides or [(0.0, 50.0)] * len(wanted)
-    return spread(places, np.full(len(wanted), height), sides, (0.0, 200.0))
+    return move_apart(places, np.full(len(wanted), height), sides, (0.0, 200.0))
 
 
 def test_names_that_overlap_are_moved_apart_in_their_order():
@@ -43,12 +42,12 @@ STRANGE = [
 
 
 def test_no_error_stands_on_a_row_of_its_own_inside_the_frame():
-    frame = Frame(sheet(STRANGE))
+    frame = AccuracyAxes(sheet(STRANGE))
     assert frame.has_zero
     cost, bottom = frame.place(STRANGE[0])
     assert cost == 1.0  # µs
     assert frame.bottom < bottom < frame.place(STRANGE[4])[1] == 3e-16
-    assert not Frame(sheet(STRANGE[1:])).has_zero
+    assert not AccuracyAxes(sheet(STRANGE[1:])).has_zero
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])

@@ -2,8 +2,8 @@
 
 import pytest
 
-from hapkit_studio.analysis.accuracy import friction, handle
-from hapkit_studio.analysis.accuracy.sliders import Trial
+from hapkit_studio.analysis.accuracy import friction
+from hapkit_studio.analysis.accuracy.friction import Trial
 from hapkit_studio.dynamics.stick_slip import MODELS
 from hapkit_studio.environments.friction import MODELS as RENDERED
 
@@ -48,7 +48,7 @@ def test_the_sign_of_the_velocity_creeps_by_half_a_steps_braking_at_most():
 
 
 def test_on_a_handle_only_what_holds_on_to_an_anchor_holds():
-    drift = {model: handle.error(model, 1e-3) for model in RENDERED}
+    drift = {model: friction.handle_drift(model, 1e-3) for model in RENDERED}
     assert {model for model, error in drift.items() if error < 1e-5} == {"tether", "projection"}
     assert min(drift["coulomb"], drift["smoothed"]) > 1e-3
 

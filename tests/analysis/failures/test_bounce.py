@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.failures import failures, wall_bounce
+from hapkit_studio.analysis.failures import bounce, failures
 from hapkit_studio.analysis.failures.bounce import exact, off, rendered, stiffness_of
 
 BOUNCE = failures()["bounce"]
@@ -50,14 +50,14 @@ def test_without_damping_the_tick_renders_the_exact_bounce(late):
     for stiffness in (300.0, 3000.0):
         for phase in (0.01, 0.4, 0.93):
             given = (stiffness, 1000.0, late * 1e-3, phase)
-            want = wall_bounce.exact_gain(0.05, 0.0, *given)
-            assert wall_bounce.rendered_gain(0.05, *given) == pytest.approx(want, rel=1e-11)
+            want = bounce.exact_gain(0.05, 0.0, *given)
+            assert bounce.rendered_gain(0.05, *given) == pytest.approx(want, rel=1e-11)
 
 
 def test_a_fast_loop_takes_what_a_damper_in_contact_takes():
     """In the limit of no sampling: exp(−π ζ/√(1−ζ²)) of speed, times the way to zero depth."""
     mass, stiffness, damping = 0.05, 300.0, 0.4
-    gain = wall_bounce.exact_gain(mass, damping, stiffness, 200_000.0, 0.0, 0.5)
+    gain = bounce.exact_gain(mass, damping, stiffness, 200_000.0, 0.0, 0.5)
     omega = math.sqrt(stiffness / mass)
     ratio = damping / (2.0 * mass * omega)
     want = math.exp(-2.0 * math.pi * ratio / math.sqrt(1.0 - ratio * ratio))
@@ -73,5 +73,5 @@ def test_it_leaves_the_formula_beyond():
 
 def test_a_bounce_without_loss_keeps_its_energy_between_the_samples():
     """b = K T/2 in contact: energy in is energy out, to the phase."""
-    gains = [wall_bounce.exact_gain(0.05, 0.15, 300.0, 1000.0, 0.0, p) for p in wall_bounce.phases(32)]
+    gains = [bounce.exact_gain(0.05, 0.15, 300.0, 1000.0, 0.0, p) for p in bounce.phases(32)]
     assert np.mean(gains) == pytest.approx(1.0, abs=2e-3)

@@ -7,8 +7,8 @@ import pytest
 
 from hapkit_studio.analysis.failures import failures
 from hapkit_studio.analysis.failures.chatter import peak_to_peak
-from hapkit_studio.analysis.failures.counted_spring import CYCLES, GROWS, RESTS, judged, released
 from hapkit_studio.analysis.failures.large_push import amplitude, measured
+from hapkit_studio.analysis.failures.spring import CYCLES, GROWS, RESTS, judged, released_with_friction
 from hapkit_studio.environments.friction import COULOMB, PROJECTION
 
 # 1000 N/m, 0.05 kg, 1 kHz, 20 µm; let go 3.3 counts away: p-p of the tail in counts at σ = 0, .1, .25, .4
@@ -23,7 +23,7 @@ SIGMAS = (0.0, 0.1, 0.25, 0.4)
 def region(beta, sigma, counts):
     """Return what becomes of the handle, and the p-p of its tail in counts."""
     start = counts * 20e-6
-    x = released(0.05, beta, sigma * 1000.0 * 20e-6, 20e-6, 1000.0, 1000.0, start)
+    x = released_with_friction(0.05, beta, sigma * 1000.0 * 20e-6, 20e-6, 1000.0, 1000.0, start)
     word, size = judged(x, start, 1000.0)
     return word, size / 20e-6
 

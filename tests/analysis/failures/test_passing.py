@@ -8,7 +8,7 @@ import pytest
 from hapkit_studio.analysis.failures import failures, stroking
 from hapkit_studio.analysis.failures.jitter import exact, nominal, pattern, worst
 from hapkit_studio.analysis.failures.tunnelling import inside, least_peak, throws
-from hapkit_studio.analysis.stability import stiffness_limit
+from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.haptics import rows
 
 JITTER = failures()["jitter"]

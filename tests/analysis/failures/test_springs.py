@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from hapkit_studio.analysis.failures import failures, loop
+from hapkit_studio.analysis.failures import failures, spring
+from hapkit_studio.analysis.failures.base import show
 from hapkit_studio.analysis.failures.filters import ESTIMATORS
-from hapkit_studio.analysis.failures.shown import show
 from hapkit_studio.errors import ParameterError
 
 SPRING, FILTERS, WORSE = (failures()[k] for k in ("sampled_spring", "filters", "filtered_damping"))
@@ -24,7 +24,7 @@ ROOTS = [
 
 @pytest.mark.parametrize(("late", "table"), ROOTS)
 def test_the_loops_map_has_the_roots_of_the_table(late, table):
-    matrix = loop.step_matrix(0.05, 0.5, 500.0, 1.0, 1e-3, late * 1e-3)
+    matrix = spring.step_matrix(0.05, 0.5, 500.0, 1.0, 1e-3, late * 1e-3)
     roots = np.sort(np.abs(np.linalg.eigvals(matrix)))[::-1]
     assert roots[: len(table)] == pytest.approx(table, abs=6e-8)
     assert roots[len(table) :] == pytest.approx(0.0, abs=1e-8)

@@ -7,7 +7,7 @@ import pytest
 
 from hapkit_studio.analysis.failures import failures
 from hapkit_studio.analysis.failures.course import rate_of, swing
-from hapkit_studio.analysis.failures.step_roots import growth_per_radian
+from hapkit_studio.analysis.failures.integrators import growth_per_radian
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from tests.dynamics.growth import COURSE_RATES
 

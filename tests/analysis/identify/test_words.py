@@ -4,7 +4,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_run, identify
-from hapkit_studio.analysis.identify.part import Estimate
+from hapkit_studio.analysis.identify.estimates import Estimate
 from hapkit_studio.analysis.identify.recording import Handle, Setup
 from hapkit_studio.analysis.identify.words import line, measured, plain
 from hapkit_studio.dynamics.hand import GRIPS

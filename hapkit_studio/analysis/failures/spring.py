@@ -1,0 +1,138 @@
+"""The rendered spring, its handle let go: by the tick that renders, and its matrix from theory.
+
+On an ideal handle; and on that of Diolaiti's plane, with viscous and Coulomb friction and a sensor with
+steps.
+"""
+
+import math
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.failures.base import Case, Evidence
+from hapkit_studio.analysis.failures.traces import before_lost, growth, thinned
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.paddle import transition
+from hapkit_studio.formatting import with_unit
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.parameters import Parameter
+
+MASS = Parameter("mass", "Handle's mass", "kg", 0.044, 0.005, 1.0, "Of the handle alone", "m")
+VISCOUS = Parameter("viscous", "Handle's damping", "N·s/m", 0.5, 0.01, 10.0, "Of the handle itself", "b")
+DAMPING = Parameter("damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Of the rendered spring", "B")
+RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "Of the loop", "1/T")
+DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 0.02, "From a sample to its force")
+
+START = 1e-3
+# The handle's reach: a motion that leaves it is lost.
+REACH = 0.05
+SECONDS = 12.0
+TURNS = 80.0
+
+
+def setting(case: Case, estimator: Spec = "difference") -> Setting:
+    """Return the ideal device and loop of a case with mass, viscous, rate and delay."""
+    return Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"], case["delay"], estimator)
+
+
+def released(where: Setting, damping: float, stiffness: float) -> np.ndarray:
+    """Return the rows of a rendered spring whose handle is let go at START, until it is lost."""
+    seconds = max(SECONDS, TURNS * math.sqrt(where.mass / stiffness))
+    scene = headless.Scene(
+        environments.named("spring"),
+        {"stiffness": stiffness, "damping": damping, "center": 0.0},
+        where.device(real=False, position=START),
+        where.loop,
+    )
+    out, _ = headless.render(scene, None, round(seconds * where.rate))
+    return out[: before_lost(out[:, rows.TRUE_POSITION], REACH)]
+
+
+def rate_of(where: Setting, stiffness: float, out: np.ndarray) -> float:
+    """Return the growth in 1/s of the motion in rows: steady along the spring's own oscillation."""
+    speed = out[:, rows.TRUE_VELOCITY]
+    slowest = math.sqrt(stiffness / where.mass)
+    return growth(np.hypot(np.diff(speed) * where.rate, slowest * speed[1:]), where.period)
+
+
+def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
+    """Return how the handle moves once it is let go: whether the spring calms it or shakes it."""
+    out = released(where, damping, stiffness)
+    rate = rate_of(where, stiffness, out)
+    time, x = thinned(np.arange(len(out)) * where.period, 1e3 * out[:, rows.TRUE_POSITION])
+    holds = rate < 0.0
+    words = f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}"
+    return Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
+
+
+def step_matrix(
+    mass: float, viscous: float, stiffness: float, damping: float, period: float, delay: float
+) -> np.ndarray:
+    """Return the closed loop's map over one period, square; its state: x, v, last x, past commands.
+
+    The spring with the plain difference for its damper; the force of a sample acts ``delay`` s later and is
+    held. From the equations of motion alone: nothing of the tick is in it.
+    """
+    whole_periods = math.floor(delay / period + 1e-9)
+    fraction = max(delay - whole_periods * period, 0.0)
+    first, second = _map(mass, viscous, fraction), _map(mass, viscous, period - fraction)
+    size = whole_periods + 4
+    out = np.zeros((size, size))
+    asked = np.zeros(size)
+    asked[0], asked[2] = -stiffness - damping / period, damping / period
+    commands = [asked, *np.eye(size)[3:]]
+    out[:2, :2] = second[:, :2] @ first[:, :2]
+    out[:2] += np.outer(second[:, 2], commands[whole_periods])
+    out[:2] += np.outer(second[:, :2] @ first[:, 2], commands[whole_periods + 1])
+    out[2, 0] = 1.0
+    for index in range(whole_periods + 1):
+        out[3 + index] = commands[index]
+    return out
+
+
+def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
+    """Return the handle's own map (2, 3) from x, v, force to x, v."""
+    a, b, c, d, g0, _, g1, _ = transition(mass, viscous, 0.0, seconds)
+    return np.array([[a, b, g0], [c, d, g1]])
+
+
+def exact_rate(matrix: np.ndarray, seconds: float) -> float:
+    """Return the growth in 1/s of a loop that repeats this map every ``seconds``."""
+    return math.log(np.abs(np.linalg.eigvals(matrix)).max()) / seconds
+
+
+RESTS, CYCLES, GROWS = "rests", "cycles", "grows"
+FRICTION_SECONDS = 6.0
+# A motion that has become this many times as large as it began is lost.
+LOST = 20.0
+
+
+def released_with_friction(
+    mass: float, viscous: float, coulomb: float, quantum: float, rate: float, stiffness: float, start: float
+) -> np.ndarray:
+    """Return the place (n,) in m of a handle let go ``start`` m from the edge it comes to rest at.
+
+    The spring's centre lies half a count beyond the edge, so on both sides of it the force is half a count's.
+    The motion ends where it is lost.
+    """
+    edge = quantum
+    device = SimulatedHapkit(mass, viscous, coulomb, quantum, math.inf, edge + start)
+    values = {"stiffness": stiffness, "damping": 0.0, "center": 0.5 * quantum}
+    scene = headless.Scene(environments.named("spring"), values, device, LoopSettings(rate))
+    out, _ = headless.render(scene, None, round(FRICTION_SECONDS * rate))
+    x = out[:, rows.TRUE_POSITION] - edge
+    lost = np.abs(x) > LOST * abs(start)
+    return x[: int(np.argmax(lost))] if lost.any() else x
+
+
+def judged(x: np.ndarray, start: float, rate: float) -> tuple[str, float]:
+    """Return what a motion (n,) comes to, and the p-p of its last half second in m."""
+    complete = len(x) == round(FRICTION_SECONDS * rate)
+    last = float(np.ptp(x[-round(0.5 * rate) :])) if len(x) else math.inf
+    # what still moves beyond its beginning after all that time is on its way out
+    if not complete or np.abs(x[-round(0.5 * rate) :]).max() > abs(start):
+        return GROWS, last
+    return (RESTS if last == 0.0 else CYCLES), last

@@ -1,0 +1,316 @@
+"""The plane of virtual damping and stiffness: every limit of a loop, and where the impedance in use lies."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.axes import round_axes
+from hapkit_studio.analysis.stability.limits import (
+    Loop,
+    checked_loop,
+    coulomb_line,
+    simple_rule,
+    stiffness_limits,
+)
+from hapkit_studio.analysis.stability.margin import Margin, sentence
+from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
+from hapkit_studio.dynamics.estimators import Spec, parse
+from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.formatting import json_number
+
+RENDERED_STIFFNESS = replace(STIFFNESS, label="The rendered stiffness")
+RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
+WIDTH = replace(DAMPING, label="The largest damping shown")
+TOP = replace(STIFFNESS, label="The largest stiffness shown")
+COLUMNS = 121
+EDGE_POINTS = 41
+
+
+@dataclass(frozen=True)
+class Points:
+    """A measured boundary: stiffness (n,) N/m at damping (n,) N·s/m; real: with friction and sensor steps."""
+
+    damping: np.ndarray
+    stiffness: np.ndarray
+    real: bool
+    controller: bool = False
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A measured map: classes (m, n) of ``rendered`` at stiffness (m,) N/m and damping (n,) N·s/m."""
+
+    damping: np.ndarray
+    stiffness: np.ndarray
+    classes: np.ndarray
+    real: bool
+    controller: bool = False
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Everything that a chart of the plane shows; SI units.
+
+    exact and simple are (n,) over damping (n,); edge_damping and edge (k,) are the passivity line up to the
+    largest passive damping; coulomb is inf without sensor steps, hands the limits at the margin's damping.
+    Without a linear estimator exact is all nan, the edge empty, the hands' and the margin's limits nan.
+    """
+
+    setting: Setting
+    margin: Margin
+    top: float
+    damping: np.ndarray
+    exact: np.ndarray
+    simple: np.ndarray
+    edge_damping: np.ndarray
+    edge: np.ndarray
+    coulomb: float
+    hands: dict[str, float]
+    points: Points | None = None
+    cells: Cells | None = None
+
+    @property
+    def width(self) -> float:
+        """Return the largest damping shown, in N·s/m."""
+        return float(self.damping[-1])
+
+
+def _loop(setting: Setting) -> Loop:
+    return checked_loop(
+        setting.mass,
+        setting.viscous,
+        0.0,
+        setting.rate,
+        setting.delay,
+        setting.estimator,
+        setting.hand,
+        setting.quantum,
+    )
+
+
+def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
+    """Return the largest stable stiffness (n,) in N/m; 0 where damping (n,) alone is unstable.
+
+    Raise ParameterError for an estimator that is not linear.
+    """
+    return stiffness_limits(_loop(setting), checked_row(damping, DAMPING))
+
+
+def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
+    """Return the largest stiffness (n,) in N/m that is passive, safe in any hand; 0 where none is.
+
+    Raise ParameterError for an estimator that is not linear.
+    """
+    columns = checked_row(damping, DAMPING)
+    return passive_stiffness(setting.viscous, columns, *_sampling(setting))
+
+
+def _sampling(setting: Setting) -> tuple[float, float, Spec, float]:
+    return setting.rate, setting.delay, setting.estimator, setting.quantum
+
+
+def passive_edge(setting: Setting, points: int = EDGE_POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """Return the passivity line as (damping, stiffness), each (points,), as far as anything is passive."""
+    most = passive_damping(setting.viscous, *_sampling(setting))
+    damping = np.linspace(0.0, most, points)
+    return damping, passivity_line(setting, damping)
+
+
+def limit(setting: Setting, damping: float) -> float:
+    """Return the largest stable stiffness in N/m at one damping; nan where the estimator is not linear."""
+    across = np.array([DAMPING.check(damping)])
+    return float(exact_boundary(setting, across)[0]) if setting.linear else math.nan
+
+
+def hands(setting: Setting, damping: float) -> dict[str, float]:
+    """Return the limit in N/m at one damping under every grip, the released hand first."""
+    return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
+
+
+def _axes(setting: Setting, stiffness: float, damping: float, bound: float) -> tuple[float, float]:
+    """Return round axes by the exact boundary, or by the simple rule where there is none."""
+    if setting.linear:
+        return round_axes(lambda across: exact_boundary(setting, across), stiffness, damping, bound)
+    rule = float(simple_rule(setting, np.array([damping]))[0])
+    return round_axes(lambda across: simple_rule(setting, across), stiffness, damping, rule)
+
+
+def plane(
+    setting: Setting,
+    stiffness: float,
+    damping: float,
+    *,
+    width: float | None = None,
+    top: float | None = None,
+    columns: int = COLUMNS,
+) -> Plane:
+    """Return the lines of a setting around a rendered impedance; axes as given, or round ones that fit.
+
+    Raise ParameterError.
+    """
+    stiffness, damping = RENDERED_STIFFNESS.check(stiffness), RENDERED_DAMPING.check(damping)
+    width, top = WIDTH.check(width or 0.0), TOP.check(top or 0.0)
+    columns = whole_number(columns, "The number of columns", 2)
+    around = hands(setting, damping)
+    bound = around[setting.hand]
+    wide, high = (width, top) if width and top else _axes(setting, stiffness, damping, bound)
+    across = np.linspace(0.0, width or wide, columns)
+    exact = exact_boundary(setting, across) if setting.linear else np.full(columns, math.nan)
+    edge = passive_edge(setting) if setting.linear else (np.empty(0), np.empty(0))
+    return Plane(
+        setting,
+        Margin(stiffness, damping, bound, setting.hand),
+        top or high,
+        across,
+        exact,
+        simple_rule(setting, across),
+        edge[0],
+        edge[1],
+        coulomb_line(setting),
+        around,
+    )
+
+
+CLASS_NAMES = ("decays", "buzzes", "grows")
+
+
+def as_json(plane: Plane) -> dict[str, Any]:
+    """Return the plane in SI units; what is not finite is None."""
+    margin = plane.margin
+    return {
+        "setting": setting_json(plane.setting),
+        "stiffness": margin.stiffness,
+        "damping": margin.damping,
+        "limit": json_number(margin.limit),
+        "ratio": json_number(margin.ratio),
+        "stable": margin.stable if math.isfinite(margin.limit) else None,
+        "words": sentence(margin),
+        "hands": {hand: json_number(limit) for hand, limit in plane.hands.items()},
+        "coulomb_line": json_number(plane.coulomb),
+        "columns": {
+            "damping": json_column(plane.damping),
+            "exact": json_column(plane.exact),
+            "simple": json_column(plane.simple),
+            "passive": json_column(passive(plane)),
+        },
+        "passivity_line": {"damping": json_column(plane.edge_damping), "stiffness": json_column(plane.edge)},
+        "measured": _points_json(plane.points),
+        "map": _cells_json(plane.cells),
+    }
+
+
+def setting_json(setting: Setting) -> dict[str, Any]:
+    """Return a setting's fields, the estimator's name and options apart."""
+    pair = (setting.estimator, {}) if isinstance(setting.estimator, str) else setting.estimator
+    return {
+        "mass": setting.mass,
+        "viscous": setting.viscous,
+        "coulomb": setting.coulomb,
+        "quantum": setting.quantum,
+        "rate": setting.rate,
+        "delay": setting.delay,
+        "estimator": pair[0],
+        "estimator_options": dict(pair[1]),
+        "hand": setting.hand,
+        "controller": setting.controller,
+    }
+
+
+def passive(plane: Plane) -> np.ndarray:
+    """Return the passivity line (n,) at the plane's own columns, in N/m; nan without a linear estimator."""
+    if not plane.setting.linear:
+        return np.full(len(plane.damping), math.nan)
+    return passivity_line(plane.setting, plane.damping)
+
+
+def json_column(numbers: np.ndarray) -> list[float | None]:
+    """Return an array (n,) as a list that JSON knows."""
+    return [json_number(number) for number in numbers.tolist()]
+
+
+def _points_json(points: Points | None) -> dict[str, Any] | None:
+    if points is None:
+        return None
+    return {
+        "damping": json_column(points.damping),
+        "stiffness": json_column(points.stiffness),
+        "friction_and_sensor_steps": points.real,
+        "controller": points.controller,
+    }
+
+
+def _cells_json(cells: Cells | None) -> dict[str, Any] | None:
+    if cells is None:
+        return None
+    return {
+        "damping": json_column(cells.damping),
+        "stiffness": json_column(cells.stiffness),
+        "classes": cells.classes.tolist(),
+        "class_names": list(CLASS_NAMES),
+        "friction_and_sensor_steps": cells.real,
+        "controller": cells.controller,
+    }
+
+
+_SHORT = {"iir": "IIR", "butterworth": "Butterworth", "foaw": "FOAW", "kalman": "Kalman"}
+# Key: name and one line that explains it.
+LINES = {
+    "exact": ("Exact boundary", "roots of the sampled loop"),
+    "measured": ("Measured boundary", "simulated and bisected"),
+    "simple": ("Simple rule", "K < (b + B) / (T/2 + td)"),
+    "passive": ("Passivity line", "safe in any hand"),
+    "coulomb": ("Friction hides steps", "below K = 2 f / Δ"),
+    "decays": ("Comes to rest", "let go 3 and 200 steps away"),
+    "buzzes": ("Buzzes", "stays in motion, does not grow"),
+    "grows": ("Grows", "let go, it moves ever farther"),
+}
+# Above the exact boundary by more than this share somewhere, the rule promises too much.
+_HOPEFUL = 0.05
+
+
+def estimator_words(setting: Setting) -> str:
+    """Name the velocity estimator and its first option: "IIR, 35.5 Hz"."""
+    method, options = parse(setting.estimator)
+    name = _SHORT.get(method.key, "difference")
+    for parameter in method.parameters:
+        return f"{name}, {options[parameter.key]:g} {parameter.unit}".rstrip()
+    return name
+
+
+def conditions(setting: Setting, real: bool = False) -> list[tuple[str, str]]:
+    """Return what the limits hold for, as pairs of a name and its value; real: friction and steps as well."""
+    stiction = [
+        ("Dry friction", f"{setting.coulomb:g} N"),
+        ("Sensor step", f"{1e6 * setting.quantum:.3g} µm"),
+    ]
+    pairs = [
+        ("Mass", f"{setting.mass:g} kg"),
+        ("Viscous damping", f"{setting.viscous:g} N·s/m"),
+        *(stiction if real else []),
+        ("Rate", f"{setting.rate:,g} Hz"),
+        ("Delay", f"{1e3 * setting.delay:.2f} ms"),
+        ("Velocity filter", estimator_words(setting)),
+        ("Hand", setting.hand if setting.hand == "released" else f"{setting.hand} grip"),
+    ]
+    return [*pairs, ("Controller", "on")] if setting.controller else pairs
+
+
+def line_words(plane: Plane, key: str) -> tuple[str, str]:
+    """Return a line's name and what it means, as they are for this plane."""
+    name, words = LINES[key]
+    if key == "simple" and hopeful(plane):
+        return f"{name}, hopeful here", words
+    if key == "measured" and plane.points is not None:
+        words += ", with friction" if plane.points.real else ""
+        name += ", controlled" if plane.points.controller else ""
+    return name, words
+
+
+def hopeful(plane: Plane) -> bool:
+    """Say whether the simple rule promises more than the loop keeps, where it can be seen."""
+    low = plane.exact < (1.0 - _HOPEFUL) * plane.simple
+    return bool((low & (plane.exact < plane.top)).any())

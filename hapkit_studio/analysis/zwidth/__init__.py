@@ -1,0 +1,15 @@
+"""What a person may choose for a Z-width, and what is usual; knows nothing else, so that it loads at once."""
+
+from hapkit_studio.parameters import Parameter
+
+DAMPING = Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 1000.0, "Virtual damping of the walls")
+SPEED = Parameter("speed", "Speed", "m/s", 0.1, 0.001, 3.0, "At which the handle hits the wall")
+PUSH = Parameter("push", "Push", "N", 1.0, 0.01, 20.0, "Constant force into the wall")
+MAX_FORCE = Parameter("max_force", "Force limit", "N", 3.0, 0.01, 100.0, "What the motor can do at most")
+DEVICE_FORCE = Parameter("max_force", "Force limit", "N", 2.0, 0.1, 3.0, "No trial asks more of the motor")
+
+# Why the search at one damping ended where no stiffer wall was tried.
+HIGHEST = "highest"
+
+SIMULATED_DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+DEVICE_DAMPING = (0.0, 1.0, 2.0, 5.0)

@@ -1,0 +1,204 @@
+"""A running device on which walls are tried: watched row by row, limited in force, and put back as it was."""
+
+import contextlib
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.zwidth import DAMPING, DEVICE_FORCE, PUSH, SPEED
+from hapkit_studio.analysis.zwidth.result import FAST, LEAVES
+from hapkit_studio.errors import DeviceError, ParameterError, StudioError
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.parameters import Parameter
+
+_PERSONS = environments.named("wall")
+_RANGES = {"stiffness": 1e6, "damping": DAMPING.high}
+# The person's wall beyond a person's limits: same law, same place.
+WALL = replace(
+    _PERSONS,
+    parameters=tuple(
+        replace(p, high=_RANGES[p.key]) if isinstance(p, Parameter) and p.key in _RANGES else p
+        for p in _PERSONS.parameters
+    ),
+)
+# A wall that no Hapkit makes buzz.
+CALM = 100.0
+_LOOK_SECONDS = 0.004
+_SILENCE_SECONDS = 3.0
+_USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
+
+
+@dataclass(frozen=True)
+class TrialLimits:
+    """How gently a device is tried: force N, speed m/s and travel m from the surface that end a trial.
+
+    A wall fails that keeps moving by more than so many counts. Stiffness N/m goes from the softest up by a
+    factor, to the highest at most, and is found to a share of itself. Raise ParameterError.
+    """
+
+    max_force: float = DEVICE_FORCE.default
+    push: float = PUSH.default
+    hit: float = SPEED.default
+    max_speed: float = 1.0
+    max_travel: float = 0.025
+    counts: float = 3.0
+    softest: float = 200.0
+    highest: float = 20_000.0
+    raised: float = 1.5
+    precision: float = 0.05
+
+    def __post_init__(self) -> None:
+        DEVICE_FORCE.check(self.max_force)
+        PUSH.check(self.push)
+        SPEED.check(self.hit)
+        if self.push > 0.6 * self.max_force:
+            raise ParameterError(
+                f"A push of {self.push:g} N needs a force limit of {self.push / 0.6:.3g} N or more, "
+                f"not {self.max_force:g} N."
+            )
+
+
+class Interrupted(StudioError):
+    """The measurement ended before it was done: why, in words."""
+
+
+class Unsafe(Exception):
+    """A trial went beyond what is safe; carries why, one of ENDED."""
+
+    def __init__(self, why: str):
+        super().__init__(why)
+        self.why = why
+
+
+class GuardedDevice:
+    """A context: the wall in force and the force limited inside, all settings as before after it.
+
+    The wall stands where the one in force stands; into: 1 where it is on the right, -1 on the left. say: told
+    what a person should do; look: called some hundred times a second, and may raise to end it all.
+    clamped: set where a judged sample reached the force limit.
+    """
+
+    def __init__(
+        self, engine: Engine, limits: TrialLimits, say: Callable[[str], None], look: Callable[[], None]
+    ):
+        self.engine, self.limits, self.say, self._look = engine, limits, say, look
+        self._before = engine.environment, engine.values, engine.grip
+        self._place = engine.values if engine.environment is _PERSONS else WALL.values()
+        self.surface = self._place["position"]
+        self.into = 1.0 if self._place["side"] == 0.0 else -1.0
+        self._mine: dict[str, float] = {}
+        self._samples, self._seconds = 0, 0.0
+        self.clamped = False
+
+    def __enter__(self) -> "GuardedDevice":
+        self.engine.limit_force(self.limits.max_force)
+        self._reader = self.engine.reader()
+        try:
+            self.calm()
+            self._wait_for_force()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_error) -> None:
+        """Let the hand go and put the old settings back, but for those that somebody else has changed."""
+        self.engine.move_hand(None)
+        environment, values, grip = self._before
+        self.engine.set_grip(grip)
+        if self._untouched:
+            self.engine.set_environment(environment, values)
+        with contextlib.suppress(DeviceError):  # a device that is gone has no limit; opening sets it anew
+            self.engine.limit_force(self.engine.device.max_force)
+
+    @property
+    def quantum(self) -> float:
+        """Return what one count of the sensor is in m."""
+        modelled = self.engine.modelled
+        return float(self.engine.device.quantum if modelled is None else modelled.quantum)
+
+    @property
+    def rate(self) -> float:
+        """Return how many samples a second came so far, by the device's clock, nan before any."""
+        return self._samples / self._seconds if self._seconds > 0.0 else math.nan
+
+    def wall(self, stiffness: float, damping: float) -> None:
+        """Bring a wall into force, over 30 ms."""
+        values = {"stiffness": stiffness, "damping": damping, "damping_mode": "both"}
+        self._mine = WALL.values({**self._place, **values})
+        self.engine.set_environment(WALL, self._mine)
+
+    def calm(self) -> None:
+        """Bring a wall into force that is sure to be steady."""
+        self.wall(CALM, 0.0)
+
+    def collect(self, seconds: float, judged: bool = True) -> np.ndarray:
+        """Return the rows of the next seconds by the device's clock.
+
+        judged: raise Unsafe where the handle goes too fast or too far. Raise Interrupted, and what ``look``
+        raises. Each within some ms.
+        """
+        found, first = [self._reader.read()[:0]], None
+        heard = time.monotonic()
+        while True:
+            self._check()
+            new = self._reader.read()
+            if len(new):
+                heard = time.monotonic()
+                first = new[0, rows.BOARD_TIME] if first is None else first
+                found.append(new)
+                if judged:
+                    self._judge(new)
+                if new[-1, rows.BOARD_TIME] - first >= seconds - 1e-9:
+                    return self._counted(np.concatenate(found))
+            elif time.monotonic() - heard > _SILENCE_SECONDS:
+                raise Interrupted(f"{self.engine.device.title} sends nothing. The measurement ended.")
+            time.sleep(min(_LOOK_SECONDS, 0.05 * seconds))
+
+    def _counted(self, found: np.ndarray) -> np.ndarray:
+        self._samples += len(found) - 1
+        self._seconds += found[-1, rows.BOARD_TIME] - found[0, rows.BOARD_TIME]
+        return found
+
+    @property
+    def _untouched(self) -> bool:
+        return self.engine.environment is WALL and self.engine.values == self._mine
+
+    def _check(self) -> None:
+        self._look()
+        if self.engine.stopped:
+            raise Interrupted("Stopped. Force is zero. Release the E-stop, then measure again.")
+        fault = self.engine.fault
+        if fault is not None:
+            raise Interrupted(f"{fault.text} The measurement ended.")
+        if not self._untouched:
+            raise Interrupted("The settings were changed. The measurement ended.")
+
+    def _judge(self, new: np.ndarray) -> None:
+        self.clamped = self.clamped or bool((new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())
+        if np.abs(new[:, rows.VELOCITY]).max() > self.limits.max_speed:
+            raise Unsafe(FAST)
+        if np.abs(new[:, rows.POSITION] - self.surface).max() > self.limits.max_travel:
+            raise Unsafe(LEAVES)
+
+    def _wait_for_force(self) -> None:
+        """Wait until the loop renders: after connecting it holds the force at zero for a while."""
+        end = time.monotonic() + _SILENCE_SECONDS
+        while force_withheld(self.collect(0.02, judged=False)):
+            if time.monotonic() > end:
+                raise Interrupted("The device renders no force. The measurement ended.")
+
+
+def pressing_force(found: np.ndarray, into: float) -> float:
+    """Return the mean force in N with which the wall is pressed in some rows."""
+    return float(-into * found[:, rows.APPLIED].mean())
+
+
+def force_withheld(found: np.ndarray) -> bool:
+    """Return whether rows hold samples whose force was held back."""
+    return bool((found[:, rows.FLAGS].astype(np.int64) & _USELESS).any())

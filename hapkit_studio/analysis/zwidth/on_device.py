@@ -1,0 +1,330 @@
+"""Z-width on a running device: a hand presses into walls of rising stiffness until one keeps buzzing.
+
+A simulated hand hits the wall by itself, a person is asked to press. What a hand does slowly is taken out of
+the motion, and what is left must die out. Nothing stiffer than the first wall that fails is tried; force,
+speed and travel are limited; E-stop, fault or cancelling end it at once, and the old settings come back.
+"""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import Protocol as Interface
+
+import numpy as np
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.sweeps import Progress, no_progress
+from hapkit_studio.analysis.zwidth import DEVICE_DAMPING
+from hapkit_studio.analysis.zwidth.guarded_device import (
+    GuardedDevice,
+    Interrupted,
+    TrialLimits,
+    Unsafe,
+    force_withheld,
+    pressing_force,
+)
+from hapkit_studio.analysis.zwidth.result import (
+    BUZZES,
+    GROWS,
+    Condition,
+    Point,
+    TrialOutcome,
+    ZWidth,
+    levels_of,
+    linear_curve,
+    linear_limits,
+    loop_conditions,
+    stiffest,
+)
+from hapkit_studio.analysis.zwidth.simulation import Arrived, ignore_point
+from hapkit_studio.dynamics.hand import GRIPS, Grip
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.engine import Engine
+
+# A buzz is faster than this; a hand's own tremor (8 to 12 Hz) is slower.
+_SLOW_SECONDS = 0.05
+_WINDOW_SECONDS = 0.25
+_MOST_WINDOWS = 16
+_QUIET_WINDOWS = 2
+_MOST_REPEATS = 5
+# From one window to the next: less than this share goes on dying out, more than that one grows.
+_DYING, _GROWING = 0.9, 1.1
+_STEP_SECONDS = 0.01
+_AWAY = 0.005
+_AWAY_SECONDS = 1.5
+_SLOW = 0.03
+_PATIENCE_SECONDS = 60.0
+_LEAST_SHARE, _MOST_SHARE = 0.3, 0.85
+ASK = "Press gently into the wall and hold"
+USUAL_GRIP = "medium"
+
+
+def ignore_words(words: str) -> None:
+    """No-op callback."""
+
+
+def measure(
+    engine: Engine,
+    damping: Sequence[float] = DEVICE_DAMPING,
+    limits: TrialLimits | None = None,
+    *,
+    person: bool | None = None,
+    progress: Progress = no_progress,
+    arrived: Arrived = ignore_point,
+    say: Callable[[str], None] = ignore_words,
+) -> ZWidth:
+    """Return the Z-width of a running engine's device, its loop as it is set.
+
+    person: a person presses; None: where the device has no simulated hand. say is told what to do next.
+    Raise ParameterError, Interrupted, and what progress raises; the old settings are back then too.
+    """
+    limits, levels = limits or TrialLimits(), levels_of(damping)
+    if person is None:
+        person = not (engine.device.simulated or getattr(engine.device, "hand", False))
+    steps = _Steps(limits, len(levels), progress)
+    points: list[Point] = []
+    with GuardedDevice(engine, limits, say, steps.look) as guarded:
+        hand: Presser = Person(guarded) if person else SimulatedHand(guarded)
+        for level in levels:
+            points.append(_Trials(guarded, hand, level, steps).point())
+            steps.next_level()
+            arrived(level, points[-1])
+        setting = setting_of(engine, hand.grip)
+    linear, curve = linear_limits(setting, levels), linear_curve(setting, levels[-1])
+    found = _conditions(guarded, setting) + hand.conditions
+    return ZWidth.of(engine.device.title, levels, points, linear, curve, found)
+
+
+def setting_of(engine: Engine, grip: str) -> Setting:
+    """Return the device and its loop as they are, the delay as measured."""
+    device = engine.modelled or engine.device
+    coulomb = engine.modelled.coulomb_force if engine.modelled else 0.0
+    loop, delay = engine.loop, engine.health().delay
+    handle = device.mass, device.viscous, coulomb, device.quantum
+    return Setting(*handle, loop.rate, delay, loop.estimator, grip, loop.controller)
+
+
+def _conditions(guarded: GuardedDevice, setting: Setting) -> tuple[Condition, ...]:
+    """Return device and loop as they are, how fast the loop really went, and the limits of a trial."""
+    rate, limits = guarded.rate, guarded.limits
+    return (
+        *loop_conditions(setting, friction=guarded.engine.modelled is not None),
+        Condition("measured_rate_Hz", rate, "Rate measured", f"{rate:.0f} Hz"),
+        Condition("max_force", limits.max_force, "Force limit", f"{limits.max_force:g} N"),
+        Condition("precision", limits.precision, "Stiffness to", f"{100.0 * limits.precision:g} %"),
+    )
+
+
+class Presser(Interface):
+    """A hand on the handle."""
+
+    @property
+    def grip(self) -> str:
+        """Return the grip that the linear limit is computed with."""
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """Return how it pressed."""
+
+    def begin(self) -> None:
+        """Get ready for a trial, the wall being a calm one."""
+
+    def press(self, stiffness: float) -> None:
+        """Press into the wall that is in force now."""
+
+    def presses(self, found: np.ndarray) -> bool:
+        """Return whether the rows show a hand that presses as it should."""
+
+
+class SimulatedHand:
+    """Goes away from the wall, hits it at a speed and holds it with a force."""
+
+    def __init__(self, guarded: GuardedDevice):
+        self._guarded = guarded
+        grip = guarded.engine.grip
+        self._grip = grip if GRIPS[grip] is not None else USUAL_GRIP
+        guarded.engine.set_grip(self._grip)
+
+    @property
+    def grip(self) -> str:
+        """Return the name of the grip."""
+        return self._grip
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        limits = self._guarded.limits
+        return (
+            Condition("hand", self._grip, "Hand", f"simulated, {self._grip}"),
+            Condition("speed", limits.hit, "Hit at", f"{limits.hit:g} m/s", "v₀"),
+            Condition("push", limits.push, "Push", f"{limits.push:g} N"),
+        )
+
+    def begin(self) -> None:
+        """Go away from the wall and wait until the handle has come along."""
+        away = self._guarded.surface - self._guarded.into * _AWAY
+        self._guarded.engine.move_hand(away)
+        end = time.monotonic() + _AWAY_SECONDS
+        while time.monotonic() < end:
+            found = self._guarded.collect(2.0 * _STEP_SECONDS, judged=False)
+            near = np.abs(found[:, rows.POSITION] - away) < 0.5 * _AWAY
+            if near.all() and np.ptp(found[:, rows.POSITION]) < _SLOW * 2.0 * _STEP_SECONDS:
+                return
+
+    def press(self, stiffness: float) -> None:
+        """Move the hand at its speed to where wall and grip balance at the push."""
+        grip = GRIPS[self._grip]
+        assert isinstance(grip, Grip)
+        guarded, limits = self._guarded, self._guarded.limits
+        goal = limits.push / grip.stiffness + limits.push / stiffness
+        start, depth = guarded.collect(_STEP_SECONDS)[-1, rows.BOARD_TIME], -_AWAY
+        while depth < goal:
+            now = guarded.collect(_STEP_SECONDS)[-1, rows.BOARD_TIME]
+            depth = min(limits.hit * (now - start) - _AWAY, goal)
+            guarded.engine.move_hand(guarded.surface + guarded.into * depth)
+
+    def presses(self, found: np.ndarray) -> bool:
+        """Return whether it does: in a window somebody may have taken the handle away."""
+        least = _LEAST_SHARE * self._guarded.limits.push
+        return not force_withheld(found) and pressing_force(found, self._guarded.into) >= least
+
+
+class Person:
+    """Is asked to press and to hold, and watched whether it does."""
+
+    grip = "released"
+
+    def __init__(self, guarded: GuardedDevice):
+        self._guarded = guarded
+        limits = guarded.limits
+        self._least, self._most = _LEAST_SHARE * limits.push, _MOST_SHARE * limits.max_force
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        words = f"{self._least:.2g} to {self._most:.2g} N"
+        return (
+            Condition("hand", "person", "Hand", "a person's, held"),
+            Condition("push", words, "Push", words),
+        )
+
+    def begin(self) -> None:
+        """Wait until a person presses; raise Interrupted where nobody does."""
+        end = time.monotonic() + _PATIENCE_SECONDS
+        said = ""
+        while not self.presses(found := self._guarded.collect(0.2, judged=False)):
+            words = self._words(found)
+            if words != said:
+                self._guarded.say(words)
+            said = words
+            if time.monotonic() > end:
+                raise Interrupted(f"Nobody pressed for {_PATIENCE_SECONDS:.0f} s. The measurement ended.")
+        self._guarded.say("Hold")
+
+    def press(self, stiffness: float) -> None:
+        """Leave it to the person."""
+
+    def presses(self, found: np.ndarray) -> bool:
+        return (
+            not force_withheld(found)
+            and self._least <= pressing_force(found, self._guarded.into) <= self._most
+        )
+
+    def _words(self, found: np.ndarray) -> str:
+        force = pressing_force(found, self._guarded.into)
+        if force <= self._most:
+            return f"{ASK}."
+        return f"Press more gently: {force:.1f} N now, {self._guarded.limits.push:g} N is enough."
+
+
+class _Steps:
+    """Counts trials for progress; how many a level takes is known only roughly."""
+
+    def __init__(self, limits: TrialLimits, levels: int, progress: Progress):
+        raised = math.log(limits.highest / limits.softest) / math.log(limits.raised)
+        self.halvings = max(1, math.ceil(math.log2((limits.raised - 1.0) / limits.precision)))
+        self._each = math.ceil(raised) + 1 + self.halvings
+        self._of, self._progress = levels * self._each, progress
+        self._level = self._done = 0
+
+    def look(self) -> None:
+        """Tell how far it is; whoever listens may raise to end it all."""
+        self._progress(self._done, self._of)
+
+    def next_trial(self) -> None:
+        """Count one trial."""
+        self._done = min(self._done + 1, (self._level + 1) * self._each - 1)
+
+    def next_level(self) -> None:
+        """Count a level as done, and tell."""
+        self._level += 1
+        self._done = self._level * self._each
+        self.look()
+
+
+class _Trials:
+    """The trials at one damping."""
+
+    def __init__(self, guarded: GuardedDevice, hand: Presser, damping: float, steps: _Steps):
+        self._guarded, self._hand, self._damping, self._steps = guarded, hand, damping, steps
+        self._held = 0.0
+
+    def point(self) -> Point:
+        """Return the stiffest wall that held."""
+        limits = self._guarded.limits
+        self._guarded.calm()
+        return stiffest(self._held_at, limits.softest, limits.raised, limits.highest, self._steps.halvings)
+
+    def _held_at(self, stiffness: float) -> TrialOutcome:
+        """Try one wall; after it the last one that held is in force."""
+        self._steps.next_trial()
+        self._hand.begin()
+        self._guarded.clamped = False
+        self._guarded.wall(stiffness, self._damping)
+        try:
+            self._hand.press(stiffness)
+            why = self._watched(stiffness)
+        except Unsafe as unsafe:
+            why = unsafe.why
+        if not why:
+            self._held = stiffness
+        self._soften()
+        return TrialOutcome(why, self._guarded.clamped)
+
+    def _soften(self) -> None:
+        if self._held:
+            self._guarded.wall(self._held, self._damping)
+        else:
+            self._guarded.calm()
+
+    def _watched(self, stiffness: float) -> str:
+        """Watch until the motion has died out, or does not any more; return why the wall fails."""
+        limit = self._guarded.limits.counts * self._guarded.quantum
+        calm, before = 0, math.inf
+        for window in range(_MOST_WINDOWS):
+            found = self._window(stiffness)
+            now = ripple(found[:, rows.POSITION], self._guarded.engine.loop.rate)
+            calm = calm + 1 if now <= limit else 0
+            if calm == _QUIET_WINDOWS:
+                return ""
+            if window > 1 and now > limit and now > _DYING * before:
+                return GROWS if now > _GROWING * before else BUZZES
+            before = now
+        return BUZZES
+
+    def _window(self, stiffness: float) -> np.ndarray:
+        """Return the next rows under a hand that presses; where it does not, it begins anew."""
+        for _ in range(_MOST_REPEATS):
+            found = self._guarded.collect(_WINDOW_SECONDS + _SLOW_SECONDS)
+            if self._hand.presses(found):
+                return found
+            self._hand.begin()
+            self._hand.press(stiffness)
+        raise Interrupted(f"The wall was let go {_MOST_REPEATS} times. The measurement ended.")
+
+
+def ripple(position: np.ndarray, rate: float) -> float:
+    """Return the peak-to-peak motion in m beside the mean over 50 ms, of positions sampled at a rate."""
+    count = 2 * round(0.5 * _SLOW_SECONDS * rate) + 1
+    if len(position) < 2 * count:
+        return float(np.ptp(position))
+    slow = np.convolve(position, np.full(count, 1.0 / count), "valid")
+    return float(np.ptp(position[count // 2 : len(position) - count // 2] - slow))

@@ -1,0 +1,314 @@
+"""What a Z-width is and how it is measured: protocol, search for the stiffest wall, conditions, words."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hapkit_studio.analysis.checks import checked_row
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.kb_plane import exact_boundary
+from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
+from hapkit_studio.dynamics.estimators import Spec, parse
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import json_number
+
+if TYPE_CHECKING:
+    pass  # MERGED
+
+
+# Why the search at one damping ended.
+BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"
+ENDED = {
+    BUZZES: "it buzzes",
+    GROWS: "its buzz grows",
+    LEAVES: "it throws the handle away",
+    FAST: "it moves the handle too fast",
+    HIGHEST: "no stiffer wall was tried",
+}
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One thing the measurement depends on: key and SI value for programs, name and text for people.
+
+    short: the name in a line of many, if it is another one.
+    """
+
+    key: str
+    value: float | str
+    name: str
+    text: str
+    short: str = ""
+
+    @property
+    def words(self) -> str:
+        """Return name and text for a line of many."""
+        return f"{self.short or self.name[0].lower() + self.name[1:]} {self.text}"
+
+
+@dataclass(frozen=True)
+class ZWidth:
+    """The stiffest wall (n,) in N/m that is rendered without buzzing at each damping (n,) in N·s/m.
+
+    ends: why nothing stiffer was found, one of ENDED; clamped: whether the motor's limit was reached, so that
+    the stiffness is the motor's rather than the loop's. linear: the linear loop's limit (n,), nan where there
+    is none; curve (2, m): the same finely, damping and limit. where: "simulation" or the device's title.
+    """
+
+    where: str
+    damping: np.ndarray
+    stiffness: np.ndarray
+    ends: tuple[str, ...]
+    clamped: tuple[bool, ...]
+    linear: np.ndarray
+    curve: np.ndarray
+    conditions: tuple[Condition, ...]
+
+    @classmethod
+    def of(
+        cls,
+        where: str,
+        damping: Sequence[float],
+        points: "Sequence[Point]",
+        linear: np.ndarray,
+        curve: np.ndarray,
+        conditions: tuple[Condition, ...],
+    ) -> "ZWidth":
+        """Put together what a search found at each damping."""
+        return cls(
+            where,
+            np.array(damping[: len(points)]),
+            np.array([p.stiffness for p in points]),
+            tuple(p.ended for p in points),
+            tuple(p.clamped for p in points),
+            linear[: len(points)],
+            curve,
+            conditions,
+        )
+
+    @property
+    def sentence(self) -> str:
+        """Say the stiffest wall in one sentence."""
+        if not len(self.damping) or not (self.stiffness > 0.0).any():
+            return "No wall was rendered without buzzing."
+        return f"{self.at(self.best)}{self.motor(self.best)}."
+
+    @property
+    def best(self) -> int:
+        """Return the index of the stiffest wall."""
+        return int(np.argmax(self.stiffness))
+
+    def motor(self, index: int) -> str:
+        """Say that a point is the motor's rather than the loop's, "" where it is not."""
+        if not self.clamped[index]:
+            return ""
+        limit = next((c.text for c in self.conditions if c.key == "max_force"), "")
+        return ", at the motor's limit" + (f" of {limit}" if limit not in ("", "none") else "")
+
+    def at(self, index: int) -> str:
+        """Say one point, without a full stop."""
+        least = "at least " if self.ends[index] == HIGHEST else "up to "
+        limit = least + newtons_per_metre(float(self.stiffness[index]))
+        return f"At B = {self.damping[index]:g} N·s/m this Hapkit renders {limit}"
+
+    @property
+    def place(self) -> str:
+        """Say where it was measured."""
+        return self.where[:1].upper() + self.where[1:]
+
+    @property
+    def caption(self) -> str:
+        """Say the conditions in one line."""
+        return " · ".join(c.words for c in self.conditions)
+
+    def as_json(self) -> dict:
+        """Return one object of plain numbers; None where there is no number."""
+        points = zip(self.damping, self.stiffness, self.linear, self.ends, self.clamped, strict=True)
+        keys = "damping", "stiffness", "linear_limit", "ended", "clamped"
+        numbers = ((float(b), float(k), json_number(linear), *rest) for b, k, linear, *rest in points)
+        return {
+            "where": self.where,
+            "points": [dict(zip(keys, row, strict=True)) for row in numbers],
+            "conditions": {
+                c.key: c.value if isinstance(c.value, str) else json_number(c.value) for c in self.conditions
+            },
+        }
+
+
+def newtons_per_metre(value: float) -> str:
+    """Write a stiffness with three digits and its unit, never more than it is."""
+    if value < 100.0:
+        return f"{value:.3g} N/m"
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{step * math.floor(value / step):,.0f} N/m"
+
+
+def estimator_words(spec: Spec) -> tuple[str, str]:
+    """Write a velocity estimator with its options: for programs as the command line takes it, for people."""
+    method, options = parse(spec)
+    numbers = [f"{key}={value:g}" for key, value in options.items()]
+    given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
+    words = [f"{p.label.lower()} {options[p.key]:g} {p.unit}".rstrip() for p in method.parameters]
+    return given, ", ".join([method.label, *words])
+
+
+def table(result: ZWidth) -> str:
+    """Return a line a damping: what was rendered, the linear limit, why it ended."""
+    lines = [f"{'B, N·s/m':>9}{'K, N/m':>11}{'linear limit':>14}   beyond"]
+    for index, damping in enumerate(result.damping):
+        linear = result.linear[index]
+        limit = f"{linear:,.0f}" if math.isfinite(linear) else "–"
+        motor = ", at the motor's limit" if result.clamped[index] else ""
+        ended = ENDED[result.ends[index]] + motor
+        lines.append(f"{damping:>9g}{result.stiffness[index]:>11,.0f}{limit:>14}   {ended}")
+    return "\n".join(lines)
+
+
+def text(result: ZWidth) -> str:
+    """Return verdict, table and conditions for a person."""
+    return f"{result.sentence}\n\n{table(result)}\n\nConditions: {result.caption}"
+
+
+_CURVE = 81
+# A row takes 256 bytes; and fewer samples than that show no motion.
+MOST_SAMPLES = 400_000
+FEWEST_IN_TAIL = 5
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """How a wall is tried: hit at a speed in m/s, pushed by N, at phases of the sample, for seconds.
+
+    It fails where the handle goes beyond travel m, or moves by more than so many counts in the tail s.
+    Stiffness begins at the softest N/m. max_force: the motor's limit in N, inf for none. Raise
+    ParameterError.
+    """
+
+    speed: float = SPEED.default
+    push: float = PUSH.default
+    phases: tuple[float, ...] = (1 / 6, 3 / 6, 5 / 6)
+    seconds: float = 4.0
+    tail: float = 0.5
+    travel: float = 0.2
+    counts: float = 2.0
+    softest: float = 200.0
+    raised: float = 1.3
+    halvings: int = 14
+    max_force: float = math.inf
+
+    def __post_init__(self) -> None:
+        SPEED.check(self.speed)
+        PUSH.check(self.push)
+        if self.max_force == math.inf:
+            return
+        MAX_FORCE.check(self.max_force)
+        if self.push >= self.max_force:
+            raise ParameterError(
+                f"A push of {self.push:g} N needs a force limit above it, not {self.max_force:g} N."
+            )
+
+
+def samples_of(setting: Setting, protocol: Protocol) -> int:
+    """Return how many samples a hit takes; raise ParameterError where they are too few or too many."""
+    seconds, rate = protocol.seconds, setting.rate
+    count = round(seconds * rate)
+    if count > MOST_SAMPLES or round(protocol.tail * rate) < FEWEST_IN_TAIL:
+        least, most = FEWEST_IN_TAIL / protocol.tail, MOST_SAMPLES / seconds
+        raise ParameterError(
+            f"A hit of {seconds:g} s is simulated at {least:g} to {most:g} Hz, not at {rate:g} Hz."
+        )
+    return count
+
+
+def levels_of(damping: Sequence[float]) -> list[float]:
+    """Return checked virtual dampings in N·s/m, each once, rising; raise ParameterError."""
+    levels = sorted(set(checked_row(damping, DAMPING).tolist()))
+    if not levels:
+        raise ParameterError("A Z-width takes one damping or more, e.g. 0,1,2,5.")
+    return levels
+
+
+def linear_limits(setting: Setting, damping: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return the linear loop's limit (n,) in N/m, nan where the estimator is not linear."""
+    if not setting.linear:
+        return np.full(len(damping), math.nan)
+    return exact_boundary(setting, np.asarray(damping, dtype=float))
+
+
+def linear_curve(setting: Setting, highest: float) -> np.ndarray:
+    """Return the linear limit (2, m): damping up to the highest, and stiffness; finely, for a chart."""
+    damping = np.linspace(0.0, highest or 1.0, _CURVE)
+    return np.array([damping, linear_limits(setting, damping)])
+
+
+def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition, ...]:
+    """Return everything about device and loop that a Z-width depends on; friction: whether it is known."""
+    known, rubs = (setting.coulomb, f"{setting.coulomb:g} N") if friction else (math.nan, "not known")
+    given, estimator = estimator_words(setting.estimator)
+    controller = "on" if setting.controller else "off"
+    return (
+        Condition("rate_Hz", setting.rate, "Period", f"{1e3 * setting.period:g} ms", "T"),
+        Condition("delay", setting.delay, "Delay", f"{1e3 * setting.delay:.3g} ms"),
+        Condition("mass", setting.mass, "Mass", f"{1e3 * setting.mass:g} g", "m"),
+        Condition("viscous", setting.viscous, "Own damping", f"{setting.viscous:g} N·s/m", "b"),
+        Condition("coulomb", known, "Friction", rubs),
+        Condition("quantum", setting.quantum, "Sensor step", f"{1e6 * setting.quantum:.3g} µm"),
+        Condition("estimator", given, "Velocity", estimator),
+        Condition("controller", controller, "Passivity controller", controller, "controller"),
+    )
+
+
+def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
+    """Return everything that a simulated Z-width depends on."""
+    limit = protocol.max_force
+    return (
+        *loop_conditions(setting),
+        Condition("hand", setting.hand, "Hand", setting.hand),
+        Condition("speed", protocol.speed, "Hit at", f"{protocol.speed:g} m/s", "v₀"),
+        Condition("push", protocol.push, "Push", f"{protocol.push:g} N"),
+        Condition("max_force", limit, "Force limit", f"{limit:g} N" if limit < math.inf else "none"),
+    )
+
+
+@dataclass(frozen=True)
+class TrialOutcome:
+    """One trial's outcome: why it failed, "" where the wall held; whether the motor's limit was reached."""
+
+    why: str
+    clamped: bool = False
+
+
+@dataclass(frozen=True)
+class Point:
+    """The stiffest wall in N/m that held, why the next fails, whether it needed the motor's limit."""
+
+    stiffness: float
+    ended: str
+    clamped: bool
+
+
+def stiffest(
+    held: Callable[[float], TrialOutcome], softest: float, raised: float, highest: float, halvings: int
+) -> Point:
+    """Return the stiffest wall between the last that held and the first that failed; 0 where none held.
+
+    No trial is stiffer than the first that fails, nor than the highest.
+    """
+    low, high = Point(0.0, HIGHEST, False), softest
+    while not (verdict := held(high)).why:
+        low = Point(high, HIGHEST, verdict.clamped)
+        if high >= highest:
+            return low
+        high = min(high * raised, highest)
+    why = verdict.why
+    for _ in range(halvings):
+        middle = 0.5 * (low.stiffness + high)
+        verdict = held(middle)
+        if verdict.why:
+            high, why = middle, verdict.why
+        else:
+            low = Point(middle, why, verdict.clamped)
+    return Point(low.stiffness, why, low.clamped)

@@ -1,0 +1,128 @@
+"""Z-width by simulation: at each virtual damping the stiffest wall that comes to rest after a hit.
+
+The handle hits the wall at a speed and is pushed into it by a constant force, at three phases of the sample.
+The wall fails if the handle leaves, or still moves by more than two counts at the end (Colgate & Brown, ICRA
+1994; automated hits after Chawda). Spring and damper act both ways inside, and nothing outside. Stiffness is
+raised by a factor up to the first failure, then bisected: stiffer walls that would hold again do not count.
+Near the limit walls that hold and walls that fail alternate within a few per cent: that is its scatter.
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.sweeps import Progress, no_progress, sweep, workers
+from hapkit_studio.analysis.zwidth import SIMULATED_DAMPING
+from hapkit_studio.analysis.zwidth.result import (
+    BUZZES,
+    LEAVES,
+    Point,
+    Protocol,
+    TrialOutcome,
+    ZWidth,
+    conditions,
+    levels_of,
+    linear_curve,
+    linear_limits,
+    samples_of,
+    stiffest,
+)
+from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
+from hapkit_studio.dynamics.hand import Hand
+from hapkit_studio.haptics import headless, rows
+
+# A thread so soft, pulled from so far away, is a constant force: it changes by 1e-6 N over a metre.
+_THREAD = 1e-6
+# Beyond this there is no limit to find.
+_STIFFEST = 1e6
+
+Arrived = Callable[[float, Point], None]
+
+
+def ignore_point(damping: float, point: Point) -> None:
+    """No-op callback."""
+
+
+def compute(
+    setting: Setting,
+    damping: Sequence[float] = SIMULATED_DAMPING,
+    protocol: Protocol | None = None,
+    *,
+    progress: Progress = no_progress,
+    executor: Executor | None = None,
+    arrived: Arrived = ignore_point,
+) -> ZWidth:
+    """Return the Z-width of a setting; arrived is told every point as soon as it is there.
+
+    Raise ParameterError, and what progress raises.
+    """
+    protocol = protocol or Protocol()
+    levels = levels_of(damping)
+    samples_of(setting, protocol)
+    points: list[Point] = []
+    worker_count = workers(executor)
+    for first in range(0, len(levels), worker_count):
+        cells = [(setting, protocol, level) for level in levels[first : first + worker_count]]
+        watch = _from(progress, first, len(levels))
+        points += sweep(points_of, cells, executor=executor, progress=watch, chunk=1)
+        for level, point in zip(levels[first:], points[first:], strict=False):
+            arrived(level, point)
+    linear, curve = linear_limits(setting, levels), linear_curve(setting, levels[-1])
+    return ZWidth.of("simulation", levels, points, linear, curve, conditions(setting, protocol))
+
+
+def points_of(cells: list[tuple[Setting, Protocol, float]]) -> list[Point]:
+    """Return the stiffest wall of each cell (setting, protocol, damping)."""
+    return [_point(*cell) for cell in cells]
+
+
+def _point(setting: Setting, protocol: Protocol, damping: float) -> Point:
+    def held(stiffness: float) -> TrialOutcome:
+        return trial(setting, stiffness, damping, protocol)
+
+    return stiffest(held, protocol.softest, protocol.raised, _STIFFEST, protocol.halvings)
+
+
+def trial(
+    setting: Setting, stiffness: float, damping: float, protocol: Protocol | None = None
+) -> TrialOutcome:
+    """Return whether a wall of so many N/m and N·s/m holds at every phase of the sample."""
+    protocol = protocol or Protocol()
+    clamped = False
+    for phase in protocol.phases:
+        out = hit(setting, stiffness, damping, phase, protocol)
+        clamped = clamped or bool((out[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())
+        x = out[:, rows.TRUE_POSITION]
+        if not np.abs(x).max() <= protocol.travel:
+            return TrialOutcome(LEAVES, clamped)
+        left = np.ptp(x[-round(protocol.tail * setting.rate) :])
+        if left > protocol.counts * (setting.quantum or USUAL_QUANTUM):
+            return TrialOutcome(BUZZES, clamped)
+    return TrialOutcome("", clamped)
+
+
+def hit(setting: Setting, stiffness: float, damping: float, phase: float, protocol: Protocol) -> np.ndarray:
+    """Return the rows of one hit: at the start the handle is a phase of the sample before the wall at 0."""
+    values = {"stiffness": stiffness, "damping": damping, "position": 0.0, "side": 0.0, "damping_mode": 1.0}
+    start = -phase * protocol.speed * setting.period
+    device = setting.device(position=start, velocity=protocol.speed)
+    device = replace(device, max_force=protocol.max_force)
+    scene = headless.Scene(environments.named("wall"), values, device, setting.loop)
+    return headless.stage(scene, _pusher(setting, protocol.push), samples_of(setting, protocol)).run()
+
+
+def _pusher(setting: Setting, push: float) -> Hand:
+    """Return a hand that pushes with a force at the wall: the setting's grip, or a constant force alone."""
+    grip = setting.grip
+    mass, damping, stiffness = (grip.mass, grip.damping, grip.stiffness) if grip else (0.0, 0.0, _THREAD)
+    target = push / stiffness
+    return Hand(mass, damping, stiffness, lambda t: 0.0 * t + target, vectorised=True)
+
+
+def _from(progress: Progress, first: int, of: int) -> Progress:
+    """Return a progress that counts on from the points that are there."""
+    return lambda done, _: progress(first + done, of)

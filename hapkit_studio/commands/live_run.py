@@ -1,0 +1,235 @@
+"""Live runs on a device for the command line: who renders, the hand's script, the resulting figures."""
+
+import argparse
+import contextlib
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio.analysis.stability import on_board
+from hapkit_studio.devices.port_errors import no_data
+from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.dynamics.hand import Hand
+from hapkit_studio.errors import DeviceError, ParameterError
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.arrays import DEVICE_GONE, SLOW_LINK
+from hapkit_studio.haptics.engine import BOARD, COMPUTER, RENDERERS, Engine
+from hapkit_studio.haptics.health import Fault, LinkCounts
+from hapkit_studio.haptics.rows import RingReader
+
+FRAME_SECONDS = 1 / 60
+_PATIENCE = 10.0
+_WHOLE = 0.9
+"""Share of the time that samples must cover; less is said."""
+_AGAIN = "Check the USB cable, then try again."
+_MEASURING = 0.6
+"""s in which the connection holds the force at zero and the computer's delay is measured."""
+_ENOUGH = 100
+"""Measured delays whose mean says something."""
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Declare who renders."""
+    command.add_argument("--render", choices=RENDERERS, default=COMPUTER, help="who computes the force")
+    command.add_argument(
+        "--board-rate", type=float, metavar="Hz", help="of the board, by default the law's fastest"
+    )
+
+
+def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) -> None:
+    """Wait until the chosen side renders, the delays measured before; raise a StudioError."""
+    if rate is not None and where == COMPUTER:
+        raise ParameterError("--board-rate is for --render board.")
+    if where == BOARD:
+        _check_board(engine)
+    _wait(engine, lambda: len(reader.read()) > 0, no_data(getattr(engine.device, "port", ""), _PATIENCE))
+    if where == BOARD:
+        time.sleep(_MEASURING)
+        engine.set_where(where, rate)
+        _check_board(engine)
+    _wait(engine, lambda: engine.rendering == where or bool(where == BOARD and engine.board_refusal()))
+    if where == BOARD:
+        _check_board(engine)
+
+
+def _check_board(engine: Engine) -> None:
+    """Raise ParameterError where the board cannot render what is wanted."""
+    refusal = engine.board_refusal(wait=True)
+    if refusal:
+        raise ParameterError(refusal)
+
+
+def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = None) -> None:
+    """Wait for a condition; raise DeviceError where the loop ends, or ``late`` where it takes too long.
+
+    A link too slow for the computer is none for the board, nor is it a reason not to begin.
+    """
+    limit = time.monotonic() + _PATIENCE
+    while not so():
+        health, fault = engine.health(), engine.fault
+        if not health.running or (fault is not None and fault.code != SLOW_LINK):
+            raise DeviceError(fault_words(fault) if fault else f"{engine.device.title} is gone. {_AGAIN}")
+        if time.monotonic() > limit:
+            words = f"{engine.device.title} did not begin to render within {_PATIENCE:g} s. {_AGAIN}"
+            raise late or DeviceError(words)
+        time.sleep(0.01)
+
+
+def is_gone(fault: Fault | None) -> bool:
+    """Return whether a fault means that the device was disconnected."""
+    return fault is not None and fault.code == DEVICE_GONE
+
+
+def _is_over(fault: Fault | None) -> bool:
+    """Return whether no force can follow this fault."""
+    return fault is not None and fault.code in (DEVICE_GONE, SLOW_LINK)
+
+
+def fault_words(fault: Fault) -> str:
+    """Return why a run ended, and what to do before the next one."""
+    if fault.code == SLOW_LINK:
+        return f"{fault.text} Force is zero. Let the board render (--render board), or use a faster port."
+    return f"{fault.text} Force is zero. {_AGAIN if is_gone(fault) else 'Hold the handle, then try again.'}"
+
+
+def say_doubt(engine: Engine) -> Callable[[float], None]:
+    """Return a callback for a run's time in s that prints the link's warning on stderr, once."""
+    done = False
+
+    def look(now: float) -> None:
+        nonlocal done
+        delay = engine.delay_of(engine.where)
+        if done or (now < _MEASURING and (delay is None or delay.total < _ENOUGH)):
+            return
+        done = True
+        words = "" if _is_over(engine.fault) else on_board.link_warning(engine)
+        if words:
+            print(words, file=sys.stderr, flush=True)
+
+    return look
+
+
+def play(
+    engine: Engine,
+    reader: RingReader,
+    hand: Hand | None,
+    seconds: float,
+    look: Callable[[float], None] = lambda now: None,
+) -> tuple[np.ndarray, float]:
+    """Run for some seconds, the hand following its script; return the rows and the seconds run.
+
+    They are fewer where the device goes away or its link is too slow, or a person ends it with Ctrl-C: what
+    came is kept. look is called with the time again and again.
+    """
+    begin, pieces = time.perf_counter(), []
+    reader.read()
+    with contextlib.suppress(KeyboardInterrupt):
+        while (t := time.perf_counter() - begin) < seconds and not _is_over(engine.fault):
+            if hand is not None:
+                engine.move_hand(None if t >= hand.release else float(hand.target(t)))
+            pieces.append(reader.read())
+            look(t)
+            time.sleep(FRAME_SECONDS)
+    if hand is not None:
+        engine.move_hand(None)
+    pieces.append(reader.read())
+    return np.concatenate(pieces), min(time.perf_counter() - begin, seconds)
+
+
+def remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
+    """Return remarks: a board's rate below the one asked for, the motor off, too stiff a spring."""
+    said = []
+    rate = found[BOARD]["rate_Hz"]
+    if wish is not None and rate is not None and rate < wish:
+        said.append(
+            f"The board renders at {rate:,.0f} Hz, not at {wish:,.0f} Hz: this law has time for no more."
+        )
+    doubt = "" if _is_over(engine.fault) else on_board.link_warning(engine)
+    said += [doubt] if doubt else []
+    without = found["link"]["without_force_s"]
+    if without > 0.0:
+        said.append(f"No force for {without:.2f} s. {' '.join(reasons(engine.health().link))}".rstrip())
+    return said
+
+
+def reasons(counted: LinkCounts) -> list[str]:
+    """Return why the force went to zero for a while, a sentence each."""
+    causes = {
+        "The line brought no sample for 20 ms": counted.no_sample,
+        "This computer was busy elsewhere for 20 ms": counted.away,
+        "The law held the loop up for 20 ms": counted.held_up,
+        "The board switched its motor off, as forces came too late or not at all": counted.cut,
+    }
+    return [
+        f"{words}: {count} times." if count > 1 else f"{words}." for words, count in causes.items() if count
+    ]
+
+
+def too_few(engine: Engine, seconds: float, got: float) -> list[str]:
+    """Return a remark where samples cover too little of the time asked for, with the reason."""
+    if got >= _WHOLE * seconds:
+        return []
+    if engine.health().link.away:
+        why = "this computer was busy elsewhere"
+    elif isinstance(engine.device, VirtualBoard):
+        why = "this computer is too busy for the virtual board, which falls behind"
+    else:
+        why = "the line brought no more"
+    return [f"Only {got:.2f} s of samples came in {seconds:g} s; {why}."]
+
+
+def both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
+    """Return the figures of computer, board and link; call it while the device is open.
+
+    table: the rows of the run.
+    """
+    found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.overruns}
+    for where in RENDERERS:
+        delay = engine.delay_of(where)
+        found[where] = {
+            "rate_Hz": on_board.rendering_rate(engine, where),
+            "delay_us": None if delay is None else 1e6 * delay.mean,
+            "delay_spread_us": None if delay is None else 1e6 * delay.spread,
+            "stiffness_limit": on_board.rendering_limit(engine, where),
+            "missed": engine.missed_of(where),
+        }
+    counted = engine.health().link
+    off = (table[:, rows.FLAGS].astype(int) & (rows.STALE | rows.FAULT)) != 0
+    found["link"] = {
+        "lost_frames": counted.lost_frames,
+        "crc_errors": counted.crc_errors,
+        "board_crc_errors": counted.board_errors,
+        "stale_forces": counted.stale_forces,
+        "without_force_s": float(table[off, rows.PERIOD].sum()),
+        "motor_off": {
+            "no_sample": counted.no_sample,
+            "computer_busy": counted.away,
+            "law_too_long": counted.held_up,
+            "board_watchdog": counted.cut,
+        },
+    }
+    return found
+
+
+def words(found: dict[str, Any]) -> list[str]:
+    """Return a line for each side that was measured, and one for the link."""
+    lines = []
+    for where in RENDERERS:
+        way = found[where]
+        if way["delay_us"] is None:
+            continue
+        limit = way["stiffness_limit"]
+        delay = f"delay {way['delay_us']:.0f} ± {way['delay_spread_us']:.0f} µs"
+        stiffness = "" if limit is None else f", stiffness limit {limit:,.0f} N/m released"
+        lines.append(f"{where}: {way['rate_Hz']:,.0f} Hz, {delay}{stiffness}, {way['missed']} missed")
+    if lines:
+        counted = found["link"]
+        lines.append(
+            f"link: {counted['lost_frames']} frames lost, {counted['crc_errors']} CRC errors here and "
+            f"{counted['board_crc_errors']} on the board, {counted['stale_forces']} stale forces refused, "
+            f"{counted['without_force_s']:.2f} s without force"
+        )
+    return lines

@@ -1,0 +1,168 @@
+"""Work off the window's thread: a long job with progress and cancel, and the newest question's answer."""
+
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.errors import StudioError
+from hapkit_studio.gui import prepare
+
+Progress = Callable[[int, int], None]
+Work = Callable[[Progress], Any]
+
+_SAY_SECONDS = 0.05
+_LOOK_SECONDS = 0.05
+
+
+class _Over(StudioError):
+    """Ends work that was cancelled."""
+
+
+class Job(QObject):
+    """Does one piece of work at a time in a thread of its own; a new one replaces the old.
+
+    work(progress) returns the result; progress(done, of) is to be called often, and ends the work once it is
+    cancelled. needs is the part that must be compiled before, "" for none; ``preparing``: a program is still
+    at it.
+    """
+
+    preparing = Signal()
+    progressed = Signal(int, int)
+    finished = Signal(object)
+    failed = Signal(str)
+    running_changed = Signal(bool)
+    _done = Signal(object, object, str)
+
+    def __init__(self, parent: QObject | None = None, needs: str = "analysis"):
+        super().__init__(parent)
+        self._needs = needs
+        self._wanted: object = None
+        self._thread: threading.Thread | None = None
+        self._done.connect(self._deliver)
+
+    @property
+    def running(self) -> bool:
+        """Return whether work is running and not cancelled."""
+        return self._wanted is not None
+
+    def start(self, work: Work) -> None:
+        """Start work; cancel what is running."""
+        token = self._wanted = object()
+        self._thread = threading.Thread(target=self._work, args=(work, token), name="measuring", daemon=True)
+        self._thread.start()
+        self.running_changed.emit(True)
+
+    def cancel(self) -> None:
+        """Cancel: the work ends at its next call of progress."""
+        if self._wanted is not None:
+            self._wanted = None
+            self.running_changed.emit(False)
+
+    def wait(self) -> None:
+        """Wait until the thread has ended, for tests and for closing."""
+        if self._thread is not None:
+            self._thread.join()
+
+    def end(self) -> None:
+        """Cancel and wait."""
+        self.cancel()
+        self.wait()
+
+    def _work(self, work: Work, token: object) -> None:
+        said = 0.0
+
+        def progress(done: int, of: int) -> None:
+            nonlocal said
+            if self._wanted is not token:
+                raise _Over("cancelled")
+            now = time.monotonic()
+            if done >= of or now - said > _SAY_SECONDS:
+                said = now
+                self.progressed.emit(done, of)
+
+        try:
+            self._prepare(token)
+            self._done.emit(token, work(progress), "")
+        except _Over:
+            pass
+        except StudioError as error:
+            self._done.emit(token, None, str(error))
+        except Exception as error:  # a defect: it is said, and the window goes on
+            traceback.print_exc()
+            self._done.emit(token, None, f"This went wrong: {error}")
+
+    def _prepare(self, token: object) -> None:
+        """Wait until what measuring needs is compiled: a compile in a thread would freeze the window."""
+        program = prepare.begin(self._needs) if self._needs else None
+        if program is None:
+            return
+        self.preparing.emit()
+        while program.poll() is None:
+            if self._wanted is not token:
+                program.kill()
+                program.wait()
+                raise _Over("cancelled")
+            time.sleep(_LOOK_SECONDS)
+
+    def _deliver(self, token: object, result: object, text: str) -> None:
+        if token is not self._wanted:
+            return
+        self._wanted = None
+        self.running_changed.emit(False)
+        if text:
+            self.failed.emit(text)
+        else:
+            self.finished.emit(result)
+
+
+class LatestAnswer(QObject):
+    """Answers the newest question in a thread and emits ``answered``; asking again replaces the question.
+
+    solve(question) returns an answer that has the very question as its ``question``.
+    """
+
+    answered = Signal(object)
+
+    def __init__(self, solve: Callable[[Any], Any], parent: QObject | None = None):
+        super().__init__(parent)
+        self._solve = solve
+        self._newest: Any = None
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="answers")
+
+    def ask(self, question: Any) -> None:
+        """Ask, unless this very question was the last one."""
+        if question == self._newest:
+            return
+        self._newest = question
+        job = self._worker.submit(self._work, question)
+        job.add_done_callback(self._deliver)
+
+    def forget(self) -> None:
+        """Drop the question that is not answered yet."""
+        self._newest = None
+
+    def wait(self) -> None:
+        """Wait until everything asked is answered."""
+        self._worker.submit(int).result()
+
+    def close(self) -> None:
+        """Drop what is waiting and end the thread."""
+        self._newest = None
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _work(self, question: Any) -> Any:
+        if question is not self._newest:
+            return None
+        return self._solve(question)
+
+    def _deliver(self, job: "Future[Any]") -> None:
+        if job.cancelled():
+            return
+        result = job.result()
+        if result is not None and result.question is self._newest:
+            self.answered.emit(result)

@@ -1,0 +1,258 @@
+"""Speed against accuracy: what each method's error costs, which the scene should use, and whether it does."""
+
+import math
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QComboBox
+
+from hapkit_studio.gui.background import Progress
+from hapkit_studio.gui.pages.base import View, hint
+from hapkit_studio.gui.pages.drawing import sign
+from hapkit_studio.gui.pages.measuring import MeasuringPage
+from hapkit_studio.gui.pages.table import Column
+from hapkit_studio.gui.widgets.segmented import Segmented
+
+if TYPE_CHECKING:
+    from matplotlib.backend_bases import MouseEvent
+
+    from hapkit_studio.analysis.accuracy import Accuracy, Chart, Point, Scene, Sheet
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.studio import Studio
+
+CHARTS = (
+    ("integrators", "Integrators"),
+    ("velocity", "Velocity"),
+    ("servo", "Servo rate"),
+    ("friction", "Friction"),
+)
+_SCENE_WIDTH = 160
+# how wide the scenes' names may be, from which width of the page on
+_SCENE_WIDTHS = ((1000, 290), (880, 200))
+_TINY, _HUGE = 1e-2, 1e5
+
+
+def answer_words(sheet: "Sheet") -> str:
+    """Write the answer in one sentence; the cheapest is not called so where others cost the same."""
+    from hapkit_studio.analysis.accuracy import words
+    from hapkit_studio.analysis.accuracy.plan import TIE
+
+    found, scene = sheet.answer.cheapest, sheet.scene
+    if found is None or not sheet.answer.as_cheap:
+        return words.sentence(sheet)
+    among = f"Among the cheapest (to {100.0 * (TIE - 1.0):.0f} %) {words.limit_words(scene)}"
+    cost = words.cost_words(found.ns_per_simulated_s)
+    return f"{among}: {words.name_words(scene, found)}, {cost} per simulated second."
+
+
+def columns(sheet: "Sheet") -> tuple[Column, ...]:
+    """Return the columns of the points that compete: what is chosen between, cost, error in one unit."""
+    from hapkit_studio.analysis.accuracy.words import name_words
+    from hapkit_studio.charts.accuracy import marker_and_color
+    from hapkit_studio.formatting import significant
+
+    scene, default = sheet.scene, sheet.answer.default
+    head = "Error\nmm/s" if scene.unit == "m/s" else "Of limit\n%" if scene.goal else "Error\n%"
+
+    def cost(point: "Point") -> str:
+        return significant(1e-3 * point.ns_per_simulated_s)
+
+    return (
+        Column(
+            "Rate" if scene.step_s is None else "Method", lambda p: name_words(scene, p), right=False,
+            sign=lambda p: sign(*marker_and_color(p.method)),
+            token=lambda p: "accent" if p is default else "ink",
+        ),
+        Column("µs\nper s", cost, lambda p: p.ns_per_simulated_s),
+        Column(
+            head, lambda p: error_figures(p.error, scene), lambda p: p.error,
+            lambda p: "ok" if p.error <= scene.tolerance else "danger",
+        ),
+    )  # fmt: skip
+
+
+def error_figures(error: float, scene: "Scene") -> str:
+    """Write an error in the unit of the head; what is tiny or huge as a power of ten."""
+    from hapkit_studio.formatting import power_of_ten, significant
+
+    if not math.isfinite(error):
+        return "none"
+    value = (1e3 if scene.unit == "m/s" else 1e2) * error
+    return significant(value) if value == 0.0 or _TINY <= value < _HUGE else power_of_ten(value)
+
+
+class AccuracyPage(MeasuringPage):
+    """One chart at a time, one of its scenes; measured charts are kept."""
+
+    file = "accuracy"
+    heading, about = "Speed against accuracy", "What each method's error costs in computing time."
+    begin = "Run to see what each method costs."
+    drawn, listed = "Error over computing time of every method", "Methods with cost and error"
+    buttons = ("Run", "Run again")
+    conditions_title = "Scene"
+    read = (
+        "Each line is a method, each marker a step; filled: the loop's own step. Further left is faster, "
+        "further down more accurate. Nothing lies below and left of the grey front. The ring is what the "
+        "studio uses."
+    )
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__(studio, live)
+        self._found: dict[str, Chart] = {}
+        self._seconds: dict[str, float] = {}
+        self.charts = Segmented("Chart", tuple(title for _, title in CHARTS))
+        self.charts.show_index(0)
+        self.scenes = QComboBox()
+        self.scenes.setAccessibleName("Scene")
+        self.scenes.setMaximumWidth(_SCENE_WIDTH)
+        self.scenes.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        self.scenes.hide()
+        self.bar.add(self.charts)
+        self.bar.add(self.scenes)
+        self.reason = hint()
+        self.build()
+        self.side.add(self.reason)
+        self._join()
+
+    @property
+    def key(self) -> str:
+        """Return the key of the chart that is chosen."""
+        return CHARTS[self.charts.index][0]
+
+    @property
+    def sheet(self) -> "Sheet | None":
+        """Return the sheet shown, None before it was measured."""
+        found = self._found.get(self.key)
+        return found.sheet(self.scenes.currentData()) if found and self.scenes.count() else None
+
+    def run(self) -> None:
+        """Measure the chart that is chosen, all its scenes."""
+        key = self.key
+
+        def work(progress: Progress) -> "Accuracy":
+            from hapkit_studio.analysis import accuracy
+
+            return accuracy.compute([key], progress=progress)
+
+        self.job.start(work)
+
+    def show_result(self, result: "Accuracy") -> None:
+        """Keep what was measured and show it."""
+        for chart in result.charts:
+            self._found[chart.key] = chart
+            self._seconds[chart.key] = result.seconds
+        self.show_chart()
+
+    def show_chart(self) -> None:
+        """Show the first scene of the chosen chart, if it was measured."""
+        found = self._found.get(self.key)
+        self.scenes.blockSignals(True)
+        self.scenes.clear()
+        for sheet in found.sheets if found else ():
+            self.scenes.addItem(sheet.scene.title, sheet.scene.key)
+            self.scenes.setItemData(self.scenes.count() - 1, sheet.scene.title, Qt.ItemDataRole.ToolTipRole)
+        self.scenes.blockSignals(False)
+        self.scenes.setVisible(found is not None)
+        self.show_sheet()
+
+    def show_sheet(self) -> None:
+        """Show the chosen scene: points, answer, methods, conditions."""
+        from hapkit_studio.analysis.accuracy import words
+
+        sheet = self.sheet
+        self.chart.setVisible(sheet is not None)
+        self.point.setText("")
+        self.bar.export.setEnabled(sheet is not None)
+        self.side.heading.setText(CHARTS[self.charts.index][1])
+        self.scenes.setToolTip(self.scenes.currentText())
+        self._name_run()
+        if sheet is None:
+            self._show_nothing()
+            return
+        self.stand_out(None)
+        found = [p for p in sheet.points if sheet.scene.competes(p)]
+        found.sort(key=lambda p: p.error if math.isfinite(p.error) else math.inf)
+        self.table.show_rows(columns(sheet), found)
+        self.answer.say(
+            answer_words(sheet), *(("check", "ok") if sheet.answer.right else ("triangle", "warn"))
+        )
+        self.side.words.setText(words.verdict(sheet))
+        self.conditions.show_pairs(list(sheet.scene.conditions))
+        self.reason.setText(
+            f"Tolerance {words.error_words(sheet.scene.tolerance, sheet.scene.unit)}: {sheet.scene.reason}"
+        )
+        count = sum(len(s.points) for s in self._found[self.key].sheets)
+        self.bar.say(f"{count} points, {self._seconds[self.key]:.1f} s")
+
+    def stand_out(self, point: "Point | None") -> None:
+        """Redraw the sheet with a point's method emphasised, None for no method."""
+        from hapkit_studio.charts.accuracy import draw
+
+        sheet, method = self.sheet, point.method if point else ""
+        if sheet is not None:
+            self.chart.show_drawing(lambda figure, colors: draw(figure, colors, sheet, method))
+
+    def _show_nothing(self) -> None:
+        """Show that this chart was not measured yet."""
+        self.answer.say(self.begin)
+        self.table.show_rows((), ())
+        self.side.words.setText("Not measured yet.")
+        self.conditions.show_pairs([])
+        self.reason.setText("")
+        if not self.job.running:
+            self.bar.say("")
+
+    def _name_run(self) -> None:
+        """Label the button by whether this chart was run before."""
+        if not self.job.running:
+            self.bar.run.setText(self.buttons[self.key in self._found])
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        room = event.size().width()
+        widths = (width for least, width in _SCENE_WIDTHS if room >= least)
+        self.scenes.setMaximumWidth(next(widths, _SCENE_WIDTH))
+
+    def show_near(self, event: "MouseEvent | None") -> None:
+        """Say in words what the point under the pointer is."""
+        from hapkit_studio.analysis.accuracy import words
+        from hapkit_studio.charts.accuracy import AccuracyAxes
+
+        self.point.setText("")
+        sheet = self.sheet
+        if event is None or sheet is None:
+            return
+        index = self.chart.near(event, *zip(*map(AccuracyAxes(sheet).place, sheet.points), strict=True))
+        if index is not None:
+            point = sheet.points[index]
+            error = words.error_words(point.error, sheet.scene.unit)
+            cost = words.cost_words(point.ns_per_simulated_s)
+            step = words.step_words(point.step_s)
+            self.point.setText(f"{point.label} at {step}: {error}, {cost} per second")
+
+    def save(self, path: str) -> None:
+        from hapkit_studio.analysis.accuracy import Accuracy
+        from hapkit_studio.charts.accuracy import accuracy_figure
+
+        accuracy_figure(Accuracy((self._found[self.key],), self._seconds[self.key]), path)
+
+    def numbers(self) -> dict:
+        from hapkit_studio.charts.accuracy import computer
+
+        sheets = self._found[self.key].sheets
+        return {
+            "rows": [p.row() for sheet in sheets for p in sheet.points],
+            "conditions": {sheet.scene.key: dict(sheet.scene.conditions) for sheet in sheets},
+            "computer": computer(),
+        }
+
+    def _join(self) -> None:
+        self.charts.chosen.connect(lambda _index: self.show_chart())
+        self.scenes.currentIndexChanged.connect(lambda _index: self.show_sheet())
+        self.job.running_changed.connect(lambda _running: self._name_run())
+        self.table.chosen.connect(self.stand_out)
+        self.chart.pointed.connect(self.show_near)
+
+
+VIEW = View("accuracy", "Accuracy", 20, AccuracyPage, scene=False)

@@ -1,0 +1,114 @@
+"""Put a failure into the live scene and restore all afterwards: environment, values, loop, grip."""
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.studio import LoopChoice, Studio
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.failures import Live
+
+
+class Feel(QObject):
+    """Remembers the settings before the first failure was put into the scene, and restores them.
+
+    A person who chooses another scene, other values or another loop has taken the failure out: ``felt`` is
+    empty then, and what was put in elsewhere can still be taken back; the scene that was chosen stays.
+
+    ``refused``: an environment came late, and the loop does not take what the failure asks.
+    """
+
+    changed = Signal()
+    refused = Signal(str)
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self.live: Live | None = None
+        self.key = ""
+        self._before: tuple[str, LoopChoice, str] | None = None
+        self._values: dict[str, dict[str, float]] = {}
+        self._waiting = self._busy = False
+        self._put: tuple[dict[str, float], LoopChoice] | None = None
+        studio.environment_changed.connect(self._arrive)
+        for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
+            signal.connect(self._look)
+
+    @property
+    def on(self) -> bool:
+        """Say whether a failure is in the window."""
+        return self._before is not None
+
+    @property
+    def felt(self) -> str:
+        """Return the key of the failure that is in the scene now, as it was put there; "" for none."""
+        live, studio = self.live, self._studio
+        if live is None or studio.environment.key != live.environment:
+            return ""
+        return self.key if self._put == (studio.values_of(live.environment), studio.loop) else ""
+
+    def put(self, key: str, live: "Live") -> None:
+        """Put a failure of this key into the window; raise ParameterError with everything as it was."""
+        studio = self._studio
+        if self._before is None:
+            self._before = (studio.environment.key, studio.loop, studio.grip)
+        self._values.setdefault(live.environment, studio.values_of(live.environment))
+        self.live, self.key, self._busy, self._put = live, key, True, None
+        try:
+            studio.set_values_of(live.environment, live.values)
+            studio.choose(live.environment)
+            self._waiting = True
+            self._go_on()
+        except ParameterError:
+            self.take_back()
+            raise
+        finally:
+            self._busy = False
+        self.changed.emit()
+
+    def take_back(self) -> None:
+        """Restore all settings from before the first failure."""
+        if self._before is None:
+            return
+        (environment, loop, grip), self._before = self._before, None
+        self._waiting, self.live, self.key, self._put = False, None, "", None
+        studio = self._studio
+        if environment in studio.environments:
+            studio.choose(environment)
+        for key, values in self._values.items():
+            studio.set_values_of(key, values)
+        self._values = {}
+        studio.set_loop(**asdict(loop))
+        studio.set_grip(grip)
+        self.changed.emit()
+
+    def _arrive(self) -> None:
+        try:
+            self._go_on()
+        except ParameterError as error:
+            self.take_back()
+            self.refused.emit(str(error))
+
+    def _go_on(self) -> None:
+        """Set loop and grip once the environment, which may still be compiled, is in force."""
+        live = self.live
+        if not self._waiting or live is None or self._studio.environment.key != live.environment:
+            return
+        self._waiting = False
+        loop = dict(live.loop)
+        if "estimator" in loop:
+            loop.setdefault("options", ())
+        self._studio.set_loop(**loop)
+        self._studio.set_grip(live.grip)
+        self._put = self._studio.values_of(live.environment), self._studio.loop
+
+    def _look(self) -> None:
+        """Notice a person's changes: an environment chosen since then is not restored."""
+        if self._before is None or self._busy or self._waiting or self.live is None:
+            return
+        if self._studio.environment.key != self.live.environment:
+            self._before = (self._studio.environment.key, *self._before[1:])
+        self.changed.emit()

@@ -1,0 +1,248 @@
+"""Where methods fail: each tried just inside and just outside its limit, and felt in the scene."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.pages.break_it.detail import Detail
+from hapkit_studio.gui.pages.break_it.failure_list import NARROW, WIDE, FailureList
+from hapkit_studio.gui.pages.break_it.feel import Feel
+from hapkit_studio.gui.pages.break_it.record import HERE, FailureRunner, Part, Record
+from hapkit_studio.gui.pages.break_it.side import FailureSide
+from hapkit_studio.gui.pages.measuring import MeasuringPage
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.failures.base import Shown
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.studio import Studio
+
+
+def record_exports(record: Record) -> tuple[Callable[[str], object], Callable[[], dict]]:
+    """Return what draws a measured failure to a path, and what writes it as one object, SI."""
+    from hapkit_studio.analysis.failures import base
+
+    shown = frozen(record)
+
+    def figure(path: str) -> None:
+        from hapkit_studio.charts.failures import failure_figure
+
+        failure_figure(shown, path)
+
+    return figure, lambda: base.as_json(shown, traces=True)
+
+
+def frozen(record: Record) -> "Shown":
+    """Return a copy of a measured record for export."""
+    from hapkit_studio.analysis.failures import base
+
+    assert record.limit is not None
+    assert record.below is not None
+    assert record.above is not None
+    below, above = (base.Try(tried.value, tried.evidence) for tried in (record.below, record.above))
+    return base.Shown(record.failure, dict(record.case), record.limit, below, above, record.chart)
+
+
+_SETTLE_MS = 200
+_ROOM_FOR_LIST = 840
+
+
+class BreakItPage(MeasuringPage):
+    """A list of failures; the chosen one with its knob, verdict, two traces and the curve over the knob.
+
+    ``felt``: the title of the failure that is in the scene now, or ""; ``marked`` says it.
+    """
+
+    file = "break-it"
+    title = "Where methods fail"
+    drawn = "Traces on both sides of the limit, and the failure over its knob"
+    buttons = ("Run", "Run again")
+    side: FailureSide
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        from hapkit_studio.analysis.failures import failures
+
+        super().__init__(studio, live)
+        self.records = {key: Record(failure) for key, failure in failures().items()}
+        self.record = next(iter(self.records.values()))
+        self.runner, self.feel = FailureRunner(self.job, self), Feel(studio, self)
+        self.all = QPushButton("Run all", autoDefault=True)
+        self.list = FailureList(self.records.values())
+        self.detail, self.side = Detail(self.record, self.chart), FailureSide()
+        self.knob, self.verdict = self.detail.knob, self.detail.verdict
+        self._busy = ""
+        self._seen = False
+        self._settle = QTimer(self, interval=_SETTLE_MS, singleShot=True)
+        self._settle.timeout.connect(self.run)
+        self._arrange()
+        self._join()
+        self.list.choose(self.record.failure.key)
+
+    @property
+    def felt(self) -> str:
+        """Return the title of the failure that is in the scene now; "" for none."""
+        return self.records[self.feel.felt].failure.title if self.feel.felt else ""
+
+    # what a person does
+
+    def choose(self, key: str) -> None:
+        """Show a failure; one that was not measured yet is measured soon."""
+        self.record = self.records[key]
+        self._show_all()
+        self._soon()
+
+    def run(self) -> None:
+        """Try the failure in sight and measure its curve."""
+        self._settle.stop()
+        self.record.stopped = False
+        self.runner.run(self.record)
+
+    def run_all(self) -> None:
+        """Try every failure that was not measured yet; all of them where none is left."""
+        left = [record for record in self.records.values() if not record.complete]
+        self._settle.stop()
+        self.runner.run_all(left or self.records.values())
+
+    def turn(self, share: float) -> None:
+        """Turn the knob to a share of the limit and see what that does."""
+        self.record.turn(share)
+        value = self.record.value
+        if value is not None and self.record.ready:
+            self.runner.try_at(self.record, value)
+        self._show_knob()
+
+    def set_condition(self, key: str, value: float) -> None:
+        """Change a condition of the failure shown; it is measured again once the person pauses."""
+        self.record.set_condition(key, value)
+        self._show_all()
+        self._settle.start()
+
+    def feel_it(self) -> None:
+        """Put the failure at the knob's present value into the scene."""
+        here = self.record.here
+        if here is None or here.live is None or HERE in self.record.old or not self._studio.simulated:
+            return
+        try:
+            self.feel.put(self.record.failure.key, here.live)
+        except ParameterError as error:
+            self._refuse(str(error))
+
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        return record_exports(self.record)
+
+    # the page's life
+
+    def set_shown(self, on: bool) -> None:
+        self._seen = on
+        if on:
+            self._soon()
+
+    def set_room(self, width: int, height: int) -> None:
+        self.list.setFixedWidth(WIDE if width >= _ROOM_FOR_LIST else NARROW)
+        self.side.set_room(self.side.width(), height)
+
+    def end(self) -> None:
+        self._settle.stop()
+        self.runner.end()
+        super().end()
+
+    def _soon(self) -> None:
+        """Measure the failure shown once the person stops moving through the list."""
+        key, job = self.record.failure.key, self.job
+        under_way = job.running and (self.runner.many or self._busy == key)
+        if self._seen and not (self.record.complete or self.record.wrong or self.record.stopped or under_way):
+            self._settle.start()
+        else:
+            self._settle.stop()
+
+    # what arrives
+
+    def _take(self, part: Part) -> None:
+        record = self.records[part.key]
+        record.take(part)
+        self.list.show_record(record, busy=self._busy == part.key)
+        if record is not self.record:
+            return
+        if part.limit is not None:
+            self.knob.show_record(record)
+        self._show_results()
+        if self.feel.felt == part.key and record.here is not None:
+            self.feel_it()
+
+    def show_result(self, _count: object) -> None:
+        self._show_results()
+        self._soon()
+
+    def _begin(self, key: str) -> None:
+        before, self._busy = self._busy, key
+        for name in filter(None, (before, key)):
+            self.list.show_record(self.records[name], busy=name == self._busy)
+
+    def _stop(self, running: bool) -> None:
+        self.all.setEnabled(not running)
+        if not running:
+            for record in filter(None, (self.records.get(self._busy), self.record)):
+                record.stopped = not record.complete  # cancelled: it begins again when a person says so
+            self._begin("")
+
+    def _fail(self, key: str, text: str) -> None:
+        self.records[key].wrong = text
+        self.list.show_record(self.records[key])
+        self._show_results()
+
+    def _refuse(self, text: str) -> None:
+        self.bar.say(text, danger=True)
+
+    # showing
+
+    def _show_all(self) -> None:
+        self.side.show_record(self.record)
+        self.knob.show_record(self.record)
+        self._show_knob()
+        self.list.show_record(self.record, busy=self._busy == self.record.failure.key)
+
+    def _show_knob(self) -> None:
+        self.knob.show_value()
+        self._show_results()
+
+    def _show_results(self) -> None:
+        self.detail.show_results(self.record)
+        self._show_verdict()
+        self.bar.export.setEnabled(self.record.complete)
+
+    def _show_verdict(self) -> None:
+        ours = self.feel.on and self.feel.key == self.record.failure.key
+        felt = ours and bool(self.feel.felt)
+        self.verdict.show_record(self.record, self._studio.simulated, felt, self.feel.on, ours and not felt)
+
+    # putting together
+
+    def _join(self) -> None:
+        self.all.clicked.connect(self.run_all)
+        self.list.chosen.connect(self.choose)
+        self.knob.turned.connect(self.turn)
+        self.detail.picked.connect(self.turn)
+        self.side.changed.connect(self.set_condition)
+        self.runner.arrived.connect(self._take)
+        self.runner.begun.connect(self._begin)
+        self.runner.wrong.connect(self._fail)
+        self.job.running_changed.connect(self._stop)
+        self.job.failed.connect(lambda _text: self.bar.say("Could not be tried", danger=True))
+        self.verdict.feel_pressed.connect(self.feel_it)
+        self.verdict.back_pressed.connect(self.feel.take_back)
+        self.feel.changed.connect(self._show_verdict)
+        self.feel.changed.connect(lambda: self.marked.emit(f"In the scene: {self.felt}" if self.felt else ""))
+        self.feel.refused.connect(self._refuse)
+        self._studio.engine_changed.connect(self._show_verdict)
+
+    def _arrange(self) -> None:
+        self.bar.add(self.all)
+        body = QWidget()
+        row = QHBoxLayout(body)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.list)
+        row.addWidget(self.detail, 1)
+        self.build(body)

@@ -1,0 +1,220 @@
+"""A matplotlib drawing of ``charts`` in the window, in the theme's colours, of any size."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PySide6.QtCore import QPointF, Qt, QTimer, Signal
+from PySide6.QtGui import QPainter, QPixmap, QPolygonF, QShowEvent
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+
+from hapkit_studio.gui.widgets.theme import theme
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.backend_bases import MouseEvent
+    from numpy.typing import ArrayLike
+
+    from hapkit_studio.charts.style import Paint
+
+_NEAR, _BESIDE, _SIGN = 16.0, 12.0, 12.0  # px
+_PAD = 10.0 / 72.0, 6.0 / 72.0  # inches
+_PIXELS_AN_INCH = 72  # sizes in points are pixels then
+
+
+@dataclass(frozen=True)
+class _Press:
+    """Where a drag began, on which axes: a banner that shifts the drawing must not move the value."""
+
+    place: tuple[float, float]
+    on_screen: QPointF
+    box: Any
+    to_data: Any
+
+    def value(self, on_screen: QPointF, ratio: float) -> tuple[float, float]:
+        """Return where the pointer is in the units of the axes, kept inside them."""
+        away = (on_screen - self.on_screen) * ratio
+        x = min(max(self.place[0] + away.x(), self.box.x0), self.box.x1)
+        y = min(max(self.place[1] - away.y(), self.box.y0), self.box.y1)
+        return tuple(float(value) for value in self.to_data.transform((x, y)))  # type: ignore[return-value]
+
+
+def sign(marker: str, token: str) -> QPixmap:
+    """Return a marker of matplotlib's as a small picture in a colour of the theme."""
+    from matplotlib.markers import MarkerStyle
+
+    style, ratio = MarkerStyle(marker), 2.0
+    picture = QPixmap(round(_SIGN * ratio), round(_SIGN * ratio))
+    picture.fill(Qt.GlobalColor.transparent)
+    picture.setDevicePixelRatio(ratio)
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.translate(0.5 * _SIGN, 0.5 * _SIGN)
+    painter.scale(0.8 * _SIGN, -0.8 * _SIGN)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(theme.color(token))
+    for corners in style.get_path().transformed(style.get_transform()).to_polygons():
+        painter.drawPolygon(QPolygonF([QPointF(x, y) for x, y in np.asarray(corners)]))
+    painter.end()
+    return picture
+
+
+class Drawing(QWidget):
+    """Emits ``clicked`` and ``dragged`` in the axes' units, ``pointed`` with matplotlib's event or None.
+
+    What a paint function returns moves: it is drawn last and alone, so that ``follow`` costs little.
+    """
+
+    clicked = Signal(float, float)
+    dragged = Signal(float, float)
+    pointed = Signal(object)
+
+    def __init__(self, name: str, least: tuple[int, int] = (260, 180)):
+        from matplotlib.backends.backend_qtagg import FigureCanvasQTAgg
+        from matplotlib.figure import Figure
+        from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+        super().__init__()
+        self.figure = Figure(
+            dpi=_PIXELS_AN_INCH, layout=ConstrainedLayoutEngine(w_pad=_PAD[0], h_pad=_PAD[1])
+        )
+        self.canvas = FigureCanvasQTAgg(self.figure)
+        self.canvas.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(*least)
+        self.setAccessibleName(name)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.canvas)
+        self._paint: Paint | None = None
+        self._pale = self._old = False
+        self._moving: list[Artist] = []
+        self._ground: Any = None
+        self._reading: list[Artist] = []
+        self._press: _Press | None = None
+        self._soon = QTimer(self, interval=0, singleShot=True)
+        self._soon.timeout.connect(self.redraw)
+        theme.changed.connect(self._outdate)
+        connect = self.canvas.mpl_connect
+        connect("draw_event", self._drawn)
+        connect("resize_event", lambda _event: self.redraw())
+        connect("button_press_event", self._pressed)
+        connect("button_release_event", self._released)
+        connect("motion_notify_event", self._moved)
+        connect("axes_leave_event", lambda _event: self.pointed.emit(None))
+        connect("figure_leave_event", lambda _event: self.pointed.emit(None))
+
+    def show_drawing(self, paint: "Paint", pale: bool = False) -> None:
+        """Show another drawing; pale: it is out of date."""
+        self._paint, self._pale = paint, pale
+        self._outdate()
+
+    def fade(self) -> None:
+        """Show the present drawing in pale colours: it is out of date."""
+        self._pale = True
+        self._outdate()
+
+    @property
+    def pale(self) -> bool:
+        """Say whether what is shown is out of date."""
+        return self._pale
+
+    def redraw(self) -> None:
+        """Redraw if visible; otherwise when shown next."""
+        from hapkit_studio.charts import style
+
+        self._soon.stop()
+        self._old = not self.isVisible()
+        if self._old:
+            return
+        colors = style.colors(theme.name)
+        self._moving, self._reading = [], []
+        self.figure.clear()
+        self.figure.set_facecolor(colors.surface)
+        if self._paint is not None:
+            moving: Any = self._paint(self.figure, style.pale(colors) if self._pale else colors)
+            self._moving = list(moving or ())
+        for artist in self._moving:
+            artist.set_animated(True)
+        self._ground = None  # until it is drawn
+        self.canvas.draw_idle()
+
+    def follow(self) -> None:
+        """Redraw only the moving artists over the kept background."""
+        if self._ground is None or self._soon.isActive():
+            return
+        self.canvas.restore_region(self._ground)
+        self._draw_moving()
+        self.canvas.blit(self.figure.bbox)
+
+    def read(self, event: "MouseEvent | None", words: str = "") -> None:
+        """Write words beside the pointer, kept inside the axes; nothing without an event or words."""
+        self._reading = self._read(event, words) if event is not None and event.inaxes and words else []
+        self.follow()
+
+    def _read(self, event: "MouseEvent", words: str) -> "list[Artist]":
+        from matplotlib.lines import Line2D
+        from matplotlib.text import Text
+
+        from hapkit_studio.charts import style
+
+        assert event.inaxes is not None
+        colors, box = style.colors(theme.name), event.inaxes.bbox
+        left, low = event.x > 0.62 * box.x1, event.y < box.y0 + 0.3 * box.height
+        away = _BESIDE * self.canvas.device_pixel_ratio
+        x, y = event.x + (-away if left else away), event.y + (away if low else -away)
+        made = Text(x, y, words, size=style.TICK, color=colors.ink, path_effects=style.text_outline(colors))
+        made.set(ha="right" if left else "left", va="bottom" if low else "top")
+        cross = Line2D([event.x], [event.y], marker="+", markersize=11, color=colors.ink2)
+        for artist in (cross, made):
+            artist.set_figure(self.figure)
+        return [cross, made]
+
+    def near(self, event: "MouseEvent", x: "ArrayLike", y: "ArrayLike") -> int | None:
+        """Return the index of the point nearest to the pointer, None where none is within reach."""
+        places = np.column_stack([x, y])
+        if event.inaxes is None or not len(places):
+            return None
+        places = event.inaxes.transData.transform(places)
+        away = np.hypot(*(places - (event.x, event.y)).T)
+        nearest = int(np.nanargmin(away)) if np.isfinite(away).any() else 0
+        return nearest if away[nearest] <= _NEAR * self.canvas.device_pixel_ratio else None
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self._old:
+            self._outdate()
+
+    def _outdate(self) -> None:
+        """Redraw with the next events, so that several changes cost one redraw."""
+        self._old = True
+        self._soon.start()
+
+    def _drawn(self, _event: object) -> None:
+        self._ground = self.canvas.copy_from_bbox(self.figure.bbox)
+        self._draw_moving()
+
+    def _draw_moving(self) -> None:
+        for artist in (*self._moving, *self._reading):
+            self.figure.draw_artist(artist)
+
+    # pointer
+
+    def _pressed(self, event: "MouseEvent") -> None:
+        if event.button != 1 or event.inaxes is None or event.xdata is None or event.ydata is None:
+            return
+        if not event.inaxes.get_navigate():
+            return
+        axes, screen = event.inaxes, event.guiEvent.globalPosition()
+        to_data = axes.transData.inverted().frozen()
+        self._press = _Press((event.x, event.y), screen, axes.bbox.frozen(), to_data)
+        self.clicked.emit(event.xdata, event.ydata)
+
+    def _moved(self, event: "MouseEvent") -> None:
+        self.pointed.emit(event if event.inaxes is not None else None)
+        if self._press is not None:
+            place = self._press.value(event.guiEvent.globalPosition(), self.canvas.device_pixel_ratio)
+            self.dragged.emit(*place)
+
+    def _released(self, _event: object) -> None:
+        self._press = None

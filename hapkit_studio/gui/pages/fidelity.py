@@ -1,0 +1,196 @@
+"""Model no more than a scene needs: what each term of the device changes, scene by scene."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hapkit_studio.devices.simulated import TERMS
+from hapkit_studio.environments import discover
+from hapkit_studio.gui.background import Progress
+from hapkit_studio.gui.pages.base import Pairs, SidePanel, View, hint
+from hapkit_studio.gui.pages.measuring import MeasuringPage
+from hapkit_studio.gui.pages.table import Column, Table
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.fidelity import Effect, Fidelity
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.studio import Studio
+
+_READ = (
+    "Each term of the simulated device is left out alone, and the scene is rendered again under each of its "
+    "hands. A cell shows what changed most, as a share of its scale, the least that people feel: 0.4 mm of "
+    "a position, 0.3 N of a force or the whole force, if that is more. Above 2 % the scene needs the term; "
+    "above 999 % it changes by more than ten times its scale."
+)
+_LIVE = (
+    "The live simulated device models what its scene needs. In the Live view the panel has a switch, below "
+    "the loop, that models all."
+)
+
+
+def scale_words(outcome: str) -> str:
+    """Say what a change of an outcome is a share of."""
+    from hapkit_studio.analysis.fidelity import FORCE, LENGTH
+
+    return {
+        "peak_force": f"{FORCE:g} N or the largest force",
+        "final_position": f"{1e3 * LENGTH:g} mm",
+        "peak_position": f"{1e3 * LENGTH:g} mm",
+        "energy": "what went to and fro",
+    }.get(outcome, "1")
+
+
+def condition_pairs() -> list[tuple[str, str]]:
+    """Return the loop that every scene is judged with, as names and values."""
+    from hapkit_studio.analysis.fidelity import DELAY, ESTIMATOR, RATE
+    from hapkit_studio.analysis.zwidth.result import estimator_words
+
+    velocity = estimator_words(ESTIMATOR)[1]
+    return [("Rate", f"{1e-3 * RATE:g} kHz"), ("Delay", f"{1e3 * DELAY:g} ms"), ("Velocity", velocity)]
+
+
+def measure(keys: list[str], progress: Progress) -> "list[Fidelity]":
+    """Return every scene's judgement."""
+    from hapkit_studio.analysis import fidelity
+
+    library, steps = discover(), len(TERMS) + 2
+    found = []
+    for number, key in enumerate(keys):
+
+        def say(done: int, _of: int, before: int = number * steps) -> None:
+            progress(before + done, steps * len(keys))
+
+        found.append(fidelity.compute(library[key], say))
+    return found
+
+
+@dataclass(frozen=True)
+class Row:
+    """A scene and what was found of it, None before it was judged."""
+
+    key: str
+    title: str
+    result: "Fidelity | None" = None
+
+
+def columns() -> tuple[Column, ...]:
+    """Return the scenes' names, then a column a term."""
+    return (Column("Scene", lambda row: row.title, right=False), *map(_column, range(len(TERMS))))
+
+
+def _column(index: int) -> Column:
+    from hapkit_studio.charts.fidelity import outcome_word, percent
+
+    def effect(row: Row) -> "Effect | None":
+        return row.result.effects[index] if row.result else None
+
+    def text(row: Row) -> str:
+        found = effect(row)
+        if found is None:
+            return ""
+        return percent(found.change) + (f"\n{outcome_word(found.outcome)}" if found.needed else "")
+
+    def change(row: Row) -> float:
+        found = effect(row)
+        return found.change if found is not None and found.change is not None else -1.0
+
+    def needed(row: Row) -> bool:
+        found = effect(row)
+        return found is not None and found.needed
+
+    return Column(
+        list(TERMS.values())[index].word.replace(" ", "\n"), text, change,
+        token=lambda row: "accent" if needed(row) else "ink3",
+        ground=lambda row: "accentsoft" if needed(row) else "surface",
+    )  # fmt: skip
+
+
+class FidelityPage(MeasuringPage):
+    """Scenes down, terms across; what a cell says in words at the side."""
+
+    file = "fidelity"
+    title = "Model no more than a scene needs"
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__(studio, live)
+        self._results: list[Fidelity] = []
+        self.table = Table("Scenes down, terms of the device across", cells=True)
+        self.details = Pairs()
+        self.side = self._side()
+        self.build(self.table)
+        self.table.cell_chosen.connect(self._choose)
+        self._list()
+
+    def run(self) -> None:
+        """Judge every scene of the library."""
+        keys = list(discover())
+        self.job.start(lambda progress: measure(keys, progress))
+
+    def show_result(self, results: "list[Fidelity]") -> None:
+        """Show what was found; begin with the scene in force."""
+        self._results = results
+        self._list()
+        keys = [row.key for row in self.table.content.rows]
+        key = self._studio.environment.key
+        self.table.setCurrentIndex(self.table.model().index(keys.index(key) if key in keys else 0, 1))
+
+    def _list(self) -> None:
+        found = {result.scene: result for result in self._results}
+        rows = [Row(key, scene.title, found.get(key)) for key, scene in discover().items()]
+        self.table.show_rows(columns(), rows)
+
+    def _choose(self, row: Row, column: int) -> None:
+        if row.result is not None:
+            self.show_effect(row.result.effects[max(column - 1, 0)])
+
+    def show_effect(self, effect: "Effect") -> None:
+        """Say in words what leaving out one term does to one scene."""
+        scene = discover()[effect.scene]
+        self.side.heading.setText(f"{scene.title} without {TERMS[effect.term].word}")
+        if effect.change is None:
+            self.side.words.setText("No hand of this scene holds on to the handle, so its mass stays.")
+            self.details.show_pairs([])
+            return
+        from hapkit_studio.charts.fidelity import outcome_word, percent
+
+        verdict = "The scene needs it." if effect.needed else "The scene does not need it."
+        self.side.words.setText(verdict)
+        share = effect.ns_without / effect.ns_with
+        moved = percent(effect.change) != "0 %"
+        most = (
+            [
+                ("Of", scale_words(effect.outcome)),
+                ("Most in", outcome_word(effect.outcome)),
+                ("Under", effect.hand),
+            ]
+            if moved
+            else []
+        )
+        self.details.show_pairs(
+            [("Change", percent(effect.change)), *most, ("Time without", f"{share:.2f} of the time with")]
+        )
+
+    def save(self, path: str) -> None:
+        from hapkit_studio.charts.fidelity import fidelity_figure
+
+        fidelity_figure(self._results, path)
+
+    def numbers(self) -> dict:
+        from hapkit_studio.commands.fidelity import as_json
+
+        return as_json(self._results, [])
+
+    def _side(self) -> SidePanel:
+        side = SidePanel("Fidelity", "Measure, then choose a cell.")
+        side.add(self.details)
+        side.section("Read the table")
+        side.add(hint(_READ))
+        side.section("Conditions")
+        conditions = Pairs()
+        conditions.show_pairs(condition_pairs())
+        side.add(conditions)
+        side.section("In the window")
+        side.add(hint(_LIVE))
+        return side
+
+
+VIEW = View("fidelity", "Fidelity", 25, FidelityPage, scene=False)

@@ -1,0 +1,335 @@
+"""Identification: what was set against what was rendered, from the newest piece; and what the handle is."""
+
+import math
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QStackedWidget
+
+from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.background import Progress
+from hapkit_studio.gui.pages.base import View
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
+from hapkit_studio.gui.pages.table import Column
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.haptics import rows
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.identify import Estimate, Identified, Part, Recording, Setup
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.haptics.engine import Engine
+
+
+# Numbers ramp and forces fade for 30 ms after a change.
+_SETTLED = 0.05
+_LEAST = 0.2
+_ALL = 1 << 30
+
+
+def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[], Recording]":
+    """Take the newest seconds of rows, inf for all; return a function that makes a recording of them.
+
+    That is to be called in a thread. The rows are taken before anything else, which may take its time: what
+    comes meanwhile is no part of the piece. Raise StudioError while there is no device, or too little.
+    """
+    engine = studio.engine
+    if engine is None:
+        raise StudioError("There is no device yet to take a piece from.")
+    table = _table(engine, seconds, live.changed_at + _SETTLED)
+    setup = _setup(studio, engine)
+
+    def take() -> "Recording":
+        from hapkit_studio.analysis.identify import of_rows
+
+        return of_rows(table, setup)
+
+    return take
+
+
+def _setup(studio: "Studio", engine: "Engine") -> "Setup":
+    from hapkit_studio.analysis.identify import Handle, Setup
+
+    device = engine.modelled
+    handle = Handle(device.mass, device.viscous, device.coulomb_force) if device else None
+    quantum = float((device or engine.device).quantum)
+    grip = GRIPS[studio.grip] if device else None
+    environment, values = studio.environment, dict(studio.values)
+    return Setup(environment, values, engine.loop.rate, engine.health().delay, quantum, handle, grip)
+
+
+def _table(engine: "Engine", seconds: float, since: float) -> np.ndarray:
+    """Return the newest rows (n, ROW_WIDTH) since a time; raise StudioError where there are too few."""
+    reader = engine.reader()
+    reader.rewind(_ALL if math.isinf(seconds) else math.ceil(1.1 * seconds * engine.loop.rate) + 1)
+    table = reader.read()
+    times = table[:, rows.HOST_TIME]
+    first = max(since, times[-1] - seconds) if len(table) else since
+    table = table[times >= first]
+    kept = float(table[-1, rows.HOST_TIME] - table[0, rows.HOST_TIME]) if len(table) else 0.0
+    if kept < _LEAST:
+        raise StudioError(f"Only {kept:.1f} s since the settings changed. Move the handle, then identify.")
+    return table
+
+
+_STEP_MS = 8
+# m, Hz, rad: no small common period, so that the sensor's steps fall otherwise each time
+_SINES = ((0.0085, 0.83, 0.0), (0.0045, 2.37, 1.0), (0.0020, 4.91, 2.0))
+_INTO_SURFACE = 0.003
+
+
+class ShakingHand(QObject):
+    """Moves the hand for some seconds, then lets go; ``finished(True)`` unless it was ended before."""
+
+    finished = Signal(bool)
+
+    def __init__(self, studio: "Studio", parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self._begin, self._seconds = 0.0, 0.0
+        self._timer = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
+        self._timer.timeout.connect(self._move)
+
+    @property
+    def running(self) -> bool:
+        """Say whether the hand moves."""
+        return self._timer.isActive()
+
+    def start(self, seconds: float) -> None:
+        """Begin to move."""
+        self._begin, self._seconds = time.perf_counter(), seconds
+        self._timer.start()
+
+    def end(self) -> None:
+        """Release the handle."""
+        if self.running:
+            self._timer.stop()
+            self._studio.move_hand(None)
+            self.finished.emit(False)
+
+    def target(self, t: float) -> float:
+        """Return where the hand is after t s, in m: about the surface, where there is one."""
+        values = self._studio.values
+        place = values.get("position", values.get("center", 0.0))
+        if self._studio.environment.shades and "position" in values:
+            place += _INTO_SURFACE if values.get("side", 0.0) == 0.0 else -_INTO_SURFACE
+        soft = min(t / 0.3, 1.0)
+        return place + soft * sum(a * math.sin(2.0 * math.pi * f * t + p) for a, f, p in _SINES)
+
+    def _move(self) -> None:
+        t = time.perf_counter() - self._begin
+        if t >= self._seconds:
+            self._timer.stop()
+            self._studio.move_hand(None)
+            self.finished.emit(True)
+        else:
+            self._studio.move_hand(self.target(t))
+
+
+PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
+PARTS = ("rendered", "handle")
+_HOW = (
+    "Touch what the scene renders: push and let go, slowly and fast, both ways.\n"
+    "Shake does so with the simulated hand. Then press Identify:\n"
+    "here you see the force over position and velocity, with the line that fits it."
+)
+
+
+def how_to() -> QLabel:
+    """Return the instructions shown before there are charts."""
+    label = QLabel(_HOW)
+    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+    label.setWordWrap(True)
+    dress(label, "QLabel { color: @ink2; font-size: 14px; }")
+    return label
+
+
+def whole(text: str) -> str:
+    """Put non-breaking spaces between numbers and units."""
+    return text.replace(" N", "\u00a0N").replace("/m", "/\u2060m").replace(" %", "\u00a0%")
+
+
+def columns(part: "Part") -> tuple[Column, ...]:
+    """Return the columns of a part's estimates: the term with its unit, what was set, what was found."""
+    from hapkit_studio.analysis.identify import words
+
+    heads = ("Has", "Identified") if part.key == "handle" else ("Set", "Rendered")
+
+    def found(estimate: "Estimate") -> str:
+        return words.measured(estimate) if estimate.told else "cannot tell"
+
+    return (
+        Column("Term", lambda e: f"{e.term.label}\n{words.unit_of(e)}", right=False),
+        Column(heads[0], lambda e: words.plain(e.asked, e), lambda e: e.asked or 0.0, lambda e: "ink2"),
+        Column(heads[1], found, lambda e: e.value, lambda e: "ink" if e.told else "warn"),
+    )
+
+
+class IdentifyPage(MeasuringPage):
+    """Charts of one part at a time, its numbers beside them; both parts come from one piece."""
+
+    file = "identify"
+    heading, about = "Set and rendered", "From the newest piece with the settings in force."
+    begin = "Move the handle or press Shake, then identify what was rendered."
+    drawn, listed = "Force over what each term acts on", "What was set and what was found"
+    buttons = ("Identify", "Identify again")
+    needs = ""
+    read = whole(
+        "Each dot is the mean over a short, smooth window. Line: what was found; its band: 95 %. Dotted: "
+        "what was set. A clamped, stopped or fading force is left out."
+    )
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__(studio, live)
+        self.found: Identified | None = None
+        self._device = ""
+        self.shake = ShakingHand(studio, self)
+        self.pieces = Segmented("Newest piece", tuple(words for _, words in PIECES))
+        self.pieces.show_index(1)
+        self.parts = Segmented("What", ("Rendered", "Handle"))
+        self.parts.show_index(0)
+        self.shaking = QPushButton("Shake")
+        self.shaking.setToolTip("The simulated hand moves so that every term shows, then it is identified")
+        for widget in (self.pieces, self.shaking, self.parts):
+            self.bar.add(widget)
+        self._fresh = Freshness(self._facts, self.buttons[1])
+        self.released = QCheckBox("No hand on the handle")
+        self.how, self._body = how_to(), QStackedWidget()
+        self._body.addWidget(self.how)
+        self._body.addWidget(self.chart)
+        self.build(self._body)
+        self._join()
+        self.show_part()
+        self._look()
+
+    def fill_side(self) -> None:
+        self.side.add(self.released)
+
+    @property
+    def part(self) -> "Part | None":
+        """Return the part in sight, None before anything was identified."""
+        return getattr(self.found, PARTS[self.parts.index]) if self.found else None
+
+    def run(self) -> None:
+        """Identify the newest piece."""
+        released = self.released.isChecked() and not self.released.isHidden()
+        self._device = self._studio.engine.device.title if self._studio.engine else ""
+        take = newest_piece(self._studio, self._live, PIECES[self.pieces.index][0])
+
+        def work(_progress: Progress) -> "Identified":
+            from hapkit_studio.analysis.identify import identify
+
+            return identify(take(), released=released)
+
+        self._fresh.begin()
+        self.job.start(work)
+
+    def _facts(self) -> dict[str, object]:
+        """Return the facts a result depends on, by name."""
+        scene = {"scene": self._studio.environment, "values": dict(self._studio.values)}
+        return {**scene, **loop_facts(self._studio)}
+
+    def show_result(self, found: "Identified") -> None:
+        """Show what was found."""
+        from hapkit_studio.analysis.identify.words import conditions
+
+        self.found = found
+        self._fresh.keep()
+        self.show_part()
+        self.conditions.show_pairs(conditions(found.setup))
+        self.bar.export.setEnabled(bool(found.rendered.estimates or found.handle.estimates))
+        self.bar.say(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
+
+    def show_part(self) -> None:
+        """Show the chosen part: charts, numbers, words."""
+        part = self.part
+        self.table.show_rows(columns(part) if part else (), part.estimates if part else ())
+        self._body.setCurrentWidget(self.chart if part and part.points is not None else self.how)
+        self._say(part)
+
+    def _say(self, part: "Part | None") -> None:
+        if part is None or self.found is None:
+            self.answer.say(self.begin)
+            self.point.setText("")
+            return
+        self.point.setText(whole("\n\n".join(self.found.notes(part))))
+        outdated = self._fresh.outdated
+        self._draw(part, self.found.end, bool(outdated))
+        if outdated:
+            self.answer.outdate(outdated)
+            return
+        good = bool(part.estimates) and part.estimates[0].told and not self.found.surprises(part)
+        sentence = self.found.sentences(part)[0]
+        self.answer.say(sentence, *(("check", "ok") if good else ("triangle", "warn")))
+
+    def _draw(self, part: "Part", end: float, pale: bool) -> None:
+        from hapkit_studio.charts.identify import draw
+
+        self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, end), pale)
+
+    def _look_again(self) -> None:
+        """See whether what is shown still holds."""
+        self._say(self.part)
+
+    def save(self, path: str) -> None:
+        from hapkit_studio.charts.identify import identify_figure
+
+        assert self.found is not None
+        identify_figure(self.found, path, self._device)
+
+    def numbers(self) -> dict:
+        assert self.found is not None
+        return {**self.found.as_json(), "device": self._device}
+
+    def set_shown(self, on: bool) -> None:
+        if not on:
+            self.shake.end()
+
+    def end(self) -> None:
+        self.shake.end()
+        super().end()
+
+    # shaking
+
+    def _press_shake(self) -> None:
+        if self.shake.running:
+            self.shake.end()
+            return
+        seconds = PIECES[self.pieces.index][0]
+        self.shake.start(seconds if math.isfinite(seconds) else PIECES[-2][0])
+        self.bar.say("Shaking…")
+        self._look()
+
+    def _shaken(self, whole: bool) -> None:
+        self._look()
+        if whole:
+            self.press()
+        else:
+            self.bar.say("Let go")
+
+    def _look(self) -> None:
+        """Enable only what the device allows."""
+        ours = self._studio.hand_is_ours and self._studio.grip != "released"
+        self.shaking.setEnabled(ours or self.shake.running)
+        self.shaking.setText("Let go" if self.shake.running else "Shake")
+        self.released.setVisible(self._studio.engine is not None and not self._studio.simulated)
+
+    def _join(self) -> None:
+        self.parts.chosen.connect(lambda _index: self.show_part())
+        self.shaking.clicked.connect(self._press_shake)
+        self.shake.finished.connect(self._shaken)
+        self._studio.engine_changed.connect(self._look)
+        self._studio.loop_changed.connect(self._look)
+        self._studio.stop_changed.connect(self.shake.end)
+        studio = self._studio
+        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
+                        studio.engine_changed, studio.link_changed):  # fmt: skip
+            changed.connect(self._look_again)
+
+
+VIEW = View("identify", "Identify", 50, IdentifyPage)

@@ -1,0 +1,388 @@
+"""The page of a view that measures: run bar, answer, drawing; beside it table, words, conditions; export."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import QDir, Signal
+from PySide6.QtWidgets import (
+    QFileDialog,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.background import Job, Progress
+from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, filled, hint
+from hapkit_studio.gui.pages.drawing import Drawing
+from hapkit_studio.gui.pages.table import Table
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import theme
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.studio import Studio
+
+
+class AnswerLine(QWidget):
+    """A sign and the answer in one sentence; before there is one, what to do."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self._sign = ("circle", "ink2")
+        self.sign, self.words = QLabel(), plain(QLabel())
+        dress(self.words, "QLabel { font-size: 14px; font-weight: 650; }")
+        self.words.setWordWrap(True)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(16, 8, 16, 0)
+        row.setSpacing(8)
+        row.addWidget(self.sign)
+        row.addWidget(self.words, 1)
+        theme.changed.connect(self._look)
+        self.say(text)
+
+    def say(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
+        """Show a sign and words."""
+        self.words.setText(text)
+        self._sign = (sign, token)
+        self._look()
+
+    def outdate(self, text: str) -> None:
+        """Say that the result below is out of date, with a neutral sign."""
+        self.say(text, "circle", "ink2")
+
+    def _look(self) -> None:
+        self.sign.setPixmap(icons.pixmap(self._sign[0], 18, self._sign[1], self.devicePixelRatioF()))
+
+
+PRIMARY = """
+QPushButton { background: @accent; color: @onaccent; border-color: @accent; font-weight: 600; }
+QPushButton:hover { background: @accent; }
+QPushButton:disabled { background: @grid; color: @ink3; border-color: @line; }
+QPushButton:focus { border: 2px solid @ink; }
+"""
+# more letters than that find no room beside the buttons; where the words stand among them
+_BESIDE, _STATUS = 26, 2
+_PLAIN = "QPushButton { font-weight: 600; }"
+
+
+class RunBar(QWidget):
+    """Emits ``run_pressed`` and ``export_pressed``; while its job runs, the same button cancels."""
+
+    run_pressed = Signal()
+    export_pressed = Signal()
+
+    def __init__(self, job: Job, words: str = "Measure", again: str = "Measure again"):
+        super().__init__()
+        self._job, self._words, self._again = job, words, again
+        self._fresh = True
+        self.status = QLabel()
+        self.status.setProperty("role", "hint")
+        self.run = QPushButton(words)
+        self.run.setAutoDefault(True)  # Enter presses it; Space is Pause
+        self.run.clicked.connect(self._press)
+        self.export = QPushButton("Export")
+        self.export.setAutoDefault(True)
+        self.export.setProperty("flat", True)
+        self.export.setEnabled(False)
+        self.export.clicked.connect(self.export_pressed)
+        icons.bind(self.export, "export", "ink2", 18)
+        self.progress = QProgressBar()
+        self.progress.setFixedHeight(4)
+        self.progress.setTextVisible(False)
+        self.progress.setAccessibleName("Progress")
+        self._arrange()
+        self._join()
+        self._look()
+
+    def add(self, widget: QWidget) -> None:
+        """Add a widget at the right of the others, in the width of its text."""
+        widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        for button in (widget, *widget.findChildren(QPushButton)):
+            if isinstance(button, QPushButton):
+                button.setAutoDefault(True)
+        self._left.addWidget(widget)
+
+    def say(self, text: str, danger: bool = False) -> None:
+        """Show a status beside the button, or on a line of its own where it is long."""
+        self._give_room(len(text) > _BESIDE)
+        self.status.setText(text)
+        dress(self.status, f"QLabel {{ color: @{'danger' if danger else 'ink3'}; font-size: 12px; }}")
+
+    def _give_room(self, below: bool) -> None:
+        """Move the status below the row, or back into it."""
+        if below == self._below.isEmpty():
+            self._below.removeWidget(self.status)
+            self._row.removeWidget(self.status)
+            self.status.setWordWrap(below)
+            if below:
+                self._below.addWidget(self.status)
+            else:
+                self._row.insertWidget(_STATUS, self.status)
+        self._below.setContentsMargins(14, 0, 14, 6 if below else 0)
+
+    def _join(self) -> None:
+        job = self._job
+        job.running_changed.connect(self._look)
+        job.preparing.connect(lambda: self.say("Preparing, once only: up to a minute"))
+        job.progressed.connect(self._follow)
+        job.failed.connect(lambda text: self.say(text, danger=True))
+        job.finished.connect(self._finish)
+
+    def _press(self) -> None:
+        if self._job.running:
+            self._job.cancel()
+            self.say("Cancelled")
+        else:
+            self.run_pressed.emit()
+
+    def _finish(self) -> None:
+        self._fresh = False
+        self.export.setEnabled(True)
+        self.say("")
+        self._look()
+
+    def _follow(self, done: int, of: int) -> None:
+        if not self._job.running:  # a last word of work that was cancelled
+            return
+        self.progress.setRange(0, of)
+        self.progress.setValue(done)
+        self.say(f"{100 * done // max(of, 1)} %")
+
+    def _look(self) -> None:
+        running = self._job.running
+        self.run.setText("Cancel" if running else self._words if self._fresh else self._again)
+        dress(self.run, _PLAIN if running else PRIMARY)
+        self.progress.setRange(0, 0 if running else 1)
+        self.progress.setValue(0)
+        self.progress.setVisible(running)
+        self._line.setVisible(not running)
+
+    def _arrange(self) -> None:
+        row = self._row = QHBoxLayout()
+        self._below = QHBoxLayout()
+        self._below.setContentsMargins(0, 0, 0, 0)
+        row.setContentsMargins(12, 7, 8, 7)
+        row.setSpacing(10)
+        self._left = QHBoxLayout()
+        self._left.setSpacing(10)
+        row.addLayout(self._left)
+        row.addStretch(1)
+        row.addWidget(self.status)
+        row.addWidget(self.run)
+        row.addWidget(self.export)
+        self._line = QFrame()
+        self._line.setProperty("rule", True)
+        self._line.setFixedHeight(4)
+        dress(self._line, "QFrame { background: transparent; border: none; border-bottom: 1px solid @line; }")
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addLayout(row)
+        column.addLayout(self._below)
+        column.addWidget(self.progress)
+        column.addWidget(self._line)
+
+
+_FILE_KINDS = "Picture (*.png);;Drawing (*.svg);;Page (*.pdf);;Numbers (*.json)"
+
+
+def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[], dict]) -> str:
+    """Write a picture by ``figure(path)``, or numbers as one JSON object where the name says so.
+
+    Return the path. Raise OSError, ParameterError.
+    """
+    if Path(path).suffix.lower() == ".json":
+        Path(path).write_text(json.dumps(numbers(), ensure_ascii=False, indent=2), encoding="utf-8")
+    else:
+        figure(str(path))
+    return str(path)
+
+
+class Export:
+    """Asks for a file name, then writes in a thread; ``say(words, danger)`` reports the outcome."""
+
+    def __init__(self, parent: QWidget, name: str, say: Callable[..., None]):
+        self._parent, self._name, self._say = parent, name, say
+        self.job = Job(parent, needs="")
+        self.job.finished.connect(lambda path: say(f"Saved {Path(path).name}"))
+        self.job.failed.connect(lambda text: say(text, danger=True))
+
+    def ask(self, figure: Callable[[str], object], numbers: Callable[[], dict]) -> None:
+        """Open a dialog that is not modal: the E-stop stays usable."""
+        dialog = QFileDialog(self._parent, "Export", QDir.homePath(), _FILE_KINDS)
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setDefaultSuffix("png")
+        dialog.filterSelected.connect(lambda kind: dialog.setDefaultSuffix(kind.split("*.")[1][:-1]))
+        dialog.selectFile(f"{self._name}.png")
+        dialog.fileSelected.connect(lambda path: self.save(path, figure, numbers))
+        dialog.setModal(False)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.show()
+
+    def save(self, path: str, figure: Callable[[str], object], numbers: Callable[[], dict]) -> None:
+        """Write to a path."""
+
+        def work(_progress: Progress) -> str:
+            try:
+                return write(path, figure, numbers)
+            except OSError as error:
+                raise StudioError(f"{Path(path).name} cannot be written: {error.strerror}.") from error
+
+        self.job.start(work)
+
+
+Facts = Mapping[str, object]
+
+PALE = 0.35  # how much of its colours a chart keeps that is out of date
+
+
+def loop_facts(studio: "Studio", model: bool = True) -> dict[str, object]:
+    """Return the facts that a measurement of a loop depends on: device, hand and loop as chosen.
+
+    model: it also depends on how much of the device is modelled live.
+    """
+    device = studio.entry.key if studio.entry else ""
+    loop = studio.loop if model else replace(studio.loop, model="")
+    return {"device": device, "loop": loop, "hand": studio.grip}
+
+
+class Freshness:
+    """Tells whether a result is out of date; facts() gives what it depends on now, by name."""
+
+    def __init__(self, facts: Callable[[], Facts], again: str = "Measure again"):
+        self._facts, self._again = facts, again
+        self._asked: Facts | None = None
+        self._then: Facts | None = None
+
+    def begin(self) -> None:
+        """Note the facts at the start of a measurement."""
+        self._asked = dict(self._facts())
+
+    def keep(self) -> None:
+        """Note that the result arrived; it holds for the facts at its start."""
+        self._then = self._asked
+
+    @property
+    def outdated(self) -> str:
+        """Say what has changed since and what to do, "" where nothing has."""
+        if self._then is None:
+            return ""
+        now = self._facts()
+        changed = next((name for name, value in self._then.items() if now.get(name) != value), "")
+        return f"Out of date: the {changed} changed. {self._again}." if changed else ""
+
+
+def bar_title(text: str) -> QLabel:
+    """Return a title for the run bar."""
+    label = QLabel(text)
+    dress(label, "QLabel { font-size: 14px; font-weight: 650; }")
+    return label
+
+
+class MeasuringPage(Page):
+    """The page; a view declares its texts, and what it measures, shows and saves."""
+
+    file = ""
+    """What exported files are called."""
+    title = ""
+    """What the run bar begins with, "" for nothing."""
+    heading, about = "", ""
+    """The side's title and what stands below it; without a title the side is the view's own."""
+    begin = ""
+    """What the answer's line says before there is one; "" for no such line."""
+    read = ""
+    """How to read the drawing."""
+    drawn, listed = "", ""
+    """What drawing and table are called where they are not seen; "" for no drawing."""
+    buttons = ("Measure", "Measure again")
+    needs = "analysis"
+    """What must be compiled before, "" for nothing."""
+    conditions_title = "Conditions"
+    side: SidePanel
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__()
+        self._studio, self._live = studio, live
+        self.job = Job(self, needs=self.needs)
+        self.bar = RunBar(self.job, *self.buttons)
+        if self.title:
+            self.bar.add(bar_title(self.title))
+        if self.begin:
+            self.answer = AnswerLine(self.begin)
+        if self.drawn:
+            self.chart = Drawing(self.drawn)
+        if self.heading:
+            self.table, self.point, self.conditions = Table(self.listed), hint(), Pairs()
+            self.side = SidePanel(self.heading, self.about)
+        self.bar.run_pressed.connect(self.press)
+        self.bar.export_pressed.connect(self.export)
+        self.job.finished.connect(self.show_result)
+        self._export = Export(self, self.file, self.bar.say)
+
+    def build(self, body: QWidget | None = None) -> None:
+        """Lay out the parts; body: what stands below the answer in place of the drawing."""
+        answer = (self.answer,) if self.begin else ()
+        self.column.addWidget(filled(self.bar, *answer, body or self.chart))
+        if not self.heading:
+            return
+        self.side.add(self.table)
+        self.side.add(self.point)
+        self.fill_side()
+        if self.read:
+            self.side.section("Read the chart")
+            self.side.add(hint(self.read))
+        self.conditions.stand_under(self.side.section(self.conditions_title))
+        self.side.add(self.conditions)
+
+    def fill_side(self) -> None:
+        """Add a view's own parts to the side, between its table and the explanation of the drawing."""
+
+    # what a view does
+
+    def run(self) -> None:
+        """Measure; raise StudioError where that cannot be."""
+        raise NotImplementedError
+
+    def show_result(self, result: Any) -> None:
+        """Show what was measured."""
+        raise NotImplementedError
+
+    def save(self, path: str) -> None:
+        """Write what is in sight as a picture, in a thread."""
+        raise NotImplementedError
+
+    def numbers(self) -> dict:
+        """Return what is in sight as one object, SI."""
+        raise NotImplementedError
+
+    # what all do
+
+    def press(self) -> None:
+        """Start measuring, or show why that cannot be."""
+        try:
+            self.run()
+        except StudioError as error:
+            self.bar.say(str(error), danger=True)
+
+    def export(self) -> None:
+        """Save what is in sight as a picture or as numbers."""
+        self._export.ask(*self.exports())
+
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        """Return what draws what is in sight to a path, and what returns it as numbers."""
+        return self.save, self.numbers
+
+    def end(self) -> None:
+        self.job.end()
+        self._export.job.end()

@@ -1,0 +1,176 @@
+"""What the map shows: lines computed off the window's thread, and what was measured."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hapkit_studio.gui.background import Progress, Work
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
+
+
+# The dot may come this near to the upper or right edge before the axes change.
+_EDGE = 0.95
+
+
+@dataclass(frozen=True)
+class LinesQuestion:
+    """A setting and the rendered impedance in it; axes: width in N·s/m and top in N/m, kept if they fit."""
+
+    setting: "Setting"
+    stiffness: float
+    damping: float
+    axes: tuple[float, float] | None = None
+    every_hand: bool = False
+
+
+@dataclass(frozen=True)
+class Lines:
+    """The answer: a plane, and with every hand asked for each one's exact boundary (n,) in N/m."""
+
+    question: LinesQuestion
+    plane: "Plane"
+    hands: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+def solve(ask: LinesQuestion) -> Lines:
+    """Compute the lines; a dot that only moves costs its margin alone."""
+    from hapkit_studio.analysis.stability.kb_plane import hands
+    from hapkit_studio.analysis.stability.margin import Margin
+
+    axes = ask.axes
+    if axes and (ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]):
+        axes = None
+    if axes is None:
+        axes = _axes(ask)
+    limits = hands(ask.setting, ask.damping)
+    hand = min(limits, key=lambda name: limits[name]) if ask.every_hand else ask.setting.hand
+    margin = Margin(ask.stiffness, ask.damping, limits[hand], hand)
+    plane = replace(_plane(ask.setting, *axes), margin=margin, hands=limits)
+    return Lines(ask, plane, _every(ask.setting, axes[0]) if ask.every_hand else {})
+
+
+def _axes(ask: LinesQuestion) -> tuple[float, float]:
+    """Return round axes; with every hand shown, high enough for the firmest one's boundary."""
+    from hapkit_studio.analysis.stability.axes import nice_top
+    from hapkit_studio.analysis.stability.kb_plane import plane
+
+    found = plane(ask.setting, ask.stiffness, ask.damping, columns=2)
+    highest = max((float(limits.max()) for limits in _every(ask.setting, found.width).values()), default=0.0)
+    return found.width, max(found.top, nice_top(1.05 * highest) if ask.every_hand else 0.0)
+
+
+@lru_cache(maxsize=32)
+def _plane(setting: "Setting", width: float, top: float) -> "Plane":
+    from hapkit_studio.analysis.stability.kb_plane import plane
+
+    return plane(setting, 0.0, 0.0, width=width, top=top)
+
+
+@lru_cache(maxsize=8)
+def _every(setting: "Setting", width: float) -> dict[str, np.ndarray]:
+    from hapkit_studio.analysis.stability.kb_plane import COLUMNS, exact_boundary
+    from hapkit_studio.dynamics.hand import GRIPS
+
+    if not setting.linear:
+        return {}
+    across = np.linspace(0.0, width, COLUMNS)
+    return {hand: exact_boundary(replace(setting, hand=hand), across) for hand in GRIPS}
+
+
+SIDE = 100
+COLUMNS = 13
+# Bisection takes about so many cells a column.
+_CELLS_A_COLUMN = 25
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One measurement: its setting, the axes it covers, points and cells, and the seconds it took."""
+
+    setting: "Setting"
+    real: bool
+    axes: tuple[float, float]
+    points: "Points"
+    cells: "Cells"
+    seconds: float
+
+    def words(self, axes: tuple[float, float]) -> str:
+        """Say how much was measured, and how fast; how far, where the map's axes are wider than that."""
+        m, n = self.cells.classes.shape
+        if axes[0] > self.axes[0] or axes[1] > self.axes[1]:
+            return f"Measured to {self.axes[0]:g} N·s/m and {self.axes[1]:,.0f} N/m only"
+        return f"{m} × {n} cells, {self.seconds:.1f} s"
+
+
+class Results:
+    """What was measured for one loop: without the passivity controller and with it, the one in sight last."""
+
+    def __init__(self) -> None:
+        self.all: list[Measured] = []
+
+    @property
+    def last(self) -> Measured | None:
+        """Return the measurement in sight."""
+        return self.all[-1] if self.all else None
+
+    def take(self, measured: Measured) -> None:
+        """Keep a measurement; drop those of other loops."""
+        others = [old for old in self.all if old.setting.controller != measured.setting.controller]
+        self.all = [*(old for old in others if _same_loop(old, measured)), measured]
+
+    def prefer(self, setting: "Setting", real: bool) -> None:
+        """Put the measurement of these conditions last, if there is one."""
+        self.all.sort(key=lambda measured: (measured.setting, measured.real) == (setting, real))
+
+    def outdated(self, setting: "Setting", real: bool) -> bool:
+        """Say whether it holds for other conditions than these."""
+        last = self.last
+        return last is not None and (last.setting != setting or last.real != real)
+
+    def put_into(self, plane: "Plane") -> "Plane":
+        """Return a plane with what was measured last."""
+        last = self.last
+        return replace(plane, points=last.points, cells=last.cells) if last else plane
+
+
+def _same_loop(one: Measured, other: Measured) -> bool:
+    """Say whether two measurements differ by the controller alone."""
+    return (
+        replace(one.setting, controller=other.setting.controller) == other.setting and one.real == other.real
+    )
+
+
+def measuring(setting: "Setting", real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:
+    """Return the work for a Job: the cells of the map, then the boundary by bisection."""
+
+    def work(progress: Progress) -> Measured:
+        from hapkit_studio.analysis.stability.rendered import measure_cells, measure_points
+
+        begin = time.monotonic()
+        whole, rest = side * side, COLUMNS * _CELLS_A_COLUMN
+        across, up = (_middles(end, side) for end in axes)
+        say = _part(progress, 0, whole, whole + rest)
+        cells = measure_cells(setting, across, up, real=real, progress=say)
+        seconds = time.monotonic() - begin
+        columns = np.linspace(0.0, axes[0], COLUMNS)
+        say = _part(progress, whole, rest, whole + rest)
+        points = measure_points(setting, columns, real=real, progress=say)
+        return Measured(setting, real, axes, points, cells, seconds)
+
+    return work
+
+
+def _middles(end: float, count: int) -> np.ndarray:
+    return (np.arange(count) + 0.5) * (end / count)
+
+
+def _part(progress: Progress, before: int, share: int, of: int) -> Callable[[int, int], None]:
+    """Return a callback that reports a part's progress as progress of the whole."""
+    return lambda done, count: progress(before + share * done // max(count, 1), of)

@@ -1,0 +1,362 @@
+"""The stability map: every limit of the loop in force, and the rendered impedance as a dot in it."""
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
+
+from hapkit_studio.analysis.stability.margin import Margin, short
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.background import LatestAnswer
+from hapkit_studio.gui.pages.measuring import MeasuringPage
+from hapkit_studio.gui.pages.stability.map_data import (
+    Lines,
+    LinesQuestion,
+    Measured,
+    Results,
+    measuring,
+    solve,
+)
+from hapkit_studio.gui.pages.stability.side import StabilitySide
+from hapkit_studio.gui.pages.stability.trial import MapParameters, Trial, TrialConditions, map_parameters
+from hapkit_studio.gui.pages.stability.verdict import Verdict, VerdictColumn, nothing_yet, verdict
+from hapkit_studio.gui.panel.limits import LoopFacts
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.theme import number
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.backend_bases import MouseEvent
+
+    from hapkit_studio.charts.stability import Dot, Map
+    from hapkit_studio.charts.style import Colors
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.studio import Studio
+
+
+class UndoClick(QObject):
+    """Keeps the values before the last click on the map; Ctrl+Z restores them while the page is shown."""
+
+    def __init__(self, studio: Studio, page: QWidget):
+        super().__init__(page)
+        self._studio = studio
+        self._key, self._before = "", dict[str, float]()
+        self.shortcut = QShortcut(QKeySequence(QKeySequence.StandardKey.Undo), page)
+        self.shortcut.setContext(Qt.ShortcutContext.WindowShortcut)
+        self.shortcut.activated.connect(self.go)
+
+    def remember(self) -> None:
+        """Keep the present values."""
+        self._key, self._before = self._studio.environment.key, dict(self._studio.values)
+
+    def go(self) -> None:
+        """Restore the values before the last click, once, in the same environment."""
+        if self._before and self._key == self._studio.environment.key:
+            self._studio.set_values(self._before)
+        self._before = {}
+
+
+HANDS = ("released", "medium", "all")
+_HAND_WORDS = ("Released", "Medium grip", "All hands")
+_NAMES = {"Delay": "Delay, measured"}
+_ROOM_BESIDE = 560
+
+
+class StabilityPage(MeasuringPage):
+    """Computes lines while it is shown, draws the newest, and measures on demand."""
+
+    file = "stability"
+    drawn = "Stability map, damping across, stiffness up"
+    side: StabilitySide
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__(studio, live)
+        self.facts = LoopFacts(studio, self)
+        self.trial = Trial(studio, live, self)
+        self.back = UndoClick(studio, self)
+        self._worker = LatestAnswer(solve, self)
+        self.lines: Lines | None = None
+        self.results = Results()
+        self._seen = self._wanted = False
+        self.hands = Segmented("Hand", _HAND_WORDS)
+        self.hands.show_index(0)
+        self.hands.setMinimumWidth(self.hands.sizeHint().width())
+        self.real = QCheckBox("Friction and sensor steps")
+        self.real.setToolTip("Measure with the device's friction and sensor steps, or an ideal one")
+        self.beside, self.side = VerdictColumn(), StabilitySide(studio)
+        self._map: Map | None = None
+        self._dot: Dot | None = None
+        self._arrange()
+        self._join(live)
+        self._forget_lines()
+
+    # what a person does
+
+    def go(self, damping: float, stiffness: float) -> None:
+        """Set the parameters to a point of the map."""
+        pair = self.pair
+        if pair is None:
+            return
+        try:
+            self._studio.set_values(pair.values(stiffness, damping))
+        except ParameterError as error:
+            self.bar.say(str(error), danger=True)
+
+    def run(self) -> None:
+        """Measure the map and the boundary for what is shown."""
+        self._wanted = self.lines is None
+        if self.lines is None:
+            self.bar.say("Waits for the lines" if self._studio.engine else "Needs a device.")
+            return
+        plane = self.lines.plane
+        self.job.start(measuring(plane.setting, self.real.isChecked(), (plane.width, plane.top)))
+        self._show_measured()
+
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        assert self.lines is not None
+        plane = self.lines.plane if self.outdated else self.results.put_into(self.lines.plane)
+        engine = self._studio.engine
+        device = engine.device.title if engine is not None else ""
+
+        def figure(path: str) -> None:
+            from hapkit_studio.charts.stability import stability_figure
+
+            stability_figure(plane, path, device)
+
+        def numbers() -> dict:
+            from hapkit_studio.analysis.stability.kb_plane import as_json
+
+            return as_json(plane)
+
+        return figure, numbers
+
+    # what is asked and answered
+
+    @property
+    def pair(self) -> MapParameters | None:
+        """Return the parameters that a click sets; None where the environment has no impedance."""
+        environment = self._studio.environment
+        return map_parameters(environment, self._studio.values) if environment.impedance else None
+
+    @property
+    def held(self) -> TrialConditions | None:
+        """Return what the map says of the handle when it is let go; None before there are lines."""
+        engine, pair = self._studio.engine, self.pair
+        if self.lines is None or engine is None or pair is None:
+            return None
+        plane = self.lines.plane
+        limit = plane.hands["released"] if pair.stiffness else math.nan
+        return TrialConditions(plane.setting, plane.margin.stiffness, limit, engine.max_force)
+
+    def question(self) -> LinesQuestion | None:
+        """Return what to compute for what is in force; None without a device or its delay."""
+        hand = HANDS[self.hands.index]
+        setting = self.facts.setting("released" if hand == "all" else hand)
+        if setting is None:
+            return None
+        impedance = self._studio.environment.impedance
+        stiffness, damping = impedance(self._studio.values) if impedance else (0.0, 0.0)
+        last, every = self.lines, hand == "all"
+        same = last is not None and (last.question.setting, last.question.every_hand) == (setting, every)
+        keep = (last.plane.width, last.plane.top) if last and same else None
+        return LinesQuestion(setting, stiffness, damping, keep, every)
+
+    def ask(self) -> None:
+        """Ask for the lines, if the page is shown."""
+        if not self._seen:
+            return
+        question = self.question()
+        if question is None:
+            self._worker.forget()
+            self._forget_lines()
+        else:
+            self._worker.ask(question)
+
+    def show_lines(self, lines: Lines) -> None:
+        """Show the newest lines."""
+        self.lines = lines
+        self.side.show_hands(lines.plane.hands, lines.plane.margin.damping)
+        self.bar.export.setEnabled(True)
+        self._show_conditions()
+        self._show_measured()
+        self._say_measured()
+        if self._wanted:
+            self.run()
+
+    def show_result(self, measured: Measured) -> None:
+        """Keep a measurement, beside the one without (or with) the controller."""
+        self.results.take(measured)
+        self._show_measured()
+        self._say_measured()
+
+    # the page's life
+
+    def set_shown(self, on: bool) -> None:
+        self._seen = on
+        if on:
+            self._show_studio()
+            self.ask()
+        else:
+            self.trial.let_go()
+
+    def set_room(self, width: int, height: int) -> None:
+        self.beside.setVisible(width >= _ROOM_BESIDE)
+        self.side.set_room(self.side.width() < 300)
+
+    def wait(self) -> None:
+        """Wait for the lines, for tests; the answer comes with the next events."""
+        self._worker.wait()
+
+    def end(self) -> None:
+        super().end()
+        self._worker.close()
+
+    # inner
+
+    @property
+    def outdated(self) -> bool:
+        """Say whether the newest measurement holds for other conditions than those shown."""
+        return self.lines is not None and self.results.outdated(
+            self.lines.plane.setting, self.real.isChecked()
+        )
+
+    def _show_measured(self) -> None:
+        if self.lines is not None:
+            self.results.prefer(self.lines.plane.setting, self.real.isChecked())
+        if self.lines is not None:
+            self.beside.show_verdict(self._verdict(self.lines))
+            self._show_map(self.lines)
+
+    def _show_map(self, lines: Lines) -> None:
+        """Redraw the map, or only move the dot where nothing else changed."""
+        from hapkit_studio.charts.stability import Map, draw
+
+        dotted = self._studio.environment.impedance is not None
+        outdated = bool(self.results.all) and (self.job.running or self.outdated)
+        others = tuple(measured.points for measured in self.results.all[:-1])
+        plane = self.results.put_into(lines.plane)
+        shown, before = Map(plane, others, lines.hands, outdated, dotted), self._map
+        self._map = shown
+        if self._dot is not None and before is not None and not self.chart.pale and _same(shown, before):
+            self._dot.place(plane, dotted)
+            self.chart.follow()
+            return
+        self.beside.show_lines(shown.lines())
+
+        def paint(figure: Any, colors: "Colors") -> "tuple[Artist, ...]":
+            assert self._map is not None
+            self._dot = draw(figure, colors, self._map)
+            return self._dot.artists
+
+        self.chart.show_drawing(paint)
+
+    def show_near(self, event: "MouseEvent | None") -> None:
+        """Say limit and margin where the pointer is."""
+        known = event is not None and self.lines is not None and not self.chart.pale
+        if known and self.lines is not None and event is not None and event.xdata is not None:
+            self.chart.read(event, "\n".join(reading(self.lines, event.xdata, float(event.ydata or 0.0))))
+        else:
+            self.chart.read(None)
+
+    def _verdict(self, lines: Lines) -> Verdict:
+        if self._studio.environment.impedance is None:
+            title = self._studio.environment.title
+            return Verdict("No limit applies", f"{title} renders no stiffness or damping of its own.")
+        return verdict(lines.plane, None if self.outdated else self.results.last)
+
+    def _say_measured(self) -> None:
+        """Show how fast the map was measured or that it is out of date; not while another is measured."""
+        newest = self.results.last
+        if newest is not None and not self.job.running:
+            axes = (self.lines.plane.width, self.lines.plane.top) if self.lines is not None else newest.axes
+            self.bar.say("Out of date" if self.outdated else newest.words(axes))
+
+    def _show_conditions(self) -> None:
+        from hapkit_studio.analysis.stability.kb_plane import conditions
+
+        if self.lines is None:
+            return
+        pairs = dict(conditions(self.lines.plane.setting, self.real.isChecked()))
+        pairs |= {"Hand": "all of them"} if self.lines.hands else {}
+        self.beside.show_conditions([(_NAMES.get(name, name), value) for name, value in pairs.items()])
+
+    def _forget_lines(self) -> None:
+        self.lines = None
+        self.chart.fade()
+        self.beside.show_lines({})
+        self.beside.show_conditions([])
+        self.side.show_hands({}, 0.0)
+        self.bar.export.setEnabled(False)
+        delay = self.facts.delay is not None
+        self.beside.show_verdict(nothing_yet(self._studio.engine is not None, delay))
+
+    def _show_studio(self) -> None:
+        """Show what a click and the button do now, and whether the controller is on."""
+        pair = self.pair
+        words = pair.words if pair else "This environment renders no stiffness or damping to set."
+        possible = self.trial.possible
+        if self._studio.engine is not None and not possible:
+            words += " On a real Hapkit you are the hand: let go of it yourself."
+        button = "Holding…" if self.trial.holding else "Release the handle here"
+        self.side.show_trial(words, button, possible and not self.trial.holding, self.trial.said)
+        self.side.show_controller(self._studio.loop.controller)
+
+    def _arrange(self) -> None:
+        self.bar.add(self.hands)
+        self.bar.add(self.real)
+        body = QWidget()
+        row = QHBoxLayout(body)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.chart, 1)
+        row.addWidget(self.beside)
+        self.build(body)
+
+    def _join(self, live: "Live") -> None:
+        studio = self._studio
+        self._worker.answered.connect(self.show_lines)
+        self.facts.changed.connect(self.ask)
+        self.hands.chosen.connect(lambda _index: self.ask())
+        self.real.toggled.connect(self._show_measured)
+        self.real.toggled.connect(self._say_measured)
+        self.real.toggled.connect(self._show_conditions)
+        for signal in (studio.values_changed, studio.environment_changed):
+            signal.connect(self.ask)
+        for signal in (studio.environment_changed, studio.values_changed, studio.engine_changed):
+            signal.connect(self._show_studio)
+        studio.loop_changed.connect(self._show_studio)
+        self.trial.changed.connect(self._show_studio)
+        self.side.release_pressed.connect(lambda: self.trial.begin(self.held))
+        self.side.controller_chosen.connect(lambda on: studio.set_loop(controller=on))
+        live.health.connect(self.facts.note_health)
+        self.chart.clicked.connect(lambda *_place: self.back.remember())
+        self.chart.clicked.connect(self.go)
+        self.chart.dragged.connect(self.go)
+        self.chart.pointed.connect(self.show_near)
+        self.job.running_changed.connect(self._show_measured)
+
+
+def _same(one: "Map", other: "Map") -> bool:
+    """Say whether two maps differ in what the dot shows alone."""
+    parts = ("damping", "exact", "simple", "edge", "top", "setting", "points", "cells")
+    same = all(getattr(one.plane, part) is getattr(other.plane, part) for part in parts)
+    rest = [
+        (m.outdated, list(map(id, m.others)), {k: id(v) for k, v in m.hands.items()}) for m in (one, other)
+    ]
+    return same and rest[0] == rest[1]
+
+
+def reading(lines: Lines, damping: float, stiffness: float) -> tuple[str, str]:
+    """Return what the map says of a point: its values, and the limit with the margin there."""
+    plane = lines.plane
+    values = f"{stiffness:,.0f} N/m, {number(damping, 1)} N·s/m"
+    limit = float(np.interp(damping, plane.damping, plane.exact))
+    said = short(Margin(stiffness, damping, limit, plane.setting.hand))
+    if not math.isfinite(limit) or limit <= 0.0:
+        return values, said
+    return values, f"limit {limit:,.0f} N/m: {said.removesuffix(' the limit')}"

@@ -1,0 +1,326 @@
+"""Release the handle away from its rest position, and report what it did."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from hapkit_studio.dynamics.hand import grip_named
+from hapkit_studio.environments.base import Environment, Values
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.numbers import Quantity
+from hapkit_studio.gui.widgets.theme import number
+from hapkit_studio.parameters import Parameter
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.gui.live.live import Live
+
+
+# How far a trial goes in m: at least, at most, and where nothing says how far.
+LEAST, MOST, USUAL = 0.001, 0.020, 0.005
+# Beyond the smallest amplitude that grows by this factor and so many m more.
+_TIMES, _MORE = 2.0, 0.0005
+# Amplitudes that are tried, in m.
+_FINEST, _COUNT = 2e-5, 2000
+
+
+@dataclass(frozen=True)
+class TrialConditions:
+    """A rendered stiffness and the released handle's limit in N/m, in a loop whose force ends at force N."""
+
+    setting: "Setting"
+    stiffness: float
+    limit: float
+    force: float = math.inf
+
+
+def kept_share(ratio: float) -> float:
+    """Return the share of its stiffness that a spring keeps at an amplitude of 1/ratio times its clamp.
+
+    The describing function of saturation.
+    """
+    if ratio >= 1.0:
+        return 1.0
+    return 2.0 / math.pi * (math.asin(ratio) + ratio * math.sqrt(1.0 - ratio * ratio))
+
+
+def grows_from(held: TrialConditions) -> float:
+    """Return the smallest amplitude in m that grows; inf where friction or the clamp stop every one.
+
+    Energy balance of one cycle: 4 f A = π ω A² (K - K_limit)(T/2 + d), where the exact limit stands for all
+    that is linear. It is theory's A = 4 f / (π ω (K (T/2 + d) - b)) without virtual damping. 0 without
+    friction.
+    """
+    if held.stiffness <= held.limit:
+        return math.inf
+    if held.setting.coulomb == 0.0:
+        return 0.0
+    ratio = (MOST / _FINEST) ** (1.0 / _COUNT)
+    return next((a for i in range(_COUNT) if _gains(held, a := _FINEST * ratio**i)), math.inf)
+
+
+def _gains(held: TrialConditions, amplitude: float) -> bool:
+    kept = held.stiffness * kept_share(held.force / (held.stiffness * amplitude))
+    lag = 0.5 * held.setting.period + held.setting.delay
+    gained = math.pi * math.sqrt(kept / held.setting.mass) * amplitude * (kept - held.limit) * lag
+    return gained > 4.0 * held.setting.coulomb
+
+
+def starting_distance(held: TrialConditions) -> float:
+    """Return how far a trial pulls the handle, in m: beyond what friction holds, where possible."""
+    if not held.stiffness > held.limit:
+        return USUAL
+    return min(max(_TIMES * grows_from(held) + _MORE, LEAST), MOST)
+
+
+_UNITS = ("N/m", "N·s/m")
+# Two shares of a parameter's range: where the impedance is the parameter at both, it is that parameter.
+_PROBES = (0.3, 0.6)
+_REACH, _POINTS = 0.04, 161
+# Where the force rises nearly as steeply as anywhere.
+_STEEP = 0.9
+# This far in m on both sides of the stiffest place tells a wall; less than this share of force is none.
+_NEAR, _SLIGHT = 0.003, 0.1
+
+
+@dataclass(frozen=True)
+class MapParameters:
+    """The parameters that set stiffness and damping; None where the environment has none for it."""
+
+    stiffness: Parameter | None
+    damping: Parameter | None
+
+    def values(self, stiffness: float, damping: float) -> dict[str, float]:
+        """Return what to set for a point of the map, on whole steps and inside the parameters' limits."""
+        found = ((self.stiffness, stiffness), (self.damping, damping))
+        return {p.key: _on_a_step(p, value) for p, value in found if p is not None}
+
+    @property
+    def words(self) -> str:
+        """Say what a click on the map does."""
+        if self.stiffness and self.damping:
+            return "Click the map: the sliders go there, the scene shows what happens. Ctrl+Z goes back."
+        if self.stiffness or self.damping:
+            name = (self.stiffness or self.damping).label.lower()  # type: ignore[union-attr]
+            return f"Click the map: {name} goes there, the only one of the two that is set here."
+        return "No slider here is the stiffness or the damping alone. Choose Spring or Wall to go by clicks."
+
+
+def map_parameters(environment: Environment, values: Values) -> MapParameters:
+    """Return the parameters that are the impedance themselves, with these values of the others."""
+    numbers = [p for p in environment.parameters if isinstance(p, Parameter)]
+    found = [
+        next((p for p in numbers if p.unit == unit and _is_it(environment, values, p, which)), None)
+        for which, unit in enumerate(_UNITS)
+    ]
+    return MapParameters(*found)
+
+
+def _is_it(environment: Environment, values: Values, parameter: Parameter, which: int) -> bool:
+    if environment.impedance is None:
+        return False
+    for share in _PROBES:
+        value = parameter.low + share * (parameter.high - parameter.low)
+        if environment.impedance({**values, parameter.key: value})[which] != value:
+            return False
+    return True
+
+
+def _on_a_step(parameter: Parameter, value: float) -> float:
+    quantity = Quantity.of(parameter)
+    inside = min(max(value * quantity.factor, quantity.low), quantity.high)
+    return min(max(quantity.at(quantity.index(inside)) / quantity.factor, parameter.low), parameter.high)
+
+
+def contact(environment: Environment, values: Values) -> tuple[float, float]:
+    """Return (place in m, direction) where the force rises most steeply, with the least force to begin with.
+
+    Going that direction stays in it. The middle, to the right, where no place has any stiffness.
+    """
+    x = np.linspace(-_REACH, _REACH, _POINTS)
+    force = environment.curve(values, x)
+    slope = -np.gradient(force, x)
+    if not np.isfinite(slope).all() or slope.max() <= 0.0:
+        return 0.0, 1.0
+    steep = slope >= _STEEP * slope.max()
+    places = np.flatnonzero(steep)
+    best = int(min(places, key=lambda i: (round(abs(float(force[i])), 6), abs(float(x[i])))))
+    onwards = best + 4 < _POINTS and bool(steep[best : best + 4].all())
+    return float(x[best]), 1.0 if onwards else -1.0
+
+
+def one_sided(environment: Environment, values: Values) -> bool:
+    """Return whether the scene pushes on one side only of its stiffest place, as a wall does."""
+    place, way = contact(environment, values)
+    inside, outside = environment.curve(values, np.array([place + way * _NEAR, place - way * _NEAR]))
+    return abs(float(outside)) < _SLIGHT * abs(float(inside))
+
+
+# The stretches that are compared, in s: after the release, and at the end.
+_BEGIN, _END = 0.2, 0.4
+# Up to so many sensor steps is rest; more than this factor is growth.
+_STEPS, _GREW = 3.0, 1.15
+_LEAST_STEP = 20e-6
+_THROWN = (
+    "A wall pushes the handle out, and nothing brings it back. Choose Spring to see it grow, or come to rest."
+)
+
+
+@dataclass(frozen=True)
+class Released:
+    """The handle after its release: time (n,) s, position (n,) m about its place of rest, asked force (n,) N.
+
+    one_sided: the scene pushes on one side only.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    asked: np.ndarray
+    one_sided: bool = False
+
+    @property
+    def begin(self) -> float:
+        """Return the largest distance in m soon after the release."""
+        return float(np.abs(self.position[self.time <= self.time[0] + _BEGIN]).max())
+
+    @property
+    def end(self) -> float:
+        """Return half the peak-to-peak distance in m at the end."""
+        return 0.5 * float(np.ptp(self.position[self.time >= self.time[-1] - _END]))
+
+
+def outcome_words(seen: Released, held: TrialConditions) -> str:
+    """Describe the outcome, and whether it agrees with the map."""
+    if len(seen.time) < 2:
+        return ""
+    if seen.one_sided:
+        return _THROWN
+    if seen.end <= _STEPS * max(held.setting.quantum, _LEAST_STEP):
+        return f"Came to rest{_why_rest(held)}"
+    clamped = bool(np.abs(seen.asked).max() > held.force)
+    size = f"±{number(1e3 * seen.end, 1)} mm"
+    holds = f"the force limit of {number(held.force, 1)} N holds it at {size}" if clamped else ""
+    if seen.end > _GREW * seen.begin:
+        return f"Grew{_as_said(held, True)}" + (f" Now {holds}." if holds else "")
+    if held.stiffness > held.limit:
+        return f"Did not come to rest: {holds}." if holds else f"Did not come to rest: still {size}."
+    dies = seen.end < seen.begin / _GREW
+    return f"Dies away{_as_said(held, False)}" if dies else f"Goes on moving, {size}."
+
+
+def _as_said(held: TrialConditions, grows: bool) -> str:
+    """Say whether the outcome agrees with the exact limit."""
+    if math.isnan(held.limit) or held.setting.controller:
+        return "."
+    return ", as the map says." if (held.stiffness > held.limit) == grows else ", the map says otherwise."
+
+
+def _why_rest(held: TrialConditions) -> str:
+    if held.setting.controller:
+        return ", with the passivity controller."
+    if not held.stiffness > held.limit:
+        return _as_said(held, False)
+    least = grows_from(held)
+    if math.isinf(least) and math.isfinite(grows_from(replace(held, force=math.inf))):
+        return f": friction and the force limit of {number(held.force, 1)} N held it."
+    if least > MOST:
+        return f": friction held it; more than {number(1e3 * MOST, 0)} mm would grow."
+    return f": friction held it; it grows from {number(1e3 * least, 1)} mm on."
+
+
+# For how long the hand holds, and for how long the handle is watched after that.
+_HOLD_MS, _WATCH_MS = 700, 1500
+_GRIP = "medium"
+# The hand's own target stays this near in m.
+_FARTHEST = 0.045
+
+
+class Trial(QObject):
+    """Pulls the handle with the simulated hand, then lets go; ``changed`` when it begins, ends, or says more.
+
+    holding: the hand is on the handle now; said: what happened after the last release.
+    """
+
+    changed = Signal()
+
+    def __init__(self, studio: Studio, live: "Live", parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio, self._live = studio, live
+        self._grip: str | None = None
+        self._held: TrialConditions | None = None
+        self._since = 0.0
+        self.holding, self.said = False, ""
+        self._timer = QTimer(self, singleShot=True, interval=_HOLD_MS)
+        self._timer.timeout.connect(self._release)
+        self._watch = QTimer(self, singleShot=True, interval=_WATCH_MS)
+        self._watch.timeout.connect(self.judge)
+        for signal in (studio.engine_changed, studio.environment_changed):
+            signal.connect(self.let_go)
+        for signal in (studio.engine_changed, studio.environment_changed, studio.values_changed):
+            signal.connect(self.forget)
+
+    @property
+    def possible(self) -> bool:
+        """Return whether there is a handle that the simulated hand holds."""
+        return self._studio.engine is not None and self._studio.hand_is_ours
+
+    def begin(self, held: TrialConditions | None) -> None:
+        """Pull the handle away from its rest position; held: the conditions of the trial, None if unknown."""
+        if not self.possible or self.holding:
+            return
+        self.forget()
+        self._held = held
+        if self._studio.grip == "released":
+            self._grip = self._studio.grip
+            self._studio.set_grip(_GRIP)
+        self._studio.move_hand(self._target(held))
+        self.holding = True
+        self._timer.start()
+        self.changed.emit()
+
+    def let_go(self) -> None:
+        """Release the handle and restore the grip."""
+        if self.holding:
+            self.holding = False
+            self._timer.stop()
+            self._studio.move_hand(None)
+        if self._grip is not None:
+            grip, self._grip = self._grip, None
+            self._studio.set_grip(grip)
+        self.changed.emit()
+
+    def forget(self) -> None:
+        """Clear the report on the last release."""
+        self._watch.stop()
+        if self.said:
+            self.said = ""
+            self.changed.emit()
+
+    def judge(self) -> None:
+        """Report what the handle did since its release."""
+        window = self._live.history.between(self._since, float("inf"))
+        place, _way = contact(self._studio.environment, self._studio.values)
+        one = one_sided(self._studio.environment, self._studio.values)
+        here = window.y["position"] == window.y["position"]
+        seen = Released(window.x[here], window.y["position"][here] - place, window.y["asked"][here], one)
+        self.said = outcome_words(seen, self._held) if self._held is not None else ""
+        self.changed.emit()
+
+    def _release(self) -> None:
+        """Release the handle, then watch it."""
+        self._since = self._live.history.now
+        self.let_go()
+        self._watch.start()
+
+    def _target(self, held: TrialConditions | None) -> float:
+        """Return where the hand pulls to in m, so that against the scene's force the handle gets there."""
+        environment, values = self._studio.environment, self._studio.values
+        place, way = contact(environment, values)
+        far = starting_distance(held) if held is not None else USUAL
+        grip = grip_named(self._studio.grip)
+        force = min(held.stiffness * far, held.force) if held is not None else 0.0
+        target = place + way * (far + (force / grip.stiffness if grip else 0.0))
+        return min(max(target, -_FARTHEST), _FARTHEST)

@@ -1,0 +1,201 @@
+"""A table of what was measured: a row a result, sorted by a click on a head, copied with Ctrl+C."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QKeySequence, QMouseEvent, QResizeEvent
+from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QSizePolicy, QTableView
+
+from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.theme import theme
+
+_ROW, _GAP = 28, 8  # px
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_LOOK = """
+QTableView { background: transparent; border: none; font-size: 12px;
+             selection-color: @ink; selection-background-color: @accentsoft; }
+QTableView:focus { border: 2px solid @accent; }
+QTableView::item { padding: 0 2px; }
+QHeaderView { background: transparent; }
+QHeaderView::section { background: transparent; color: @ink3; border: none; border-bottom: 1px solid @line;
+                       padding: 2px; font-size: 12px; }
+"""
+_CELLS = """
+QTableView { padding: 4px 8px; selection-color: @onaccent; selection-background-color: @accent; }
+"""
+Index = QModelIndex | QPersistentModelIndex
+
+
+def _ink(_row: Any) -> str:
+    return "ink"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A head, what a row says under it, what it is sorted by if not by that, tokens of colours, a sign."""
+
+    head: str
+    text: Callable[[Any], str]
+    order: Callable[[Any], Any] | None = None
+    token: Callable[[Any], str] = _ink
+    sign: Callable[[Any], Any] | None = None
+    ground: Callable[[Any], str] | None = None
+    right: bool = True
+
+    @property
+    def align(self) -> Qt.AlignmentFlag:
+        """Return the alignment of its text."""
+        return _RIGHT if self.right else _LEFT
+
+
+class Rows(QAbstractTableModel):
+    """The rows, in the order that was chosen last."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.columns: tuple[Column, ...] = ()
+        self.rows: list[Any] = []
+
+    def show(self, columns: Iterable[Column], rows: Iterable[Any]) -> None:
+        """Show these rows under these columns."""
+        self.beginResetModel()
+        self.columns, self.rows = tuple(columns), list(rows)
+        self.endResetModel()
+
+    def rowCount(self, _parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return len(self.rows)
+
+    def columnCount(self, _parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return len(self.columns)
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        column, row = self.columns[index.column()], self.rows[index.row()]
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
+            return column.text(row)
+        if role == Qt.ItemDataRole.ForegroundRole:
+            return theme.color(column.token(row))
+        if role == Qt.ItemDataRole.BackgroundRole and column.ground is not None:
+            return theme.color(column.ground(row))
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return column.align
+        if role == Qt.ItemDataRole.DecorationRole and column.sign is not None:
+            return column.sign(row)
+        return None
+
+    def headerData(self, section: int, way: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if way != Qt.Orientation.Horizontal or section >= len(self.columns):
+            return None
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return self.columns[section].align
+        return self.columns[section].head if role == Qt.ItemDataRole.DisplayRole else None
+
+    def sort(self, column: int, way: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        if 0 <= column < len(self.columns):
+            chosen = self.columns[column]
+            self.layoutAboutToBeChanged.emit()
+            self.rows.sort(key=chosen.order or chosen.text, reverse=way == Qt.SortOrder.DescendingOrder)
+            self.layoutChanged.emit()
+
+
+class Table(QTableView):
+    """Emits ``chosen`` with the row that is chosen, None once a second click chooses none.
+
+    cells: it takes the room there is, and a cell is chosen: ``cell_chosen`` with its row and column.
+    """
+
+    chosen = Signal(object)
+    cell_chosen = Signal(object, int)
+
+    def __init__(self, name: str, cells: bool = False) -> None:
+        super().__init__()
+        self._cells = cells
+        self.content = Rows()
+        self.setModel(self.content)
+        self.setAccessibleName(name)
+        behavior = QAbstractItemView.SelectionBehavior
+        self.setSelectionBehavior(behavior.SelectItems if cells else behavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setTabKeyNavigation(False)
+        self.setShowGrid(cells)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        up = QSizePolicy.Policy.Expanding if cells else QSizePolicy.Policy.Fixed
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, up)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.horizontalHeader().setMinimumSectionSize(_GAP)
+        self.horizontalHeader().setHighlightSections(cells)
+        self.verticalHeader().hide()
+        self.verticalHeader().setMinimumSectionSize(_GAP if cells else _ROW)
+        if cells:
+            self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        dress(self, _LOOK + (_CELLS if cells else ""))
+        theme.changed.connect(self.viewport().update)
+        self.show_rows((), ())
+
+    def show_rows(self, columns: Iterable[Column], rows: Iterable[Any]) -> None:
+        """Show rows as they come; the first column takes the room that the others leave."""
+        self.setSortingEnabled(False)
+        self.content.show(columns, rows)
+        head = self.horizontalHeader()
+        head.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        metrics = QFontMetrics(theme.font("hint"))
+        for index, column in enumerate(self.content.columns):
+            fixed = bool(index) != self._cells
+            mode = QHeaderView.ResizeMode.Fixed if fixed else QHeaderView.ResizeMode.Stretch
+            head.setSectionResizeMode(index, mode)
+            wide = metrics.size(0, column.head).width() + _GAP  # the arrow that tells the order needs no more
+            self.setColumnWidth(index, max(wide, self.sizeHintForColumn(index)))
+        self.setSortingEnabled(True)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Fit the height to all rows, with text wrapped in narrow columns."""
+        if self._cells:
+            return
+        self.setVisible(bool(self.content.rows))
+        self.resizeRowsToContents()
+        tall = self.horizontalHeader().sizeHint().height() + self.verticalHeader().length() + 4
+        self.setFixedHeight(tall if self.content.rows else 0)
+
+    def texts(self) -> list[tuple[str, ...]]:
+        """Return head and rows as they stand."""
+        columns = self.content.columns
+        return [
+            tuple(c.head for c in columns),
+            *(tuple(c.text(r) for c in columns) for r in self.content.rows),
+        ]
+
+    def copy(self) -> None:
+        """Put the table into the clipboard, a line a row, columns apart by tabs."""
+        lines = ["\t".join(text.replace("\n", " ") for text in row) for row in self.texts()]
+        QGuiApplication.clipboard().setText("\n".join(lines))
+
+    def selectionChanged(self, selected: QItemSelection, deselected: QItemSelection) -> None:
+        super().selectionChanged(selected, deselected)
+        rows = self.selectionModel().selectedRows() if self.selectionModel() else []
+        self.chosen.emit(self.content.rows[rows[0].row()] if rows else None)
+
+    def currentChanged(self, current: Index, previous: Index) -> None:
+        super().currentChanged(current, previous)
+        if current.isValid():
+            self.cell_chosen.emit(self.content.rows[current.row()], current.column())
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        index = self.indexAt(event.position().toPoint())
+        if not self._cells and index.isValid() and self.selectionModel().isSelected(index):
+            self.clearSelection()
+        else:
+            super().mousePressEvent(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.Copy):
+            self.copy()
+        else:
+            super().keyPressEvent(event)

@@ -1,0 +1,317 @@
+"""Z-width: the stiffest wall at each virtual damping, simulated, or tried on the device that is connected."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+
+from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, DEVICE_FORCE, SIMULATED_DAMPING
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.background import Progress, Work
+from hapkit_studio.gui.pages.base import View, hint
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
+from hapkit_studio.gui.pages.table import Column
+from hapkit_studio.gui.panel.limits import LoopFacts
+from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity
+from hapkit_studio.gui.widgets.segmented import Segmented
+
+if TYPE_CHECKING:
+    from matplotlib.backend_bases import MouseEvent
+
+    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.analysis.zwidth.result import Point, ZWidth
+    from hapkit_studio.charts.zwidth import Walls
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.haptics.engine import Engine
+
+SIMULATION, DEVICE = range(2)
+_WALL = "wall"
+_LOOK_MS = 100
+_BOX_WIDTH = 92
+_HIGHEST = {SIMULATION: SIMULATED_DAMPING[-1], DEVICE: DEVICE_DAMPING[-1]}
+_HOW_IT_IS_TRIED = (
+    "A hand presses into walls of rising stiffness until one keeps buzzing. Nothing stiffer is tried. Force, "
+    "speed and travel are limited, Esc stops at once, and your settings come back."
+)
+
+
+def _sign(result: "ZWidth") -> tuple[str, str]:
+    """Return sign and colour: a limit of the motor is neither good nor bad."""
+    if not (result.stiffness > 0.0).any():
+        return "triangle", "danger"
+    return ("info", "ink2") if result.clamped[result.best] else ("check", "ok")
+
+
+class ForceRow(QWidget):
+    """The force limit for a device, in N; what is out of range is refused below it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.limit = DEVICE_FORCE.default
+        self.refusal = hint()
+        self.box = NumberBox(Quantity.of(DEVICE_FORCE))
+        self.box.show_value(DEVICE_FORCE.default)
+        self.box.setFixedWidth(_BOX_WIDTH)
+        self.box.setAccessibleName("Force limit, N")
+        self.box.entered.connect(self._take)
+        across = QHBoxLayout(self)
+        across.setContentsMargins(0, 0, 0, 0)
+        across.addWidget(QLabel(DEVICE_FORCE.label), 1)
+        across.addWidget(self.box)
+        across.addWidget(QLabel("N"))
+        self.refusal.hide()
+
+    def _take(self, value: float) -> None:
+        try:
+            self.limit = DEVICE_FORCE.check(value)
+            self.refusal.hide()
+        except ParameterError as error:
+            self.refusal.setText(str(error))
+            self.refusal.show()
+
+
+class ZWidthPage(MeasuringPage):
+    """Points come one by one; while a device is tried, the scene shows the wall and what the hand does."""
+
+    file = "z-width"
+    heading, about = "Z-width", "How stiff a wall is rendered without buzzing, over virtual damping."
+    begin = "Measure how stiff a wall this Hapkit renders without buzzing."
+    drawn, listed = "Stiffness over damping of the walls that are rendered", "Walls that are rendered"
+    read = (
+        "Each point is the stiffest wall that comes to rest after a hit and a push. Hollow: the motor "
+        "reached its limit. Dashed: the limit of the linear loop, without friction and sensor steps."
+    )
+    arrived = Signal(float, object)
+    said = Signal(str)
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        from hapkit_studio.charts.zwidth import Walls
+
+        super().__init__(studio, live)
+        self._facts = LoopFacts(studio, self)
+        live.health.connect(self._facts.note_health)
+        self._results: dict[int, ZWidth] = {}
+        self._fresh = {
+            SIMULATION: Freshness(lambda: loop_facts(studio, model=False)),
+            DEVICE: Freshness(lambda: loop_facts(studio)),
+        }
+        self.walls, self._waits = Walls(), False
+        self._mode, self._scene, self._asked = SIMULATION, "", False
+        self._look = QTimer(self, interval=_LOOK_MS)
+        self._look.timeout.connect(self.show_trial)
+        self.where = Segmented("Where", ("Simulation", "This device"))
+        self.where.show_index(SIMULATION)
+        self.bar.add(self.where)
+        self.force = ForceRow()
+        self.build()
+        self.side.section("On this device")
+        for part in (self.force, self.force.refusal, hint(_HOW_IT_IS_TRIED)):
+            self.side.add(part)
+        self._join()
+        self._show(self.walls)
+
+    @property
+    def result(self) -> "ZWidth | None":
+        """Return what was found where it was chosen, None before it was measured there."""
+        return self._results.get(self.where.index)
+
+    # measuring
+
+    def run(self) -> None:
+        """Measure where it was chosen."""
+        self._mode = self.where.index
+        engine = self._studio.engine
+        if self._mode == DEVICE:
+            if engine is None:
+                raise ParameterError("No device is running.")
+            self._scene = self._studio.environment.key
+            self._studio.choose(_WALL)
+            self._begin("Trying walls, from soft to stiff…")
+            self.job.start(self._on_device(engine))
+            return
+        setting = self._facts.setting(self._studio.grip)
+        if setting is None or engine is None:
+            raise ParameterError("There is no device yet to take the numbers from.")
+        self._begin("Hitting walls…")
+        self.job.start(self._simulation(setting, float(engine.device.max_force)))
+
+    def _simulation(self, setting: "Setting", max_force: float) -> Work:
+        def work(progress: Progress) -> "ZWidth":
+            from hapkit_studio.analysis.zwidth import simulation
+            from hapkit_studio.analysis.zwidth.result import Protocol
+
+            protocol = Protocol(max_force=max_force)
+            return simulation.compute(
+                setting, protocol=protocol, progress=progress, arrived=self.arrived.emit
+            )
+
+        return work
+
+    def _on_device(self, engine: "Engine") -> Work:
+        limit = self.force.limit
+
+        def work(progress: Progress) -> "ZWidth":
+            from hapkit_studio.analysis.zwidth import on_device
+            from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
+
+            limits, arrived, say = TrialLimits(max_force=limit), self.arrived.emit, self.said.emit
+            return on_device.measure(engine, limits=limits, progress=progress, arrived=arrived, say=say)
+
+        return work
+
+    def _begin(self, words: str) -> None:
+        self._asked, self._waits = False, True
+        self._fresh[self._mode].begin()
+        self.force.box.setEnabled(False)
+        self.where.setEnabled(False)
+        self._show(self.walls, pale=bool(self.walls.points))
+        self.answer.say(words, "hand", "accent")
+
+    def show_point(self, damping: float, point: "Point") -> None:
+        """Add a new point; the first one replaces the points shown before."""
+        if self.job.running:
+            before = () if self._waits else self.walls.points
+            new = (damping, point.stiffness, point.clamped)
+            self._waits = False
+            self._show(type(self.walls)([*before, new], right=_HIGHEST[self._mode]))
+
+    def show_step(self, words: str) -> None:
+        """Tell a person what to do."""
+        self._asked = True
+        if self.job.running:
+            self.answer.say(words, "hand", "accent")
+
+    def show_trial(self) -> None:
+        """Show which wall is being tried; in words too, unless a person is told what to do."""
+        engine = self._studio.engine
+        if not self.job.running or self._mode != DEVICE or engine is None or engine.environment.key != _WALL:
+            return
+        damping, stiffness = engine.values["damping"], engine.values["stiffness"]
+        if self.walls.tried != (damping, stiffness):
+            self._show(replace(self.walls, tried=(damping, stiffness)), self.chart.pale)
+        if not self._asked:
+            self.answer.say(f"Trying {stiffness:,.0f} N/m at B = {damping:g} N·s/m", "hand", "accent")
+
+    # showing
+
+    def show_result(self, result: "ZWidth") -> None:
+        """Keep and show a result."""
+        self._fresh[self._mode].keep()
+        self._results[self._mode] = result
+        self.show_found()
+
+    def show_found(self) -> None:
+        """Show what was found where it was chosen, and whether it still holds."""
+        from hapkit_studio.charts.zwidth import Walls
+
+        result, outdated = self.result, self._fresh[self.where.index].outdated
+        self.bar.export.setEnabled(result is not None)
+        self._list(result)
+        if result is None:
+            self._show(Walls())
+            self.answer.say(self.begin)
+            return
+        self._show(Walls.of(result), bool(outdated))
+        if outdated:
+            self.answer.outdate(outdated)
+        else:
+            self.answer.say(result.sentence, *_sign(result))
+
+    def _show(self, walls: "Walls", pale: bool = False) -> None:
+        from hapkit_studio.charts.zwidth import draw
+
+        self.walls = walls
+        self.chart.show_drawing(lambda figure, colors: draw(figure, colors, walls), pale)
+
+    def _list(self, result: "ZWidth | None") -> None:
+        from hapkit_studio.analysis.zwidth.result import newtons_per_metre
+
+        self.point.setText("")
+        columns = (
+            Column("B, N·s/m", lambda row: f"{row[0]:g}", lambda row: row[0], right=False),
+            Column("K, N/m", lambda row: newtons_per_metre(row[1]).removesuffix(" N/m"), lambda row: row[1]),
+        )
+        rows = zip(result.damping, result.stiffness, strict=True) if result else ()
+        self.table.show_rows(columns, rows)
+        pairs = [("Where", result.place), *((c.name, c.text) for c in result.conditions)] if result else []
+        self.conditions.show_pairs(pairs)
+
+    def show_near(self, event: "MouseEvent | None") -> None:
+        """Say in words what the point under the pointer is, and why nothing stiffer."""
+        from hapkit_studio.analysis.zwidth.result import ENDED
+
+        result = self.result
+        index = self.chart.near(event, result.damping, result.stiffness) if event and result else None
+        if result is None or index is None:
+            self.point.setText("")
+        else:
+            ended = ENDED[result.ends[index]]
+            self.point.setText(f"{result.at(index)}{result.motor(index)}. Beyond: {ended}.")
+
+    def save(self, path: str) -> None:
+        from hapkit_studio.charts.zwidth import zwidth_figure
+
+        assert self.result is not None
+        zwidth_figure(self.result, path)
+
+    def numbers(self) -> dict:
+        assert self.result is not None
+        return self.result.as_json()
+
+    # ending
+
+    def _look_again(self) -> None:
+        """Show whether the result is out of date, unless a measurement is running."""
+        if not self.job.running:
+            self.show_found()
+
+    def _give_up(self, why: str) -> None:
+        """Cancel a measurement on a device: device, loop or scene changed, or the page was left."""
+        if self.job.running and self._mode == DEVICE:
+            self.job.cancel()
+            self.bar.say(f"Ended: {why}.", danger=True)
+
+    def _scene_changed(self) -> None:
+        if self._studio.environment.key != _WALL:
+            self._scene = ""
+            self._give_up("another scene was chosen")
+
+    def _running_changed(self, running: bool) -> None:
+        if running:
+            self._look.start()
+            return
+        self._look.stop()
+        self.force.box.setEnabled(True)
+        scene, self._scene = self._scene, ""
+        if scene and scene != self._studio.environment.key:
+            self.job.wait()  # it is putting the wall's own settings back
+            self._studio.choose(scene)
+        self.where.setEnabled(True)
+        self.show_found()
+
+    def set_shown(self, on: bool) -> None:
+        if not on:
+            self._give_up("the view was left")
+
+    def _failed(self, words: str) -> None:
+        self.answer.say(words, "triangle", "danger")
+        self.bar.say("")
+
+    def _join(self) -> None:
+        self.job.failed.connect(self._failed)
+        self.job.running_changed.connect(self._running_changed)
+        self.arrived.connect(self.show_point)
+        self.said.connect(self.show_step)
+        self.chart.pointed.connect(self.show_near)
+        studio = self._studio
+        studio.environment_changed.connect(self._scene_changed)
+        studio.loop_changed.connect(lambda: self._give_up("the loop changed"))
+        studio.engine_changed.connect(lambda: self._give_up("the device changed"))
+        for changed in (studio.loop_changed, studio.engine_changed, studio.link_changed):
+            changed.connect(self._look_again)
+        self.where.chosen.connect(lambda _index: self._look_again())
+
+
+VIEW = View("zwidth", "Z-width", 30, ZWidthPage)

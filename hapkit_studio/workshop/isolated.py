@@ -1,0 +1,58 @@
+"""A separate process for a person's file: whatever the file does there, it can be killed."""
+
+import contextlib
+import faulthandler
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import BinaryIO
+
+_MORE_MEMORY = 2 * 2**30
+
+
+def begin(module: str, *words: str) -> subprocess.Popen:
+    """Start a module of the studio with arguments in a process; talk to it by its standard streams."""
+    apart: dict = {"start_new_session": True}
+    if sys.platform == "win32":
+        apart = {"creationflags": subprocess.BELOW_NORMAL_PRIORITY_CLASS | subprocess.CREATE_NO_WINDOW}
+    # -P: a file named like a module of Python, in the folder we stand in, is not that module
+    command = [sys.executable, "-P", "-m", module, *words]
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, **apart)
+
+
+def end(process: subprocess.Popen) -> None:
+    """Kill a process, and those it started."""
+    if sys.platform == "win32":
+        process.kill()
+        return
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+def take_pipes() -> tuple[BinaryIO, BinaryIO]:
+    """Return the streams from and to the process that started this one; what the file prints is discarded."""
+    heard, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", 0)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(nothing, stream)
+    return heard, said
+
+
+def exit_after(seconds: float | None) -> None:
+    """Exit this process after some seconds, even where no parent is left to kill it; None cancels that."""
+    faulthandler.cancel_dump_traceback_later()
+    if seconds is not None:
+        faulthandler.dump_traceback_later(seconds, exit=True)
+
+
+def limit_memory() -> None:
+    """Allow this process 2 GB more memory than it has; only Linux enforces it."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        most = pages * resource.getpagesize() + _MORE_MEMORY
+        resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))

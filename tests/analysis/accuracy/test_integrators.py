@@ -1,0 +1,108 @@
+"""Integrators' scenes against theory's tables, closed forms against a fine solver."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from hapkit_studio.analysis.accuracy import driving, integrators
+from hapkit_studio.dynamics.integrators import INTEGRATORS
+
+NUMBER = {key: n for n, key in enumerate(INTEGRATORS)}
+# largest error over x0 of 1 s of free decay, m = 0.05 kg, k = 300 N/m, b = 0.4 N·s/m, at 4 to 0.125 ms
+WORK_PRECISION = {
+    "explicit_euler": (2180, 6.97, 0.473, 0.171, 0.0763, 0.0361),
+    "lecture": (1920, 7.04, 0.476, 0.173, 0.0769, 0.0364),
+    "semi_implicit": (0.168, 0.0794, 0.0390, 0.0194, 0.00967, 0.00483),
+    "verlet": (0.0298, 7.39e-3, 1.84e-3, 4.61e-4, 1.15e-4, 2.88e-5),
+    "trapezoid": (0.0568, 0.0142, 3.56e-3, 8.91e-4, 2.23e-4, 5.57e-5),
+    "rk4": (5.5e-4, 3.4e-5, 2.1e-6, 1.3e-7, 8.4e-9, 5.2e-10),
+    "implicit_euler": (0.473, 0.325, 0.203, 0.117, 0.0631, 0.0330),
+}
+ORDERS = {"explicit_euler": 1, "lecture": 1, "semi_implicit": 1, "verlet": 2, "trapezoid": 2, "rk4": 4}
+
+
+@pytest.mark.parametrize("key", WORK_PRECISION)
+def test_the_work_precision_table(key):
+    light = integrators.oscillating(0.05, 0.4, 300.0)
+    found = [light.error(NUMBER[key], h) for h in integrators.STEPS]
+    assert found == pytest.approx(WORK_PRECISION[key], rel=0.10)
+
+
+@pytest.mark.parametrize("key", ORDERS)
+def test_orders_on_the_environments_own_object(key):
+    coarse, fine = (integrators.damped().error(NUMBER[key], h) for h in (0.25e-3, 0.125e-3))
+    assert math.log2(coarse / fine) == pytest.approx(ORDERS[key], abs=0.1)
+
+
+@pytest.mark.parametrize("scene", ["free", "damped", "contact"])
+@pytest.mark.parametrize("h", integrators.STEPS)
+def test_exact_is_where_the_closed_form_is(scene, h):
+    assert integrators.MOTIONS[scene]().error(NUMBER["exact"], h) < 1e-11
+
+
+def solved(acceleration, x, v, seconds, t):
+    """Return positions by a solver that knows nothing of closed forms, in pieces of at most 1 ms."""
+    found = solve_ivp(
+        lambda t, s: (s[1], acceleration(t, s[0], s[1])), (0.0, seconds), (x, v),
+        t_eval=t, rtol=1e-10, atol=1e-13, max_step=1e-3,
+    )  # fmt: skip
+    return found.y[0]
+
+
+def test_the_stirred_object_is_where_a_fine_solver_finds_it():
+    m, b, k, contact = 2.0, 1.0, 300.0, 500.0
+    t = np.linspace(0.0, 1.0, 201)
+
+    def acceleration(t, x, v):
+        handle = 0.010 + 0.005 * math.sin(4.0 * math.pi * t)
+        assert handle > x
+        return (contact * (handle - x) - b * v - k * x) / m
+
+    reference = integrators.stirred(m, b, k, contact)
+    assert reference(t) == pytest.approx(solved(acceleration, contact * 0.010 / 800.0, 0.0, 1.0, t), abs=1e-9)
+
+
+def test_the_puck_is_where_a_fine_solver_finds_it():
+    t = np.linspace(0.0, 2.0, 401)
+    reach = 0.035
+
+    def acceleration(t, x, v):
+        return -500.0 / 0.5 * (x - math.copysign(reach, x)) if abs(x) > reach else 0.0
+
+    assert integrators.bounced(0.5, 500.0)(t) == pytest.approx(
+        solved(acceleration, 0.01, 0.5, 2.0, t), abs=2e-7
+    )
+
+
+# mass, spring, static, kinetic, speed and the period of stick-slip
+PERIODS = [
+    (0.05, 300.0, 1.0, 0.5, 0.02, 0.211193),
+    (0.05, 1000.0, 1.0, 0.5, 0.02, 0.076113),
+    (0.10, 300.0, 0.8, 0.6, 0.02, 0.142321),
+    (1.0, 2.0, 1.5, 1.0, 0.1, 7.611259),
+]
+
+
+@pytest.mark.parametrize("row", PERIODS)
+def test_the_period_in_closed_form(row):
+    assert driving.exact_period(*row[:5]) == pytest.approx(row[5], rel=2e-5)
+
+
+@pytest.mark.parametrize("h", [1e-4, 1e-3, 4e-3])
+def test_a_saw_tooths_period_is_found_between_samples(h):
+    t = h * np.arange(round(3.0 / h))
+    assert driving.measured_period(t, np.mod(t, 0.2111)) == pytest.approx(0.2111, rel=2e-3)
+    assert math.isinf(driving.measured_period(t, 0.01 * np.mod(t, 0.2111)))
+    assert math.isinf(driving.measured_period(t, np.full_like(t, math.nan)))
+
+
+@pytest.mark.parametrize("key", INTEGRATORS)
+def test_the_period_comes_nearer_with_the_step(key):
+    slip = integrators.stick_slip()
+    assert slip.error(NUMBER[key], 0.125e-3) < min(0.01, slip.error(NUMBER[key], 4e-3))
+
+
+def test_what_grows_without_end_has_an_endless_error():
+    assert math.isinf(integrators.oscillating(1e-9, 0.0, 1e4).error(NUMBER["explicit_euler"], 4e-3))

@@ -1,0 +1,140 @@
+"""The stability command: words, a table, one object, a picture."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.kb_plane import Cells, Points, plane
+from hapkit_studio.charts import stability as charts
+from hapkit_studio.cli import main
+
+LATE = ("--viscous", "0.18", "--delay", "0.001", "--estimator", "iir:cutoff=35.5", "-K", "620", "-B", "2")
+
+
+def run(capsys, *words):
+    try:
+        code = main(("stability", *words))
+    except SystemExit as end:
+        code = end.code
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_the_margin_is_the_first_line(capsys):
+    """The limits are those of the tables: see test_plane."""
+    code, out, err = run(capsys, *LATE)
+    assert (code, err) == (0, "")
+    assert out.startswith("620 N/m and 2 N·s/m: 1.4 × below the limit; released hand.\n")
+    for words in ("IIR, 35.5 Hz", "exact", "simple rule", "passive", "firm grip 6023.3"):
+        assert words in out
+    assert "measured" not in out
+
+
+def test_above_the_limit_it_says_how_to_get_below(capsys):
+    assert (
+        "1.5 × above the limit; released hand. Lower stiffness below 1,002 N/m."
+        in run(capsys, "-K", "1500")[1]
+    )
+
+
+def test_one_object_of_columns_in_si(capsys):
+    code, out, err = run(capsys, *LATE, "--measure", "--to", "4", "--json")
+    assert (code, err) == (0, "")
+    assert out.count("\n") == 1
+    found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+    assert found["words"] == "1.4 × below the limit; released hand."
+    assert found["setting"]["estimator_options"] == {"cutoff": 35.5}
+    columns, measured = found["columns"], found["measured"]
+    assert len({len(column) for column in columns.values()}) == 1
+    assert columns["damping"][-1] == measured["damping"][-1] == 4.0
+    assert columns["simple"][0] == pytest.approx(120.0)
+    assert found["passivity_line"]["stiffness"][0] == pytest.approx(120.0, rel=1e-5)
+    exact = np.interp(measured["damping"], columns["damping"], columns["exact"])
+    assert measured["stiffness"] == pytest.approx(exact, rel=0.01)
+    assert found["coulomb_line"] == pytest.approx(0.2 / 20.7e-6)
+    assert found["map"] is None
+    assert found["measuring_seconds"] > 0.0
+
+
+def test_an_adaptive_window_has_no_exact_columns(capsys):
+    code, out, _ = run(capsys, "--estimator", "foaw", "--quantum", "0", "--json")
+    found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+    assert code == 0
+    assert set(found["columns"]["exact"]) == {None}
+    assert found["coulomb_line"] is found["limit"] is found["stable"] is None
+    assert "An ideal sensor" in run(capsys, "--estimator", "foaw", "--quantum", "0")[1]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--mass", "0"), "The mass goes from 1e-06 to 10000 kg, not 0."),
+        (("--hand", "glove"), "The grip is one of released, light, medium, firm, not 'glove'."),
+        (("--estimator", "iir:cutoff=1e9"), "Cutoff"),
+        (("-K", "-5"), "The rendered stiffness goes from 0 to 1e+09 N/m, not -5."),
+        (("-K", "nan"), "The rendered stiffness goes from 0"),
+        (("--to", "1", "-B", "2"), "must be more than the rendered 2 N·s/m, not 1 N·s/m."),
+        (("--controller",), "The passivity controller has no exact limit: add --measure or --map."),
+        (("--plot", "map.wall"), "A picture is one of"),
+    ],
+)
+def test_what_cannot_be_is_one_line(capsys, words, says):
+    code, out, err = run(capsys, *words)
+    assert (code, out) == (2, "")
+    assert says in err
+    assert err.count("\n") == 1
+
+
+@pytest.fixture
+def drawn(tmp_path, monkeypatch):
+    """Return what draws a plane and returns the words in its picture."""
+    from matplotlib.text import Text
+
+    said = []
+    draw = Text.draw
+    monkeypatch.setattr(
+        Text, "draw", lambda self, *a, **k: (said.append(self.get_text()), draw(self, *a, **k))[1]
+    )
+
+    def words(found):
+        said.clear()
+        charts.stability_figure(found, tmp_path / "map.png")
+        return said
+
+    return words
+
+
+def test_the_picture_says_regions_verdict_and_conditions(drawn):
+    setting = Setting(viscous=0.18, delay=1e-3, estimator="iir")
+    words = drawn(plane(setting, 620.0, 2.0))
+    wanted = {"grows, released hand", "stable, released hand", "passive: stable in any hand", "× 1.4"}
+    wanted |= {"Simple rule, hopeful here", "620 N/m, 2.0 N·s/m"}
+    assert wanted <= set(words)
+    assert "1.4 × below the limit; released hand." in words
+    below = " ".join(words).replace("\u00a0", " ").replace("\n", " ")
+    for said in ("IIR, 35.5 Hz", "Limit, released hand 867 N/m", "Limit, firm grip 6,023 N/m"):
+        assert said in below
+    for said in ("Mass 0.044 kg", "Viscous damping 0.18 N·s/m", "Exact boundary: roots of the sampled loop"):
+        assert said in below
+    assert "Measured boundary" not in words
+    assert "÷ 1.7" in drawn(plane(setting, 1500.0, 2.0))
+    controlled = drawn(plane(replace(setting, controller=True), 1500.0, 2.0))
+    assert any(word.startswith("Without the controller: ") for word in controlled)
+    assert any(
+        word.startswith("No exact limit") for word in drawn(plane(Setting(estimator="foaw"), 300.0, 1.0))
+    )
+
+
+def test_the_picture_shows_what_was_measured(drawn):
+    found = plane(Setting(quantum=61.4e-6, coulomb=0.02), 500.0, 0.5)
+    some = np.linspace(0.0, found.width, 3)
+    points = Points(some, np.array([1000.0, np.inf, 3000.0]), real=True, controller=True)
+    cells = Cells(some, np.linspace(0.0, found.top, 4), np.arange(12).reshape(4, 3) % 3, real=True)
+    words = drawn(replace(found, points=points, cells=cells))
+    wanted = {"Measured, controlled", "Friction hides steps", "comes to rest, released hand"}
+    assert wanted | {"buzzes, does not grow", "grows, released hand"} <= set(words)
+    assert "simulated\u00a0and\u00a0bisected,\u00a0with\u00a0friction" in " ".join(words)
+    assert "stable, released hand" not in words

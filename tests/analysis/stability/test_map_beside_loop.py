@@ -1,0 +1,55 @@
+"""A map on every core leaves the loop its deadlines."""
+
+import contextlib
+import threading
+
+import pytest
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import rendered
+from hapkit_studio.analysis.sweeps import Cancelled
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.engine import Engine
+from tests.haptics import support
+
+SAMPLES, TIMES = 1000, 3
+
+
+def late_share(reader) -> float:
+    """Return the share of samples later than half a period, the smallest of some: other programs run too."""
+    found = [support.rest(reader, SAMPLES)[-SAMPLES:] for _ in range(TIMES)]
+    return min(float((f[:, rows.LATENESS] > 0.5 * f[:, rows.PERIOD]).mean()) for f in found)
+
+
+@pytest.mark.alone
+def test_a_map_does_not_make_the_loop_late():
+    """Normal priority, where a thread that computes without a pause would cost most."""
+    rendered.classes(Setting(), [1.0], [100.0])  # compiled
+    done, begun = threading.Event(), threading.Event()
+
+    def watch(finished, of):
+        if finished:
+            begun.set()
+        if done.is_set():
+            raise Cancelled("Enough.")
+
+    def keep_mapping():
+        with contextlib.suppress(Cancelled):
+            while True:
+                rendered.classes(Setting(), [1.0] * 50, [500.0] * 200, progress=watch)
+
+    engine, work = Engine(SimulatedHapkit(), "wall", realtime=False), threading.Thread(target=keep_mapping)
+    engine.start()
+    try:
+        reader = engine.reader()
+        alone = late_share(reader)
+        work.start()
+        assert begun.wait(30.0)
+        beside = late_share(reader)
+    finally:
+        done.set()
+        engine.close()
+        if work.is_alive():
+            work.join()
+    assert beside <= 5.0 * alone + 0.05

@@ -1,0 +1,65 @@
+"""The margin in words, and the axes around it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.stability.axes import height, nice_top, nice_width, round_axes
+from hapkit_studio.analysis.stability.margin import Margin, hand_words, sentence, short, verdict
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "limit", "hand", "words"),
+    [
+        (620.0, 867.0, "released", "1.4 × below the limit; released hand."),
+        (620.0, 3360.0, "medium", "5.4 × below the limit; medium grip."),
+        (1127.0, 867.0, "released", "1.3 × above the limit; released hand. Lower stiffness below 867 N/m."),
+        (1.0, 867.0, "firm", "Over 100 × below the limit; firm grip."),
+        (0.0, 867.0, "light", "Stable, light grip."),
+        (10.0, 0.0, "released", "Above the damping limit; released hand. Lower damping."),
+        (867.0, 867.0, "released", "1.00 × below the limit; released hand."),
+        (910.0, 867.0, "firm", "1.05 × above the limit; firm grip. Lower stiffness below 867 N/m."),
+    ],
+)
+def test_the_sentence(stiffness, limit, hand, words):
+    assert sentence(Margin(stiffness, 2.0, limit, hand)) == words
+
+
+def test_an_estimator_without_a_limit_is_said_so():
+    margin = Margin(100.0, 0.0, math.nan)
+    assert not margin.stable
+    assert verdict(margin) == "No exact limit. The velocity filter is not linear: only a run can tell."
+
+
+def test_short_leaves_the_way_out_away():
+    assert short(Margin(1127.0, 0.0, 867.0)) == "1.3 × above the limit"
+    assert hand_words("released") == "released hand"
+
+
+@pytest.mark.parametrize(("value", "top"), [(867.0, 1000.0), (1001.0, 1500.0), (1.0, 1.0), (0.0, 1.0)])
+def test_tops_are_round(value, top):
+    assert nice_top(value) == pytest.approx(top)
+
+
+def test_the_height_leaves_room_above_dot_and_limit():
+    for stiffness, limit, highest in ((620.0, 867.0, 1492.0), (4000.0, 867.0, 1492.0), (0.0, 0.0, 0.0)):
+        assert height(stiffness, limit, highest) >= 1.1 * max(stiffness, limit)
+    assert height(620.0, 867.0, 1492.0) == 2000.0
+    assert height(620.0, 867.0, 9000.0) == 1500.0
+    assert math.isfinite(height(10.0, math.inf, math.inf))
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3, 2.0, 8.3, 13.9, 40.0, 470.0])
+def test_the_dot_stands_clear_of_the_right_edge(damping):
+    assert damping <= 0.71 * nice_width(damping)
+    assert nice_width(damping, least=12.0) >= 12.0
+
+
+def test_the_axes_show_where_the_boundary_leaves_or_turns():
+    """A straight boundary leaves through the top; one with its highest point at 9 is shown up to there."""
+    wide, top = round_axes(lambda b: 1000.0 + 2000.0 * b, 900.0, 0.0, 1000.0)
+    assert (wide, top) == (1.0, 1500.0)
+    wide, top = round_axes(lambda b: 1500.0 - 15.0 * (b - 9.0) ** 2, 620.0, 2.0, 765.0)
+    assert (wide, top) == (12.0, 2000.0)
+    assert round_axes(np.zeros_like, 0.0, 0.0, 0.0) == (1.0, 1.0)

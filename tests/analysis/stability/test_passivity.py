@@ -1,0 +1,178 @@
+"""The passivity line against closed forms, and against an adversary who plans a whole motion."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.estimators import estimate_velocity
+from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+B = 0.5
+PERIOD = 1e-3
+
+
+def largest(damping, late, estimator="difference", viscous=B, rate=1000.0):
+    return float(passive_stiffness(viscous, np.array([damping]), rate, late / rate, estimator)[0])
+
+
+@pytest.mark.parametrize(("late", "factor"), [(0, 1.0), (1, 3.0), (2, 5.0)])
+@pytest.mark.parametrize("rate", [230.0, 1000.0, 4000.0])
+def test_a_spring_alone_after_whole_periods(late, factor, rate):
+    """Colgate & Schenkel: b > K T/2 times 1, 3, 5."""
+    assert largest(0.0, late, rate=rate) == pytest.approx(2.0 * B * rate / factor, rel=1e-6)
+
+
+@pytest.mark.parametrize("damping", [0.05, 0.2, 0.45])
+def test_a_backward_difference_costs_as_much_as_the_damping_it_renders(damping):
+    """b > K T/2 + B."""
+    assert largest(damping, 0) == pytest.approx(2.0 * (B - damping) / PERIOD, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("cutoff", "cost"), [(200.0, 0.557), (100.0, 0.304), (60.0, 0.186), (35.5, 0.111), (20.0, 0.063)]
+)
+def test_a_filter_makes_damping_cost_less(cutoff, cost):
+    """b > K T/2 + B alpha/(2 - alpha); the table's third digit."""
+    found = largest(1.0, 0, ("iir", {"cutoff": cutoff}), viscous=1.0)
+    alpha = -math.expm1(-2.0 * math.pi * cutoff * PERIOD)
+    assert found == pytest.approx(2.0 * (1.0 - alpha / (2.0 - alpha)) / PERIOD, rel=1e-9)
+    assert found == pytest.approx(2.0 * (1.0 - cost) / PERIOD, abs=1.2)
+
+
+@pytest.mark.parametrize("late", [0.1, 0.5, 0.9, 1.5, 3.3])
+def test_a_spring_alone_after_fractions_of_a_period(late):
+    """The slowest motion is the worst: b² > b K (T/2 + td) + K² θ (T - θ)/4, from the form as w -> 0."""
+    stiffness = largest(0.0, late)
+    rest = (late - math.floor(late)) * PERIOD
+    spent = B * stiffness * (0.5 + late) * PERIOD + stiffness**2 * rest * (PERIOD - rest) / 4.0
+    assert spent == pytest.approx(B**2, rel=1e-6)
+
+
+@pytest.mark.parametrize("estimator", ["difference", "iir", "butterworth", "kalman"])
+@pytest.mark.parametrize("late", [0, 1, 2])
+def test_a_fraction_that_vanishes_is_no_step(estimator, late):
+    whole = largest(0.2, late, estimator)
+    for nearly in (late + 1e-6, max(late - 1e-6, 0.0)):
+        assert largest(0.2, nearly, estimator) == pytest.approx(whole, rel=1e-4)
+
+
+def knots(late, periods):
+    """Return the instants in periods at which the loop looks or acts, within so many periods."""
+    rest = late - math.floor(late)
+    parts = (0.0, rest) if rest else (0.0,)
+    return np.array([k + part for k in range(periods) for part in parts])
+
+
+def energy_form(stiffness, damping, late, estimator, periods=160):
+    """Return the symmetric matrix whose form is what handle and loop take from a motion through its knots.
+
+    The motion starts at rest and ends at rest, long enough for the last command. Column by column from the
+    running estimator's own answer to one knot moved: no transfer function, no z.
+    """
+    t = knots(late, periods)
+    whole, fine = math.floor(late), 2 if late % 1.0 else 1
+    count = len(t)
+    taken = np.zeros((count, count))
+    lengths = np.diff(t) * PERIOD
+    for i, length in enumerate(lengths):
+        taken[np.ix_([i, i + 1], [i, i + 1])] += B / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    pulse = np.zeros(periods)
+    pulse[1] = 1.0
+    answer = damping * estimate_velocity(pulse, 1.0 / PERIOD, estimator)[1:]
+    answer[0] += stiffness
+    ordered = np.zeros((count, count))
+    for k in range(periods - whole - 1):
+        arrival = fine * (k + whole) + fine - 1
+        past = np.arange(1, k + 1)
+        for knot, sign in ((arrival + fine, 1.0), (arrival, -1.0)):
+            if knot < count:
+                ordered[fine * past, knot] += sign * answer[k - past]
+    taken += 0.5 * (ordered + ordered.T)
+    keep = slice(fine, fine * (periods - whole - 3))
+    return taken[keep, keep]
+
+
+CASES = [
+    (0.0, 0.0, "difference"),
+    (0.2, 0.0, "difference"),
+    (0.0, 0.4, "difference"),
+    (0.3, 0.4, "difference"),
+    (0.1, 1.0, "difference"),
+    (0.4, 1.7, "difference"),
+    (2.0, 0.0, "iir"),
+    (1.0, 0.5, "iir"),
+    (0.6, 1.3, ("iir", {"cutoff": 100.0})),
+    (0.5, 0.6, "butterworth"),
+    (0.5, 0.0, "kalman"),
+    (0.3, 1.6, "kalman"),
+]
+
+
+@pytest.mark.parametrize(("damping", "late", "estimator"), CASES)
+def test_one_percent_inside_gives_no_motion_any_energy_and_outside_gives_one_some(damping, late, estimator):
+    limit = largest(damping, late, estimator)
+    assert limit > 20.0
+    inside, outside = (energy_form(part * limit, damping, late, estimator) for part in (0.99, 1.01))
+    assert np.linalg.eigvalsh(inside)[0] > 0.0
+    assert np.linalg.eigvalsh(outside)[0] < 0.0
+
+
+@pytest.mark.parametrize(
+    ("damping", "late", "estimator"), [(0.2, 0.0, "difference"), (0.3, 0.4, "difference"), (0.5, 0.6, "iir")]
+)
+def test_the_tick_gives_the_worst_motion_energy_one_percent_outside_and_none_inside(damping, late, estimator):
+    """The adversary's motion, one for both sides, is imposed on the handle under the rendered spring."""
+    limit = largest(damping, late, estimator)
+    gained = []
+    for part in (0.99, 1.01):
+        form = energy_form(part * limit, damping, late, estimator)
+        worst = np.linalg.eigh(form)[1][:, 0]
+        gained.append(
+            rendered_gain(worst / np.abs(worst).max() * 1e-3, part * limit, damping, late, estimator)
+        )
+    assert gained[0] < 0.0 < gained[1]
+
+
+def rendered_gain(moved, stiffness, damping, late, estimator, periods=160):
+    """Return the energy in J that the hand gains from the rendered spring, the handle's damping paid."""
+    t = knots(late, periods)
+    fine = 2 if late % 1.0 else 1
+    x = np.zeros(len(t))
+    x[fine : fine + len(moved)] = moved
+    motion = Prescribed(lambda time: float(np.interp(time / PERIOD, t, x)))
+    device = SimulatedHapkit(0.05, 0.0, 0.0, 0.0, math.inf)
+    scene = headless.Scene(
+        environments.named("spring"),
+        {"stiffness": stiffness, "damping": damping, "center": 0.0},
+        device,
+        LoopSettings(1.0 / PERIOD, late * PERIOD, estimator),
+    )
+    forces = headless.render(scene, motion, periods)[0][:, rows.APPLIED]
+    acts = np.interp(np.arange(periods + 1) + late, t, x)
+    return float(np.sum(forces * np.diff(acts)) - np.sum(B * np.diff(x) ** 2 / np.diff(t)) / PERIOD)
+
+
+@pytest.mark.parametrize(("late", "estimator"), [(0.0, "difference"), (0.3, "difference"), (1.0, "iir")])
+def test_the_line_ends_at_the_largest_passive_damping(late, estimator):
+    most = passive_damping(B, 1000.0, late * PERIOD, estimator)
+    assert largest(1.01 * most, late, estimator) == 0.0
+    assert np.linalg.eigvalsh(energy_form(1e-3, 1.01 * most, late, estimator))[0] < 0.0
+    low = largest(0.99 * most, late, estimator)
+    assert np.linalg.eigvalsh(energy_form(0.99 * low, 0.99 * most, late, estimator))[0] > 0.0
+
+
+def test_nothing_is_passive_on_a_handle_without_damping():
+    assert largest(0.0, 0, viscous=0.0) == largest(0.5, 0.4, viscous=0.0) == 0.0
+    assert passive_damping(0.0, 1000.0, 0.0) == 0.0
+
+
+def test_an_adaptive_window_has_no_line():
+    with pytest.raises(ParameterError, match="foaw is not linear, it has no passivity line"):
+        largest(0.5, 0, "foaw")

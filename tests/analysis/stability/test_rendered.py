@@ -1,0 +1,186 @@
+"""The measured map and boundary: against the exact limit, and against friction's regions of the plane."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import rendered
+from hapkit_studio.analysis.stability.kb_plane import exact_boundary
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.stability.rendered import BUZZES, DECAYS, GROWS
+from hapkit_studio.analysis.sweeps import Cancelled
+from hapkit_studio.errors import ParameterError
+
+LINEAR = ["difference", "iir", ("butterworth", {"cutoff": 20.0}), "kalman"]
+# Diolaiti et al. 2006 as simulated in theory.md: 1000 N/m, 0.05 kg, 1 kHz, 20 µm
+STIFFNESS, STEP = 1000.0, 20e-6
+
+
+@pytest.fixture
+def threads():
+    """Return threads of normal priority, so that other tests do not go first."""
+    with ThreadPoolExecutor(2) as made:
+        yield made
+
+
+def exact(setting: Setting, damping: float) -> float:
+    return stiffness_limit(
+        setting.mass,
+        setting.viscous,
+        damping=damping,
+        rate=setting.rate,
+        delay=setting.delay,
+        estimator=setting.estimator,
+        hand=setting.hand,
+    )
+
+
+def some_settings(rng: np.random.Generator, count: int):
+    """Yield settings and a damping for which some spring is stable."""
+    while count:
+        rate = float(rng.choice([250.0, 1000.0, 4000.0]))
+        mass, viscous = float(10 ** rng.uniform(-2, -0.5)), float(10 ** rng.uniform(-1, 0.5))
+        setting = Setting(
+            mass,
+            viscous,
+            rate=rate,
+            delay=float(rng.choice([0.0, rng.uniform(0.0, 3.0)])) / rate,
+            estimator=LINEAR[rng.integers(len(LINEAR))],
+            hand=str(rng.choice(["released", "light", "firm"])),
+        )
+        damping = float(rng.choice([0.0, 0.3 * rng.random() * mass * rate]))
+        if exact(setting, damping) > 0.0:
+            count -= 1
+            yield setting, damping
+
+
+def test_the_boundary_is_the_exact_one_within_one_percent(rng, threads):
+    for setting, damping in some_settings(rng, 16):
+        found = rendered.boundary(setting, [damping], executor=threads)
+        assert found == pytest.approx([exact(setting, damping)], rel=0.01), setting
+
+
+@pytest.mark.parametrize("estimator", LINEAR)
+@pytest.mark.parametrize("delay", [0.0, 1.37e-3])
+def test_one_percent_inside_decays_and_outside_grows(estimator, delay, threads):
+    setting = Setting(delay=delay, estimator=estimator)
+    limit = exact(setting, 0.5)
+    found = rendered.classes(setting, [0.5], [0.99 * limit, 1.01 * limit], executor=threads)
+    assert found.tolist() == [[DECAYS], [GROWS]]
+
+
+def test_the_map_is_the_boundary_s_also_where_motion_dies_to_nothing(threads):
+    """Rows are stiffness, columns damping; a well damped handle is still for most of its time."""
+    setting, damping = Setting(), np.linspace(0.0, 60.0, 9)
+    stiffness = np.geomspace(100.0, 40_000.0, 31)
+    found = rendered.classes(setting, damping, stiffness, executor=threads)
+    limits = np.array([exact(setting, b) for b in damping])
+    assert found.dtype == np.int8
+    assert np.array_equal(found, np.where(stiffness[:, None] < limits, DECAYS, GROWS))
+
+
+def test_without_a_spring_only_too_much_damping_grows():
+    """theory.md 1.4: 0.05 kg, 0.5 N·s/m, 1 kHz stand 100.67 N·s/m."""
+    setting = Setting(0.05, 0.5)
+    assert rendered.classes(setting, [0.0, 99.66, 101.68], [0.0]).tolist() == [[DECAYS, DECAYS, GROWS]]
+    assert rendered.boundary(setting, [101.68]).tolist() == [0.0]
+
+
+@pytest.mark.parametrize("share", [0.25, 0.4, 0.6, 1.0, 2.0])
+def test_friction_and_steps_divide_the_plane_as_diolaiti_says(share, threads):
+    """share is b / (K T). Below 1/2 a large motion grows; above, less friction than K Δ / 2 never rests."""
+    for friction in (0.0, 0.1, 0.25, 0.4, 0.495, 0.505, 1.0):
+        setting = Setting(0.05, share * STIFFNESS * 1e-3, friction * STIFFNESS * STEP, STEP)
+        verdict = rendered.classes(setting, [0.0], [STIFFNESS], real=True, executor=threads)
+        wanted = GROWS if share < 0.5 else BUZZES if friction < 0.5 else DECAYS
+        assert verdict.tolist() == [[wanted]], friction
+
+
+def test_friction_holds_a_motion_of_known_size(threads):
+    """theory.md 2: a motion of A = 4 f_c / (π ω (K T / 2 - b)) neither grows nor dies, ω² = K / m."""
+    setting = replace(Setting(), quantum=5e-6)
+    start = rendered.STARTS[0] * setting.quantum
+
+    def beyond(stiffness):
+        turning = math.sqrt(stiffness / setting.mass)
+        gained = math.pi * turning * (0.5 * stiffness / setting.rate - setting.viscous)
+        return gained * start - 4.0 * setting.coulomb
+
+    found = rendered.boundary(setting, [0.0], real=True, executor=threads)
+    assert found == pytest.approx([brentq(beyond, 1000.0, 1e4)], rel=0.02)
+    assert found[0] > 1.05 * exact(setting, 0.0)
+
+
+def test_real_without_friction_and_steps_is_ideal(threads):
+    setting = Setting(coulomb=0.0, quantum=0.0)
+    damping = [0.0, 3.0]
+    real = rendered.boundary(setting, damping, real=True, executor=threads)
+    assert (real == rendered.boundary(setting, damping, executor=threads)).all()
+
+
+def test_the_adaptive_window_may_buzz_without_growing(threads):
+    setting = Setting(0.05, 0.5, estimator="foaw")
+    limit = stiffness_limit(0.05, 0.5, damping=2.0)
+    found = rendered.classes(setting, [2.0], [0.01 * limit, 0.5 * limit, 1.1 * limit], executor=threads)
+    assert found.tolist() == [[DECAYS], [BUZZES], [GROWS]]
+
+
+@pytest.mark.parametrize("real", [False, True])
+@pytest.mark.parametrize("delay", [0.0, 1e-3])
+def test_the_passivity_controller_raises_the_boundary(real, delay, threads):
+    """Hannaford and Ryu 2002: what the loop gives too much is taken back, until the force is too late."""
+    plain, damping = Setting(delay=delay), [0.0, 1.0]
+    held = replace(plain, controller=True)
+    before, after = (rendered.boundary(s, damping, real=real, executor=threads) for s in (plain, held))
+    assert (after > 3.0 * before).all()
+    beyond = rendered.classes(held, damping, [1.2 * before.max()], real=real, executor=threads)
+    assert (beyond != GROWS).all()
+
+
+def test_many_maps_in_one_sweep_are_the_single_ones(threads):
+    settings = [Setting(), Setting(delay=1e-3), Setting(estimator="iir", hand="light")]
+    damping, stiffness = [0.0, 1.0, 7.0, 20.0], np.geomspace(200.0, 20_000.0, 6)
+    found = rendered.maps(settings, damping, stiffness, real=True, executor=threads)
+    for one, setting in zip(found, settings, strict=True):
+        assert (one == rendered.classes(setting, damping, stiffness, real=True, executor=threads)).all()
+    assert not (found[0] == found[1]).all()
+
+
+def test_progress_and_cancel(threads):
+    said = []
+    rendered.classes(Setting(), [1.0, 2.0], [50.0, 60.0, 70.0], progress=lambda *now: said.append(now))
+    assert (said[0], said[-1]) == ((0, 6), (6, 6))
+
+    def stop(done, of):
+        raise Cancelled("Cancelled.")
+
+    for work in (rendered.boundary, lambda s, b, progress: rendered.classes(s, b, b, progress=progress)):
+        with pytest.raises(Cancelled):
+            work(Setting(), [1.0, 2.0], progress=stop)
+
+
+def test_refuses_what_no_spring_has():
+    with pytest.raises(ParameterError, match=r"virtual damping goes from 0 to 1e\+09 N·s/m, not -1"):
+        rendered.boundary(Setting(), [1.0, -1.0])
+    with pytest.raises(ParameterError, match=r"stiffness goes from 0 to 1e\+09 N/m, not nan"):
+        rendered.classes(Setting(), [1.0], [math.nan])
+    with pytest.raises(ParameterError, match=r"Measuring at 1e\+06 Hz takes \d+ samples; 5000000 at most"):
+        rendered.classes(Setting(rate=1e6), [1.0], [100.0])
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1415.0, 8.0), (1464.0, 10.46)])
+def test_what_comes_down_to_a_long_steady_motion_does_not_grow(stiffness, damping):
+    """Let go 200 steps away inside the linear limit, it comes down to 9 and 16 steps, and stays there."""
+    coarse = Setting(
+        viscous=0.18, coulomb=0.02, quantum=61.4e-6, delay=1e-3, estimator=("iir", {"cutoff": 35.5})
+    )
+    limit = exact_boundary(coarse, [damping])[0]
+    assert stiffness < 0.985 * limit
+    around = [stiffness, 1.03 * limit]
+    found = rendered.classes(coarse, [damping], around, real=True).ravel().tolist()
+    assert found == [rendered.BUZZES, rendered.GROWS]

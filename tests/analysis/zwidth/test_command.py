@@ -1,0 +1,121 @@
+"""The zwidth command by simulation: words, one object, a picture, one line where it cannot be."""
+
+import json
+
+import pytest
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.zwidth import on_device, simulation
+from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
+from hapkit_studio.analysis.zwidth.result import Protocol
+from hapkit_studio.cli import main
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics.settings_writer import LoopSettings
+
+
+def run(capsys, *words):
+    code = main(("zwidth", *words))
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_words_name_the_stiffest_wall_and_the_conditions(capsys):
+    code, out, err = run(capsys, "--damping", "0,2", "--mass", "0.05", "--quantum", "15e-6")
+    assert (code, err) == (0, "")
+    assert out.startswith("At B = 2 N·s/m this Hapkit renders up to 8,7")
+    assert "it buzzes" in out
+    assert "v₀ 0.1 m/s · push 1 N · force limit none" in out
+
+
+def test_one_object(capsys):
+    code, out, err = run(capsys, "--damping", "1", "--delay", "1e-3", "--max-force", "3", "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+    (point,) = found["points"]
+    assert set(point) == {"damping", "stiffness", "linear_limit", "ended", "clamped"}
+    assert point["linear_limit"] < point["stiffness"] < 2.0 * point["linear_limit"]
+    conditions = found["conditions"]
+    assert conditions["rate_Hz"] == 1000.0
+    assert conditions["delay"] == 1e-3
+    assert conditions["max_force"] == 3.0
+    assert set(conditions) >= {"mass", "viscous", "coulomb", "quantum", "estimator", "hand", "speed", "push"}
+
+
+def test_a_picture(capsys, tmp_path):
+    path = tmp_path / "z.png"
+    code, out, _ = run(capsys, "--damping", "0,1", "--plot", str(path))
+    assert code == 0
+    assert f"wrote {path}" in out
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert path.stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--damping", "0,x"), "Dampings are numbers in N·s/m as 0,1,2,5, not '0,x'."),
+        (("--damping", "-1"), "Damping goes from 0 to 1000 N·s/m, not -1."),
+        (("--max-force", "0.5"), "A push of 1 N needs a force limit above it, not 0.5 N."),
+        (("--rate", "0"), "The rate goes from 1 to 1e+06 Hz, not 0."),
+        (("--hand", "iron"), "not 'iron'"),
+        (("--damping", "0", "--plot", "z.wall"), "A picture is one of"),
+    ],
+)
+def test_what_cannot_be_is_one_line(capsys, words, said):
+    code, out, err = run(capsys, *words)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    """Stand in for a minute of pressing; keep what it was asked."""
+    asked = {}
+
+    def measure(engine, levels, limits, **more):
+        asked.update(engine=engine, levels=levels, limits=limits, loop=engine.loop, grip=engine.grip)
+        if asked.get("raises"):
+            raise asked["raises"]
+        return simulation.compute(Setting(), levels, Protocol(seconds=0.6, halvings=1))
+
+    monkeypatch.setattr(on_device, "measure", measure)
+    return asked
+
+
+def test_a_device_gets_what_was_asked_and_is_closed(capsys, measured):
+    words = "--device simulated --damping 0,1 --mass 0.06 --rate 500 --delay 2e-3 --estimator iir:cutoff=20"
+    words += " --hand firm --max-force 1.5 --push 0.5 --speed 0.05"
+    code, _, err = run(capsys, *words.split())
+    assert (code, err) == (0, "")
+    assert measured["levels"] == (0.0, 1.0)
+    assert measured["limits"] == TrialLimits(max_force=1.5, push=0.5, hit=0.05)
+    assert measured["engine"].device == SimulatedHapkit(mass=0.06)
+    assert measured["loop"] == LoopSettings(500.0, 2e-3, ("iir", {"cutoff": 20.0}))
+    assert measured["grip"] == "firm"
+    assert not measured["engine"].health().running
+
+
+def test_ctrl_c_closes_the_device(capsys, measured):
+    measured["raises"] = KeyboardInterrupt()
+    code, out, _ = run(capsys, "--device", "simulated")
+    assert (code, out) == (130, "")
+    assert not measured["engine"].health().running
+    assert measured["engine"].arrays.control[arrays.DONE] == 1  # the loop's last act: a zero command
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("nowhere", "There is no device 'nowhere'"),
+        ("simulated --push 2", "A push of 2 N needs a force limit of 3.33 N or more, not 2 N."),
+        ("simulated --max-force 9", "Force limit goes from 0.1 to 3 N, not 9."),
+        ("simulated --hand iron", "not 'iron'"),
+    ],
+)
+def test_what_a_device_cannot_be_is_one_line(capsys, words, said):
+    code, out, err = run(capsys, "--device", *words.split())
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1

@@ -1,0 +1,249 @@
+"""Z-width on running devices: the simulated one live, the virtual board, stops and limits, a person."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.sweeps import Cancelled
+from hapkit_studio.analysis.zwidth import on_device, simulation
+from hapkit_studio.analysis.zwidth.guarded_device import Interrupted, TrialLimits
+from hapkit_studio.analysis.zwidth.on_device import ripple
+from hapkit_studio.analysis.zwidth.result import BUZZES, FAST, GROWS, HIGHEST, Protocol
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import arrays, block, rows
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.haptics.fences import store_release
+from tests.firmware.vb import needs_board
+from tests.haptics.support import rest
+
+BEFORE = {"stiffness": 123.0, "damping": 4.0}
+ONE_TRIAL = TrialLimits(softest=300.0, highest=300.0)
+
+
+@pytest.fixture
+def running():
+    """Return a maker of running engines in a spring of their own; each is closed in the end."""
+    engines = []
+
+    def make(device=None, grip="light", delay=2e-3):
+        engines.append(Engine(device or SimulatedHapkit(), "spring", realtime=False))
+        engines[-1].set_environment("spring", BEFORE)
+        engines[-1].set_grip(grip)
+        engines[-1].start()
+        engines[-1].set_loop(delay=delay)
+        return engines[-1]
+
+    yield make
+    for engine in engines:
+        engine.close()
+
+
+def assert_as_before(engine, environment="spring"):
+    """Check settings, force limit and hand; then that the loop renders the old environment alone."""
+    assert engine.environment.key == environment
+    assert engine.arrays.block_values[block.MAX_FORCE] == engine.device.max_force
+    assert engine.arrays.block_words[block.HAND_ON] == 0
+    last = rest(engine.reader(), 100)[-1]
+    if environment == "spring" and not last[rows.FLAGS]:
+        assert engine.values["stiffness"] == BEFORE["stiffness"]
+        expected = -BEFORE["stiffness"] * last[rows.POSITION] - BEFORE["damping"] * last[rows.VELOCITY]
+        assert last[rows.ASKED] == pytest.approx(expected, abs=1e-12)
+
+
+def hits(found, surface=0.005):
+    """Return the mean speed in m/s of the handle over the 20 samples before each hit of the wall."""
+    x, t = found[:, rows.POSITION], found[:, rows.BOARD_TIME]
+    into = np.flatnonzero((x[1:] > surface) & (x[:-1] <= surface))
+    far = [k for k in into if k > 30 and x[k - 30] < surface - 0.5e-3]
+    assert len(far) > 2
+    return np.mean([(x[k] - x[k - 20]) / (t[k] - t[k - 20]) for k in far])
+
+
+def after(calls, act):
+    """Return a progress that acts once, at the so-manieth look, when a wall is in force and pressed."""
+    seen = []
+
+    def progress(done, of):
+        seen.append(done)
+        if len(seen) == calls:
+            act()
+
+    return progress
+
+
+def test_the_live_device_agrees_with_the_simulation(running):
+    engine, arrived = running(), []
+    limits = TrialLimits(softest=1600.0, raised=1.6, precision=0.3)
+    found = on_device.measure(
+        engine, (1.0,), limits, arrived=lambda b, point: arrived.append((b, point.stiffness))
+    )
+    setting = on_device.setting_of(engine, "light")
+    reference = simulation.compute(setting, (1.0,), Protocol(max_force=2.0))
+    assert found.stiffness[0] == pytest.approx(reference.stiffness[0], rel=0.3)
+    assert found.ends[0] in (BUZZES, GROWS)
+    assert arrived == [(1.0, found.stiffness[0])]
+    assert found.linear[0] == pytest.approx(reference.linear[0])
+    assert found.where == "Simulated Hapkit"
+    conditions = {c.key: c.value for c in found.conditions}
+    assert conditions["delay"] == 2e-3
+    assert conditions["hand"] == "light"
+    assert conditions["max_force"] == 2.0
+    assert conditions["measured_rate_Hz"] == pytest.approx(1000.0, rel=1e-6)
+    assert_as_before(engine)
+
+
+@needs_board
+@pytest.mark.alone  # a frame that is 20 ms late is a fault, on a busy machine too
+def test_the_virtual_board(running):
+    engine = running(VirtualBoard("lockstep"), delay=1e-3)
+    reader = engine.reader()
+    found = on_device.measure(engine, (0.0,), TrialLimits(softest=1000.0, raised=1.5, precision=0.1))
+    assert hits(reader.read()) == pytest.approx(0.1, rel=0.3)
+    conditions = {c.key: c.value for c in found.conditions}
+    assert 1e-3 < conditions["delay"] < 2.5e-3  # what was asked for, and what the line takes
+    setting = replace(on_device.setting_of(engine, "light"), coulomb=0.1)
+    reference = simulation.compute(setting, (0.0,), Protocol(max_force=2.0))
+    assert found.stiffness[0] == pytest.approx(reference.stiffness[0], rel=0.2)
+    assert found.linear[0] == pytest.approx(reference.linear[0], rel=0.01)
+    assert conditions["measured_rate_Hz"] == pytest.approx(1000.0, rel=1e-3)
+    assert math.isnan(conditions["coulomb"])
+    assert found.as_json()["conditions"]["coulomb"] is None
+    assert_as_before(engine)
+
+
+def test_cancelling_leaves_no_force_of_the_wall(running):
+    engine = running()
+
+    def cancel():
+        assert engine.environment.key == "wall"
+        raise Cancelled("enough")
+
+    with pytest.raises(Cancelled):
+        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, cancel))
+    assert_as_before(engine)
+
+
+def test_the_stop_ends_it_with_zero_force(running):
+    engine = running()
+    with pytest.raises(Interrupted, match="Force is zero"):
+        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, engine.stop))
+    assert engine.stopped
+    assert_as_before(engine)
+    found = rest(engine.reader(), 20)
+    assert np.all(found[:, rows.APPLIED] == 0.0)
+    assert np.all(found[:, rows.FLAGS].astype(int) & rows.STOPPED)
+
+
+def test_a_fault_ends_it_and_stays(running):
+    engine = running()
+
+    def fail():
+        store_release(engine.arrays.control, arrays.FAULT, arrays.OVER_SPEED)
+
+    with pytest.raises(Interrupted, match="over-speed"):
+        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, fail))
+    assert engine.fault is not None
+    assert_as_before(engine)
+
+
+def test_who_changes_the_scene_keeps_it(running):
+    engine = running()
+    with pytest.raises(Interrupted, match="settings were changed"):
+        on_device.measure(
+            engine, (0.0,), ONE_TRIAL, progress=after(60, lambda: engine.set_environment("friction"))
+        )
+    assert_as_before(engine, "friction")
+
+
+def test_a_device_that_is_gone_ends_it(running):
+    engine = running()
+
+    def go():
+        store_release(engine.arrays.control, arrays.QUIT, 1)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("hapkit_studio.analysis.zwidth.guarded_device._SILENCE_SECONDS", 0.2)
+        with pytest.raises(Interrupted, match="sends nothing"):
+            on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(60, go))
+    assert engine.environment.key == "spring"
+
+
+def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch):
+    engine, tried = running(), []
+    wall = on_device.GuardedDevice.wall
+    monkeypatch.setattr(
+        on_device.GuardedDevice, "wall", lambda self, k, b: (tried.append(k), wall(self, k, b))[1]
+    )
+    found = on_device.measure(engine, (0.0,), TrialLimits(max_speed=0.06, precision=0.29))
+    assert (found.stiffness[0], found.ends[0]) == (0.0, FAST)
+    assert found.sentence == "No wall was rendered without buzzing."
+    assert max(tried) == 200.0
+    assert_as_before(engine)
+
+
+def test_the_force_limit_holds_and_is_said(running):
+    engine = running(delay=0.0)
+    reader = engine.reader()
+    limits = TrialLimits(max_force=0.5, push=0.3, hit=0.15, softest=1500.0, highest=1500.0)
+    found = on_device.measure(engine, (0.0,), limits)
+    assert np.abs(reader.read()[:, rows.APPLIED]).max() <= 0.5 + 1e-12
+    assert (found.ends, found.clamped) == ((HIGHEST,), (True,))
+    assert found.sentence.endswith("at least 1,500 N/m, at the motor's limit of 0.5 N.")
+
+
+def test_a_person_is_asked_and_checked(running):
+    engine, said = running(grip="medium"), []
+
+    def person(words):
+        said.append(words)
+        force, wall = 1.9 if len(said) == 1 else 1.0, engine.values["stiffness"]
+        if words != "Hold":  # a grip of 200 N/m and the wall, one behind the other
+            engine.move_hand(engine.values["position"] + force * (1.0 / wall + 1.0 / 200.0))
+
+    found = on_device.measure(engine, (0.0,), ONE_TRIAL, person=True, say=person)
+    assert said[0] == "Press gently into the wall and hold."
+    assert said[1].startswith("Press more gently: 1.")
+    assert said[1].endswith("N now, 1 N is enough.")
+    assert "Hold" in said
+    assert found.ends == (HIGHEST,)
+    assert "a person's, held" in found.caption
+    assert_as_before(engine)
+
+
+def test_a_wall_on_the_left_is_pressed_from_its_right(running):
+    engine = running()
+    engine.set_environment("wall", {"side": "left", "position": -0.01, "stiffness": 70.0})
+    reader = engine.reader()
+    found = on_device.measure(engine, (0.0,), ONE_TRIAL)
+    seen = reader.read()
+    assert found.stiffness[0] == 300.0
+    assert seen[:, rows.POSITION].min() == pytest.approx(-0.01 - 1.0 / 300.0, abs=1e-3)
+    assert seen[:, rows.APPLIED].max() > 0.9
+    assert engine.values == {**engine.environment.values(), "side": 1.0, "position": -0.01, "stiffness": 70.0}
+
+
+def test_nobody_presses(running, monkeypatch):
+    monkeypatch.setattr(on_device, "_PATIENCE_SECONDS", 0.3)
+    engine = running()
+    with pytest.raises(Interrupted, match="Nobody pressed"):
+        on_device.measure(engine, (0.0,), ONE_TRIAL, person=True)
+    assert_as_before(engine)
+
+
+@pytest.mark.parametrize(
+    ("hertz", "least", "most"), [(2.0, 0.0, 0.03), (10.0, 0.2, 0.4), (30.0, 0.7, 1.3), (100.0, 0.9, 1.1)]
+)
+def test_ripple_is_what_a_hand_cannot_do(hertz, least, most):
+    t = np.arange(600) / 1000.0
+    drift = 3e-3 * t
+    swing = 0.5e-3 * np.sin(2.0 * math.pi * hertz * t)
+    assert least * 1e-3 <= ripple(drift + swing, 1000.0) <= most * 1e-3
+
+
+def test_a_push_near_the_limit_is_refused():
+    with pytest.raises(ParameterError, match=r"force limit of 3.33 N or more, not 2 N"):
+        TrialLimits(push=2.0)

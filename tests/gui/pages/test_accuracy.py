@@ -1,0 +1,195 @@
+"""The accuracy view: the answer in words, every method in chart and table, points told under the pointer."""
+
+import math
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+
+from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet
+from hapkit_studio.analysis.accuracy.plan import mark_front
+from hapkit_studio.charts.accuracy import AccuracyAxes, marker_and_color
+from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.dynamics.stick_slip import MODELS
+from hapkit_studio.gui.pages.accuracy import answer_words, columns
+from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.palette import TOKENS
+from tests.gui.pages.drawing_support import drawn, leave, outside
+from tests.gui.pages.drawing_support import point as point_at
+from tests.gui.test_layout import cut_off
+
+LABELS = {"verlet": "Verlet", "rk4": "RK4", "explicit_euler": "Explicit Euler"}
+
+
+def point(method: str, step_ms: float, error: float, cost: float) -> Point:
+    return Point("integrators", "damped", method, step_ms * 1e-3, error, cost, label=LABELS[method])
+
+
+def made_up(default: str, tolerance: float = 0.02) -> Accuracy:
+    """Return a chart whose answer is known: Verlet at 1 ms, 4 µs, off by 0.2 %; nothing is cheaper."""
+    points = mark_front(
+        [
+            point("explicit_euler", 1.0, 0.5, 2000.0),
+            point("explicit_euler", 0.5, math.inf, 4000.0),
+            point("verlet", 1.0, 0.002, 4000.0),
+            point("verlet", 0.5, 0.0005, 8000.0),
+            point("rk4", 1.0, 2e-6, 12000.0),
+            point("rk4", 0.5, 0.0, 24000.0),
+        ]
+    )
+    scene = Scene("damped", "Damped mass", "largest error", tolerance, "felt", Default(default))
+    methods = tuple(Method(key, label) for key, label in LABELS.items())
+    return Accuracy(
+        (Chart("integrators", "Integrators", (Sheet("integrators", scene, methods, points),)),), 0.9
+    )
+
+
+@pytest.fixture
+def page(idle_window):
+    idle_window.views.show("accuracy")
+    return idle_window.views.page("accuracy")
+
+
+def test_before_it_is_measured_it_says_so(page):
+    assert page.answer.words.text() == "Run to see what each method costs."
+    assert not page.bar.export.isEnabled()
+    assert page.scenes.isHidden()
+
+
+def test_the_answer_and_whether_the_default_is_it(page):
+    page.show_result(made_up("verlet"))
+    assert page.answer.words.text().startswith("Cheapest within 2")
+    assert page.answer.words.text().endswith("at a 1 ms step: Verlet, 4.0 µs per simulated second.")
+    assert "It is the default." in page.side.words.text()
+    page.show_result(made_up("rk4"))
+    assert "RK4, costs 3.0 times as much" in page.side.words.text()
+    page.show_result(made_up("verlet", tolerance=1e-9))
+    assert page.answer.words.text() == "Nothing is within 1·10⁻⁹ at a 1 ms step."
+
+
+def test_the_point_under_the_pointer_is_told(page):
+    page.show_result(made_up("verlet"))
+    point_at(page.chart, 4.0, 0.002)
+    assert page.point.text() == "Verlet at 1 ms: 0.20 %, 4.0 µs per second"
+    leave(page.chart)
+    assert page.point.text() == ""
+
+
+def test_every_error_is_drawn_somewhere_in_the_frame_and_told(page):
+    page.show_result(made_up("verlet"))
+    frame = AccuracyAxes(page.sheet)
+    for found in page.sheet.points:
+        point_at(page.chart, *frame.place(found))
+        assert page.point.text().startswith(f"{found.label} at "), found
+
+
+def test_a_row_of_the_table_lets_its_line_stand_out(page):
+    page.show_result(made_up("verlet"))
+    for width in (3.0, 1.5):  # the most accurate one comes first; a second click chooses none
+        row = page.table.visualRect(page.table.model().index(0, 0)).center()
+        QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=row)
+        (axes,) = drawn(page.chart)
+        color = theme.color(marker_and_color("rk4")[1]).name()
+        widths = {line.get_linewidth() for line in axes.lines if line.get_color() == color.upper()}
+        assert width in widths
+
+
+def test_the_table_is_sorted_by_a_click_on_a_head_and_copied(page):
+    page.show_result(made_up("verlet"))
+    head = page.table.horizontalHeader()
+    place = QPoint(head.sectionPosition(1) + 4, 4)
+    QTest.mouseClick(head.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    costs = [row[1] for row in page.table.texts()[1:]]
+    assert costs in (["2.0", "4.0", "12"], ["12", "4.0", "2.0"])
+    page.table.setFocus()
+    QTest.keyClick(page.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    lines = QGuiApplication.clipboard().text().split("\n")
+    assert lines[0] == "Method\tµs per s\tError %"
+    assert len(lines) == 4
+
+
+def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
+    page.show_result(made_up("verlet"))
+    page.charts.button(1).click()
+    assert page.sheet is None
+    assert page.answer.words.text() == "Run to see what each method costs."
+    assert (page.side.heading.text(), page.side.words.text()) == ("Velocity", "Not measured yet.")
+    assert (page.bar.status.text(), page.bar.run.text()) == ("", "Run")
+    assert not page.chart.isVisible()
+    assert not page.table.isVisible()
+    page.charts.button(0).click()
+    assert page.sheet is not None
+    assert (page.side.heading.text(), page.bar.run.text()) == ("Integrators", "Run again")
+    assert page.bar.status.text() == "6 points, 0.9 s"
+
+
+def test_what_costs_the_same_is_not_the_cheapest_alone(page):
+    points = [point("verlet", 1.0, 0.002, 4000.0), point("rk4", 1.0, 0.001, 4200.0)]
+    scene = Scene("damped", "Damped mass", "largest error", 0.02, "felt", Default("verlet"))
+    sheet = Sheet("integrators", scene, (), tuple(points))
+    words = "Among the cheapest (to 10 %) within 2 %: Verlet, 4.0 µs per simulated second."
+    assert answer_words(sheet) == words
+    alone = Sheet("integrators", scene, (), tuple(points[:1]))
+    assert answer_words(alone).startswith("Cheapest within 2 % at a 1 ms step: Verlet")
+
+
+def rows_of(page, scene: Scene, points: list[Point]) -> list[tuple[str, str, str]]:
+    sheet = Sheet("servo", scene, (), tuple(points))
+    page.table.show_rows(columns(sheet), points)
+    return page.table.texts()
+
+
+def test_every_word_of_the_table_fits_its_column(page, idle_window, qapp):
+    page.show_result(made_up("verlet"))
+    idle_window.resize(1280, 720)
+    qapp.processEvents()
+    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("verlet"), unit="m/s")
+    rate = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("verlet"), step_s=None, goal="stable")
+    share = Scene("damped", "Damped", "largest", 0.02, "felt", Default("verlet"))
+    names = ("Butterworth 120 Hz", "Kalman q = 0.001", "1 ms later")
+    errors = (0.34e-3, 1.1e-3, 12e-3, 0.1234, 2e-14, 2e-7, 1.59, 4.76, 3e6, math.inf, 0.0)
+    for scene in (speed, rate, share):
+        step = 1.0 / 250.0 if scene is rate else 1e-3
+        found = [
+            Point("c", "s", "verlet", step, error, 227e3, label=names[2] if scene is rate else names[i % 2])
+            for i, error in enumerate(errors)
+        ]
+        rows_of(page, scene, found)
+        for index in range(3):
+            assert page.table.columnWidth(index) >= page.table.sizeHintForColumn(index), (scene.key, index)
+
+
+def test_a_table_has_one_unit_and_tells_rates_apart(page):
+    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("verlet"), unit="m/s")
+    head, row = rows_of(page, speed, [Point("c", "s", "verlet", 1e-3, 0.34e-3, 38e3, label="Kalman")])
+    assert (head, row) == (("Method", "µs\nper s", "Error\nmm/s"), ("Kalman", "38", "0.34"))
+    wall = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("verlet"), step_s=None, goal="stable")
+    late = [Point("c", "s", "rk4", 0.5e-3, 1.59, 91e3, label="1 ms later")]
+    head, first, second = rows_of(
+        page, wall, [Point("c", "s", "verlet", 1e-3, 0.8, 48e3, label="At once"), *late]
+    )
+    assert head == ("Rate", "µs\nper s", "Of limit\n%")
+    assert (first, second) == (("1 kHz", "48", "80"), ("2 kHz, 1 ms later", "91", "159"))
+
+
+@pytest.mark.parametrize("size", [(960, 600), (1280, 720), (1440, 900), (1920, 1080)])
+def test_nothing_is_cut_off(idle_window, page, qapp, size):
+    page.show_result(made_up("verlet"))
+    page.scenes.setItemText(0, "Tremor of 0.6 counts at 8 Hz")
+    page.bar.say("240 points, 10.3 s")
+    idle_window.resize(*size)
+    for _ in range(3):
+        qapp.processEvents()
+    assert cut_off(idle_window) == []
+    assert outside(page.chart) == []
+    for button in page.charts.buttons:
+        assert button.width() >= button.sizeHint().width()
+
+
+def test_methods_of_a_chart_differ_in_marker_or_colour():
+    for family in (INTEGRATORS, tuple(ESTIMATORS), tuple(MODELS)):
+        looks = [marker_and_color(method) for method in family]
+        assert len(set(looks)) == len(looks)
+        assert {token for _, token in looks} <= set(TOKENS)

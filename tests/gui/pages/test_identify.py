@@ -1,0 +1,205 @@
+"""The Identify view: the newest piece with the settings in force, both parts, a hand that shakes."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QLabel
+
+import hapkit_studio as hs
+from hapkit_studio.analysis.identify import Part, from_run, identify
+from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.pages.identify import newest_piece
+from hapkit_studio.gui.pages.measuring import write
+from hapkit_studio.gui.widgets.theme import theme
+from tests.gui.pages.drawing_support import drawn, outside
+from tests.gui.window_support import PATIENCE_MS
+
+LEFT_OVER = "time, s (what no term explains)"
+
+
+@pytest.fixture
+def page(idle_window):
+    idle_window.views.show("identify")
+    return idle_window.views.page("identify")
+
+
+@pytest.fixture(scope="module")
+def found():
+    run = hs.simulate("wall", {"stiffness": 300.0, "damping": 2.0}, hand="tap", seconds=3.0)
+    return identify(from_run(run))
+
+
+def test_nothing_is_shown_before_anything_was_identified(page):
+    assert page.answer.words.text() == "Move the handle or press Shake, then identify what was rendered."
+    assert not page.chart.isVisible()
+    assert not page.bar.export.isEnabled()
+    assert "press Identify" in page.how.text()
+    assert page.how.isVisible()
+    page.press()
+    assert page.bar.status.text() == "There is no device yet to take a piece from."
+    assert not page.shaking.isEnabled()
+
+
+def test_each_part_shows_its_terms(page, found):
+    page.show_result(found)
+    assert not page.how.isVisible()
+    assert page.bar.export.isEnabled()
+    assert page.answer.words.text().startswith("Stiffness: you set 300 N/m, you rendered 29")
+    titles = [axes.get_xlabel() for axes in drawn(page.chart)]
+    assert titles[1:] == ["velocity going in, mm/s", "velocity going out, mm/s", LEFT_OVER]
+    rows = {row[0]: row[1:] for row in page.table.texts()}
+    assert rows["Term"] == ("Set", "Rendered")
+    asked, rendered = rows["Damping, going in\nN·s/m"]
+    assert asked == "2"
+    assert rendered.startswith("2.0")
+    page.parts.button(1).click()
+    assert page.answer.words.text().startswith("Mass: 44 g of the handle and 50 g of the hand, identified 9")
+    titles = [axes.get_xlabel() for axes in drawn(page.chart)]
+    assert titles == ["acceleration, m/s²", "velocity, mm/s", "direction of motion", LEFT_OVER]
+
+    page.parts.button(0).click()
+    for axes, name in zip(drawn(page.chart)[:3], found.rendered.points.names, strict=False):
+        across, up = axes.get_xlim(), axes.get_ylim()
+        own, force = found.rendered.points.share(name)
+        assert across[0] < 1e3 * own.min() < 1e3 * own.max() < across[1]
+        assert up[0] < -force.max() < -force.min() < up[1]
+
+
+def test_what_is_not_told_is_a_warning(page):
+    page.show_result(identify(from_run(hs.simulate("wall", seconds=1.0))))
+    assert page.answer.words.text() == "Cannot tell: the piece never touches. Push into the surface."
+    assert page.answer._sign == ("triangle", "warn")
+    assert not page.chart.isVisible()
+    assert page.how.isVisible()
+
+
+def test_a_piece_that_tells_nothing_is_not_exported(page, found):
+    nothing = replace(found, rendered=Part("rendered", advice="No."), handle=Part("handle", advice="No."))
+    page.bar.export.setEnabled(True)
+    page.show_result(nothing)
+    assert not page.bar.export.isEnabled()
+
+
+def test_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
+    studio = idle_window.studio
+    page._fresh.begin()
+    page.show_result(found)
+    stiffness, scene = studio.values["stiffness"], studio.environment.key
+    changes = (
+        (
+            "values",
+            lambda: studio.set_value("stiffness", 123.0),
+            lambda: studio.set_value("stiffness", stiffness),
+        ),
+        ("scene", lambda: studio.choose("spring"), lambda: studio.choose(scene)),
+        ("loop", lambda: studio.set_loop(rate=500.0), lambda: studio.set_loop(rate=1000.0)),
+    )
+    for what, change, back in changes:
+        change()
+        assert page.answer.words.text() == f"Out of date: the {what} changed. Identify again."
+        assert page.answer._sign == ("circle", "ink2")
+        assert page.chart.pale
+        back()
+        assert page.answer._sign == ("check", "ok")
+        assert not page.chart.pale
+
+
+def test_in_a_low_window_the_upper_charts_keep_their_axes(page, found, idle_window, qapp):
+    page.show_result(found)
+    for size, shown in (((960, 600), False), ((1440, 900), True)):
+        idle_window.resize(*size)
+        for _ in range(3):
+            qapp.processEvents()
+        titles = [axes.get_xlabel() for axes in drawn(page.chart)]
+        assert (LEFT_OVER in titles) == shown
+        assert outside(page.chart) == []
+
+
+def test_it_is_drawn_in_every_theme(page, found):
+    page.show_result(found)
+    for mode in ("dark", "contrast", "light"):
+        theme.set_mode(mode)
+        drawn(page.chart)
+        picture = page.grab().toImage()
+        assert picture.pixelColor(picture.width() // 2, picture.height() - 3) == theme.color("surface")
+
+
+def test_words_fit_at_the_smallest_size(page, found, idle_window):
+    idle_window.resize(1280, 720)
+    page.show_result(found)
+    idle_window.grab()
+    assert page.answer.words.sizeHint().width() <= page.answer.words.width()
+    for widget in (page.bar.run, page.shaking, *page.pieces.buttons, *page.parts.buttons):
+        assert widget.sizeHint().width() <= widget.width()
+    for label in page.side.findChildren(QLabel):
+        assert label.wordWrap() or label.sizeHint().width() <= label.width() + 1
+    for row in range(len(page.part.estimates)):
+        assert page.table.rowHeight(row) >= page.table.sizeHintForRow(row)
+
+
+def test_picture_and_numbers(page, found, tmp_path):
+    page.show_result(found)
+    page.bar.export.setEnabled(True)
+    asked = []
+    page._export.ask = lambda figure, numbers: asked.append((figure, numbers))
+    page.export()
+    figure, numbers = asked[0]
+    write(tmp_path / "found.json", figure, numbers)
+    parts = json.loads((tmp_path / "found.json").read_text())["parts"]
+    assert parts["rendered"]["estimates"][0]["set"] == 300.0
+    write(tmp_path / "found.png", figure, numbers)
+    assert (tmp_path / "found.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_hand_shakes_about_the_surface_within_the_rail(page):
+    places = np.array([page.shake.target(t) for t in np.arange(0.0, 10.0, 0.01)])
+    assert places[0] == pytest.approx(0.005 + 0.003)
+    assert places.min() < 0.0
+    assert 0.015 < places.max() < 0.05
+
+
+def test_shaking_ends_in_what_was_rendered(window, qtbot):
+    window.live.start()
+    window.studio.choose("spring")
+    qtbot.waitUntil(lambda: window.studio.environment.key == "spring", timeout=PATIENCE_MS)
+    window.studio.set_values({"stiffness": 200.0})
+    window.views.show("identify")
+    page = window.views.page("identify")
+    page.pieces.button(0).click()
+    page.shaking.click()
+    assert page.shaking.text() == "Let go"
+    qtbot.waitUntil(lambda: page.found is not None, timeout=PATIENCE_MS)
+    stiffness = page.found.rendered["stiffness"]
+    assert stiffness.asked == 200.0
+    assert stiffness.value == pytest.approx(200.0, rel=0.02)
+    assert page.found.rendered["damping"].value == pytest.approx(-0.1, abs=0.02)
+    assert page.found.handle["mass"].value == pytest.approx(0.094, rel=0.05)
+    assert page.shaking.text() == "Shake"
+    # what comes after the piece was taken is no part of it, however late the thread begins
+    take = newest_piece(window.studio, window.live, 2.0)
+    first, reader = take(), window.studio.engine.reader()
+    qtbot.waitUntil(lambda: len(reader.read()) > 0, timeout=PATIENCE_MS)
+    np.testing.assert_array_equal(take().position, first.position)
+    np.testing.assert_array_equal(take().time, first.time)
+    # rows from before a change of settings are another piece
+    window.studio.set_values({"stiffness": 100.0})
+    with pytest.raises(StudioError, match=r"Only 0\.\d s since the settings changed"):
+        newest_piece(window.studio, window.live, math.inf)()
+
+
+def test_a_stop_and_another_view_let_go(window, qtbot):
+    window.views.show("identify")
+    page = window.views.page("identify")
+    page.shaking.click()
+    window.studio.stop()
+    assert not page.shake.running
+    assert page.found is None
+    window.studio.release_stop()
+    page.shaking.click()
+    window.views.show("live")
+    assert not page.shake.running
+    window.studio.set_grip("released")
+    assert not page.shaking.isEnabled()

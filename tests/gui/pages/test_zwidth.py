@@ -1,0 +1,249 @@
+"""The Z-width view: simulated and on the running device, points as they come, ended in every way."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QGuiApplication
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.zwidth import HIGHEST
+from hapkit_studio.analysis.zwidth.result import BUZZES, Point, Protocol, ZWidth, conditions
+from hapkit_studio.gui.pages.measuring import write
+from hapkit_studio.gui.pages.zwidth import DEVICE, SIMULATION
+from hapkit_studio.haptics import rows
+from tests.gui.pages.drawing_support import leave, outside, point, words
+from tests.gui.test_layout import cut_off
+from tests.gui.window_support import PATIENCE_MS
+
+
+def made_up(capped=False, clamped=True):
+    """Return a Z-width whose best point is 1,340 N/m at 2 N·s/m."""
+    points = [Point(500.0, BUZZES, False), Point(1344.0, HIGHEST if capped else BUZZES, clamped)]
+    damping = [0.0, 2.0]
+    curve = np.array([np.linspace(0.0, 2.0, 5), np.linspace(330.0, 1000.0, 5)])
+    return ZWidth.of(
+        "simulation",
+        damping,
+        points,
+        curve[1, [0, -1]],
+        curve,
+        conditions(Setting(), Protocol(max_force=3.0)),
+    )
+
+
+@pytest.fixture
+def page(window):
+    """Return the view of a window whose simulated device runs; nothing is compiled in another program."""
+    window.studio.set_value("stiffness", 321.0)
+    window.views.show("zwidth")
+    shown = window.views.page("zwidth")
+    shown.job._needs = ""
+    return shown
+
+
+@pytest.fixture
+def begun(page, window, qtbot):
+    """Return the view with a device on which a wall has just been tried."""
+    window.studio.choose("spring")
+    page.where.show_index(DEVICE)
+    page.bar.run.click()
+    qtbot.waitUntil(lambda: window.studio.engine.values.get("stiffness") == 200.0, timeout=PATIENCE_MS)
+    return page
+
+
+def assert_over(page, window, environment="spring"):
+    """Check that nothing is measured any more and the device renders what the window shows."""
+    page.job.wait()
+    studio, engine = window.studio, window.studio.engine
+    assert not page.job.running
+    assert studio.environment.key == environment
+    assert engine.environment is studio.environment
+    assert engine.values == studio.values
+    assert engine.max_force == engine.device.max_force
+    assert page.force.box.isEnabled()
+
+
+def test_it_says_what_it_will_do(page):
+    assert page.answer.words.text().startswith("Measure how stiff a wall")
+    assert not page.bar.export.isEnabled()
+
+
+def test_the_simulation_of_the_device_that_runs(page, window, qtbot):
+    window.studio.set_grip("released")
+    with qtbot.waitSignal(page.job.finished, timeout=PATIENCE_MS):
+        page.bar.run.click()
+    result = page.result
+    assert list(result.damping) == [0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
+    assert (result.stiffness > result.linear).all()  # friction helps
+    assert page.answer.words.text() == result.sentence
+    conditions = {c.key: c.value for c in result.conditions}
+    device = window.studio.engine.device
+    assert (conditions["mass"], conditions["max_force"]) == (device.mass, device.max_force)
+    assert conditions["hand"] == "released"
+    assert page.bar.export.isEnabled()
+    assert window.studio.engine.values["stiffness"] == 321.0
+
+
+def test_points_appear_as_they_come(page):
+    page.show_result(made_up())
+    page._begin("Hitting walls…")
+    assert page.chart.pale
+    page.job._wanted = object()  # as while it measures
+    page.arrived.emit(0.0, Point(500.0, BUZZES, False))
+    page.arrived.emit(1.0, Point(900.0, BUZZES, True))
+    assert not page.chart.pale
+    assert page.walls.points == [(0.0, 500.0, False), (1.0, 900.0, True)]
+    assert "the same, at the motor's limit" in words(page.chart)
+    page.job._wanted = None
+    page.arrived.emit(2.0, Point(950.0, BUZZES, True))  # too late
+    assert len(page.walls.points) == 2
+
+
+def test_a_point_is_told_in_words(page):
+    page.show_result(made_up())
+    point(page.chart, 2.0, 1344.0)
+    said = (
+        "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N. Beyond: it buzzes."
+    )
+    assert page.point.text() == said
+    leave(page.chart)
+    assert page.point.text() == ""
+
+
+def test_the_points_are_a_table_to_copy(page):
+    page.show_result(made_up())
+    page.table.copy()
+    assert QGuiApplication.clipboard().text() == "B, N·s/m\tK, N/m\n0\t500\n2\t1,340"
+
+
+def test_where_nothing_stiffer_was_tried_it_says_at_least(page):
+    page.show_result(made_up(capped=True, clamped=False))
+    assert page.answer.words.text() == "At B = 2 N·s/m this Hapkit renders at least 1,340 N/m."
+    assert page.answer._sign == ("check", "ok")
+
+
+def test_a_limit_of_the_motor_is_said_and_no_success(page):
+    page.show_result(made_up())
+    words = "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N."
+    assert page.answer.words.text() == words
+    assert page.answer._sign == ("info", "ink2")
+
+
+def test_a_result_of_another_loop_is_out_of_date(page, window):
+    page._fresh[SIMULATION].begin()
+    page.show_result(made_up(clamped=False))
+    studio = window.studio
+    grip, loop = studio.grip, studio.loop
+    changes = (
+        ("the loop", lambda: studio.set_loop(rate=500.0), lambda: studio.set_loop(rate=loop.rate)),
+        ("the loop", lambda: studio.set_loop(delay=2e-3), lambda: studio.set_loop(delay=loop.delay)),
+        ("the hand", lambda: studio.set_grip("released"), lambda: studio.set_grip(grip)),
+    )
+    for what, change, back in changes:
+        change()
+        assert page.answer.words.text() == f"Out of date: {what} changed. Measure again."
+        assert page.answer._sign == ("circle", "ink2")
+        assert page.chart.pale
+        back()
+        assert page.answer._sign == ("check", "ok")
+        assert not page.chart.pale
+
+
+def test_where_nothing_was_measured_nothing_is_shown(page):
+    page.show_result(made_up())
+    page.where.button(DEVICE).click()
+    assert page.answer.words.text().startswith("Measure how stiff a wall")
+    assert not page.bar.export.isEnabled()
+    assert page.walls.points == ()
+    assert not page.table.isVisible()
+    page.where.button(SIMULATION).click()
+    assert page.answer.words.text().startswith("At B = 2")
+    assert page.bar.export.isEnabled()
+
+
+def test_the_scene_shows_the_wall_that_is_tried(begun, window):
+    assert window.studio.environment.key == "wall"
+    begun.show_trial()
+    assert begun.answer.words.text() == "Trying 200 N/m at B = 0 N·s/m"
+    assert not begun.force.box.isEnabled()
+    begun.bar.run.click()
+    assert begun.bar.status.text() == "Cancelled"
+    assert_over(begun, window)
+
+
+def test_the_stop_stays_in_force_and_ends_it(begun, window, qtbot):
+    with qtbot.waitSignal(begun.job.failed, timeout=PATIENCE_MS):
+        window.studio.stop()
+    assert begun.answer.words.text() == "Stopped. Force is zero. Release the E-stop, then measure again."
+    assert_over(begun, window)
+    assert window.studio.engine.stopped
+    reader = window.studio.engine.reader()
+    seen = []
+    qtbot.waitUntil(lambda: seen.extend(reader.read()) or len(seen) > 20, timeout=PATIENCE_MS)
+    assert not np.array(seen)[:, rows.APPLIED].any()
+
+
+def test_another_scene_ends_it_and_is_kept(begun, window):
+    window.studio.choose("wall")
+    assert begun.job.running
+    window.studio.choose("damping")
+    assert_over(begun, window, "damping")
+
+
+def test_another_loop_or_view_ends_it(begun, window, qtbot):
+    window.studio.set_loop(delay=2e-3)
+    assert begun.bar.status.text() == "Ended: the loop changed."
+    assert_over(begun, window)
+    begun.bar.run.click()
+    qtbot.waitUntil(lambda: window.studio.engine.environment.key == "wall", timeout=PATIENCE_MS)
+    window.views.show("live")
+    assert begun.bar.status.text() == "Ended: the view was left."
+    assert_over(begun, window)
+
+
+def test_a_person_is_told_what_to_do(page, window):
+    page.job._wanted = object()
+    page.said.emit("Press gently into the wall and hold.")
+    page._mode = DEVICE
+    page.show_trial()
+    assert page.answer.words.text() == "Press gently into the wall and hold."
+    page.job._wanted = None
+
+
+def test_a_force_limit_out_of_range_is_refused_beside_it(page):
+    page.force.box.entered.emit(9.0)
+    assert page.force.refusal.text() == "Force limit goes from 0.1 to 3 N, not 9."
+    assert page.force.limit == 2.0
+    page.force.box.entered.emit(2.5)
+    assert not page.force.refusal.isVisible()
+    assert page.force.limit == 2.5
+
+
+def test_without_a_device_it_says_so(idle_window):
+    idle_window.views.show("zwidth")
+    page = idle_window.views.page("zwidth")
+    for index in (0, 1):
+        page.where.show_index(index)
+        page.bar.run.click()
+        assert "device" in page.bar.status.text()
+        assert not page.job.running
+
+
+def test_it_is_saved_as_numbers(page, tmp_path):
+    page.show_result(made_up())
+    path = write(tmp_path / "z.json", lambda path: None, page.result.as_json)
+    found = json.loads(Path(path).read_text(encoding="utf-8"))
+    assert [point["stiffness"] for point in found["points"]] == [500.0, 1344.0]
+    assert found["conditions"]["push"] == 1.0
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1440, 900), (1920, 1080)])
+def test_nothing_is_cut_off(page, window, qapp, size):
+    page.show_result(made_up())
+    window.resize(*size)
+    for _ in range(3):
+        qapp.processEvents()
+    assert cut_off(window) == []
+    assert outside(page.chart) == []

@@ -1,0 +1,451 @@
+"""Who renders: handing over to a board and back, what it is told meanwhile, and what its rows hold."""
+
+import re
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.dynamics.estimators import design
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import arrays, rows
+from hapkit_studio.laws import board
+from hapkit_studio.laws.machine import Refusal
+from hapkit_studio.protocol.messages import (
+    Alive,
+    Board,
+    BoardFlag,
+    Force,
+    HelloRequest,
+    Law,
+    Leave,
+    Piece,
+    Release,
+    Stop,
+    Tune,
+)
+from tests.devices.fake_kit import ARENA, KIT
+from tests.haptics.board_support import ZERO, undisturbed
+from tests.haptics.support import CONSTANT
+from tests.waiting import wait_until
+
+SPRING = {"stiffness": 100.0}
+QUANTUM = KIT.quantum
+FULL = KIT.motor_constant * KIT.sector_radius / (KIT.handle_radius * KIT.pulley_radius)
+
+
+def flags(found):
+    return [int(row[rows.FLAGS]) for row in found]
+
+
+@undisturbed(values=SPRING)
+def test_the_force_fades_out_before_the_board_is_told(setup):
+    setup.run(40)
+    setup.count = ZERO + 100
+    before = setup.run(2)[-1]
+    assert before[rows.APPLIED] == pytest.approx(-100.0 * 100 * QUANTUM)
+    found = setup.go()
+    shares = np.array([row[rows.APPLIED] for row in found]) / before[rows.APPLIED]
+    fading = shares[shares > 0.0]
+    np.testing.assert_allclose(-np.diff(fading), 1.0 / 30.0, atol=1e-9)
+    told = [type(m) for m in setup.board.received]
+    last = max(i for i, kind in enumerate(told) if kind is Force)
+    assert told.index(Piece) > told.index(Law) > told.index(Board) > 0
+    assert last < told.index(Law)
+    assert setup.told(Force)[-1].force == 0.0
+
+
+@undisturbed(values=SPRING)
+def test_the_law_and_the_loop_are_those_in_force(setup):
+    setup.engine.set_loop(estimator="kalman")
+    setup.go(rate=500)
+    (law,) = setup.told(Law)
+    coefs = design("kalman", 500, setup.engine.device.quantum)[1]
+    assert (law.rate, law.estimator) == (500, 2)
+    assert (law.first, law.second) == pytest.approx((coefs[0], coefs[1] * 500.0), rel=1e-6)
+    spring = environments.named("spring")
+    program = board.compile(spring.force, spring.values(SPRING), 1.0 / 500.0, ARENA)
+    assert setup.kit.loaded.data == program.data
+    assert (law.states, law.given, law.slots, law.code) == (
+        program.states, len(program.given), program.slots, len(program.code)
+    )  # fmt: skip
+
+
+@undisturbed(environment="mass_spring_damper")
+def test_a_long_law_comes_whole_though_pieces_get_lost(setup):
+    setup.run(10)
+    setup.kit.deaf = {Law: 1, Piece: 3}
+    setup.go()
+    pieces = setup.told(Piece)
+    assert len(setup.told(Law)) == 2
+    assert len(pieces) > setup.kit.loaded.size / 32 + 3
+    assert setup.kit.loaded.data == setup.engine.board_plan.program.data
+
+
+@undisturbed(environment="mass_spring_damper")
+def test_a_board_without_a_law_is_sent_it_anew(setup):
+    """So after a reset in the middle, and where a piece was damaged and the whole does not fit its check."""
+    setup.engine.board_refusal(wait=True)
+    setup.engine.set_where("board")
+    setup.until(lambda: setup.kit.received > 64)
+    setup.kit.loaded.data.clear()
+    setup.until(lambda: setup.engine.rendering == "board")
+    setup.run(5)
+    setup.kit.loaded, setup.kit.generation = None, 0
+    setup.run(2)
+    assert setup.engine.rendering == "computer"
+    setup.until(lambda: setup.engine.rendering == "board")
+    assert setup.kit.loaded.data == setup.engine.board_plan.program.data
+
+
+@undisturbed(values=SPRING)
+def test_a_board_that_loses_its_law_far_from_where_it_began_makes_no_speed(setup):
+    setup.go()
+    setup.count = ZERO + 700  # 14 mm
+    setup.run(5)
+    setup.kit.loaded, setup.kit.generation = None, 0
+    found = setup.run(3)
+    assert setup.engine.fault is None
+    assert max(abs(row[rows.VELOCITY]) for row in found) < 1e-9
+
+
+@undisturbed(values=SPRING)
+def test_another_law_far_from_where_the_board_took_over_makes_no_speed(setup):
+    setup.engine.set_loop(estimator="kalman")
+    setup.go()
+    setup.count = ZERO + 700  # 14 mm
+    setup.run(5)
+    setup.engine.set_environment("wall")
+    found = []
+    while setup.engine.rendering == "board" or not found:
+        found += setup.run(1)
+    found += setup.run(3)
+    assert setup.engine.fault is None
+    assert max(abs(row[rows.VELOCITY]) for row in found) < 1e-9
+
+
+@undisturbed(values=SPRING)
+def test_the_board_takes_over_the_zero_and_the_direction(setup):
+    setup.run(10)
+    setup.engine.flip_direction()
+    setup.count = ZERO + 50
+    assert setup.run(3)[-1][rows.POSITION] == pytest.approx(-50 * QUANTUM)
+    setup.go()
+    (board,) = setup.told(Board)
+    assert (board.zero, board.sense, board.direction) == (ZERO, -1, -1)
+    assert (board.table, board.label, board.counts_per_flip) == (KIT.table, KIT.label, KIT.counts_per_flip)
+    row = setup.run(1)[-1]
+    assert row[rows.POSITION] == pytest.approx(50 * QUANTUM)  # this board does not turn its counts
+    assert setup.engine.fault is None
+
+
+@undisturbed(values=SPRING)
+def test_a_new_zero_is_the_boards_too(setup):
+    setup.go()
+    setup.count = ZERO + 120
+    assert setup.run(2)[-1][rows.POSITION] == pytest.approx(120 * QUANTUM)
+    setup.engine.zero_here()
+    setup.until(lambda: len(setup.told(Board)) == 2)
+    setup.until(lambda: setup.engine.rendering == "board")
+    assert setup.told(Board)[-1].zero == ZERO + 120
+    assert setup.run(2)[-1][rows.POSITION] == 0.0
+    assert setup.engine.fault is None
+
+
+@undisturbed(values=SPRING)
+def test_rows_show_what_the_board_did(setup):
+    setup.run(10)
+    setup.go()
+    setup.count = ZERO + 120
+    setup.telemetry = {"velocity": 0.125, "asked": -1.5, "pwm": -128, "flags": int(BoardFlag.CLAMPED)}
+    setup.run(30)
+    row = setup.run(1)[-1]
+    assert row[rows.POSITION] == pytest.approx(120 * QUANTUM)
+    assert (row[rows.VELOCITY], row[rows.ASKED]) == (0.125, -1.5)
+    assert row[rows.APPLIED] == pytest.approx(-FULL * (128 / 255) ** 2, rel=1e-6)
+    assert int(row[rows.FLAGS]) == rows.CLAMPED
+    assert row[rows.PERIOD] == pytest.approx(1e-3)
+
+
+@undisturbed()
+def test_the_board_hears_every_few_milliseconds_and_no_force(setup):
+    setup.go()
+    forces, alive = len(setup.told(Force)), len(setup.told(Alive))
+    setup.run(100)
+    assert len(setup.told(Force)) == forces
+    assert 10 <= len(setup.told(Alive)) - alive <= 30
+
+
+@undisturbed(values=SPRING)
+def test_a_changed_parameter_is_one_constant_more(setup):
+    setup.go()
+    setup.run(20)
+    setup.engine.set_parameter("stiffness", 120.0)
+    setup.compiled()
+    setup.until(lambda: setup.told(Tune))
+    setup.run(20)
+    tune = setup.told(Tune)[0]
+    assert (tune.law, tune.count, tune.values[0]) == (setup.told(Law)[0].generation, 1, -120.0)
+    assert setup.kit.loaded.numbers.tolist() == list(setup.engine.board_plan.program.given)
+    setup.engine.move_hand(0.01)
+    setup.run(20)
+    assert (len(setup.told(Tune)), len(setup.told(Law))) == (1, 1)
+
+
+@undisturbed(environment="hard_surface")
+def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(setup):
+    setup.go()
+    values = setup.engine.values
+    numbers = [p for p in setup.engine.environment.parameters if not p.discrete]
+    setup.engine.set_environment("hard_surface", values | {p.key: 0.9 * values[p.key] for p in numbers})
+    setup.compiled()
+    wanted = np.array(setup.engine.board_plan.program.given, np.float32)
+    assert np.count_nonzero(wanted != setup.kit.loaded.numbers) > 6
+    setup.until(lambda: np.array_equal(wanted, setup.kit.loaded.numbers))
+    assert len(setup.told(Law)) == 1
+
+
+@undisturbed(values=SPRING)
+def test_a_change_that_got_lost_is_said_again_with_the_newest_value(setup):
+    setup.go()
+    setup.run(10)
+    setup.kit.deaf = {Tune: 1}
+    setup.engine.set_parameter("stiffness", 120.0)
+    setup.compiled()
+    setup.until(lambda: len(setup.told(Tune)) == 1)
+    setup.engine.set_parameter("stiffness", 130.0)
+    setup.compiled()
+    setup.until(lambda: setup.kit.tuned)
+    assert [t.values[0] for t in setup.told(Tune)] == [-120.0, -130.0]
+    setup.run(80)
+    assert len(setup.told(Tune)) == 2
+
+
+@undisturbed(environment="button", arena=345)
+def test_more_moving_constants_than_there_is_room_for_are_a_law(setup):
+    setup.go()
+    way, values = setup.engine.board_plan, setup.engine.values
+    numbers = [p for p in setup.engine.environment.parameters if not p.discrete]
+    setup.engine.set_environment("button", values | {p.key: 0.9 * values[p.key] for p in numbers})
+    setup.compiled()
+    assert setup.engine.board_plan.form == way.form
+    setup.until(lambda: len(setup.told(Law)) == 2)
+    setup.until(lambda: setup.engine.rendering == "board")
+    assert not setup.told(Tune)
+    assert setup.kit.loaded.data == setup.engine.board_plan.program.data
+
+
+@undisturbed(values=SPRING)
+def test_another_law_or_rate_or_filter_is_sent_whole(setup):
+    setup.go()
+    for change in (
+        lambda: setup.engine.set_environment("wall"),
+        lambda: setup.engine.set_parameter("side", "left"),
+        lambda: setup.engine.set_loop(estimator="kalman"),
+        lambda: setup.engine.set_where("board", 1000.0),
+    ):
+        laws = len(setup.told(Law))
+        change()
+        setup.compiled()
+        setup.until(lambda laws=laws: len(setup.told(Law)) == laws + 1)
+        setup.until(lambda: setup.engine.rendering == "board")
+        assert setup.kit.loaded.law.rate == setup.engine.board_plan.rate
+        assert setup.kit.loaded.data == setup.engine.board_plan.program.data
+    generations = [law.generation for law in setup.told(Law)]
+    assert len(set(generations)) == len(generations)
+
+
+@undisturbed(refuses=Refusal.JUMP)
+def test_what_the_board_refuses_the_computer_renders_and_says_so(setup):
+    setup.engine.board_refusal(wait=True)
+    setup.engine.set_where("board")
+    setup.until(lambda: setup.engine.board_refusal() != "")
+    assert setup.engine.board_refusal() == "The board refuses this law (jump). The computer renders."
+    assert (setup.engine.where, setup.engine.where_wanted) == ("computer", "board")
+    setup.run(150)
+    assert setup.engine.rendering == "computer"
+    assert len(setup.told(Law)) == 1
+    with pytest.raises(ParameterError, match="refuses this law"):
+        setup.engine.set_where("board")
+    setup.kit.refuses = Refusal.NONE
+    setup.engine.set_environment("damping")
+    setup.compiled()
+    setup.until(lambda: setup.engine.rendering == "board")
+
+
+@undisturbed(values=SPRING)
+def test_the_computer_comes_back_with_a_fade(setup):
+    setup.run(5)
+    setup.count = ZERO + 100
+    setup.go()
+    setup.engine.set_where("computer")
+    found = setup.until(lambda: setup.engine.rendering == "computer" and not setup.kit.renders)
+    wait_until(lambda: setup.told(Leave))
+    back = setup.run(36)
+    found = [row[rows.APPLIED] for row in back]
+    assert found[-1] == pytest.approx(-100.0 * 100 * QUANTUM)
+    steps = -np.diff(found)
+    assert steps.max() <= 1.001 * 1.0 / 30.0
+    assert abs(found[0]) < 0.1
+
+
+@undisturbed(values=SPRING)
+def test_the_stop_goes_out_first(setup):
+    setup.go()
+    setup.run(5)
+    setup.engine.stop()
+    setup.engine.set_parameter("stiffness", 150.0)
+    setup.telemetry = {"flags": int(BoardFlag.STOPPED)}
+    row = setup.run(2)[-1]
+    assert int(row[rows.FLAGS]) & rows.STOPPED
+    wait_until(lambda: setup.told(Stop))
+    laws = len(setup.told(Law))
+    setup.engine.release_stop()
+    setup.telemetry = {}
+    setup.run(2)
+    wait_until(lambda: setup.told(Stop, Release)[-1] == Release())
+    setup.until(lambda: len(setup.told(Law)) == laws + 1)
+    setup.until(lambda: setup.engine.rendering == "board")
+    setup.run(40)
+    assert not flags(setup.run(1))[-1]
+
+
+@undisturbed()
+def test_over_speed_on_the_board_is_latched_here_and_stops_it(setup):
+    setup.go()
+    setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 3.5}
+    setup.run(2)
+    assert setup.engine.fault.code == arrays.OVER_SPEED
+    assert "3.5 m/s" in setup.engine.fault.text
+    wait_until(lambda: setup.told(Stop))
+    setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED)}
+    setup.engine.clear_fault()
+    setup.run(3)
+    wait_until(lambda: setup.told(Stop, Release)[-1] == Release())
+    setup.telemetry = {}
+    setup.run(10)
+    assert setup.engine.fault is None
+
+
+@undisturbed()
+def test_a_force_that_is_no_number_needs_the_law_anew(setup):
+    setup.go()
+    setup.telemetry = {"flags": int(BoardFlag.REFUSED), "asked": float("nan")}
+    row = setup.run(2)[-1]
+    assert setup.engine.fault.code == arrays.NOT_A_NUMBER
+    assert row[rows.ASKED] == 0.0
+    laws = len(setup.told(Law))
+    setup.engine.clear_fault()
+    setup.telemetry = {}
+    setup.until(lambda: len(setup.told(Law)) == laws + 1)
+    setup.until(lambda: setup.engine.rendering == "board")
+    assert setup.engine.fault is None
+
+
+@undisturbed(environment="hard_surface")
+def test_values_of_state_take_turns(setup):
+    setup.go()
+    names = setup.engine.environment.state_names
+    for at in range(len(names)):
+        setup.telemetry = {"state_at": at, "state": 0.5 + at}
+        row = setup.run(1)[-1]
+    assert row[rows.STATE : rows.STATE + len(names)].tolist() == [0.5 + at for at in range(len(names))]
+    setup.engine.set_environment("friction")
+    setup.telemetry = {"state_at": 0, "state": 9.0}
+    first = setup.engine.environment.force.compiled().initial_state[0]
+    assert setup.run(1)[-1][rows.STATE] == first
+
+
+@undisturbed(stale=True)
+def test_a_silent_board_is_no_more_told_that_someone_is_there(setup):
+    setup.go()
+    setup.run(5)
+    alive, forces = len(setup.told(Alive)), len(setup.told(Force))
+    wait_until(lambda: setup.engine.health().stale and len(setup.told(HelloRequest)) >= 2)
+    assert len(setup.told(Alive)) == alive
+    assert len(setup.told(Force)) == forces
+    setup.run(80)
+    assert len(setup.told(Alive)) == alive
+    setup.run(60)
+    assert len(setup.told(Alive)) > alive
+
+
+@undisturbed()
+def test_the_last_act_takes_the_law_away_and_commands_zero(setup):
+    setup.go()
+    setup.engine.close()
+    wait_until(lambda: setup.told(Leave, Force)[-1] == Force(0, 0, 0.0))
+    told = setup.told(Leave, Force)
+    left = told.index(Leave())
+    assert told[left : left + 2] == [Leave(), Leave()]
+    assert set(told[left + 2 :]) == {Force(0, 0, 0.0)}
+
+
+@undisturbed()
+def test_delays_are_kept_apart(setup):
+    setup.run(60)
+    setup.telemetry = {"delay_us": 150}
+    setup.go()
+    setup.run(60)
+    assert setup.engine.delay_of("computer").mean == pytest.approx(500e-6)
+    assert setup.engine.delay_of("board").mean == pytest.approx(150e-6, rel=0.02)
+    assert setup.engine.health().delay == setup.engine.delay_of("board").mean
+
+
+@undisturbed()
+def test_skipped_ticks_are_counted(setup):
+    setup.go()
+    setup.telemetry = {"overruns": 250}
+    setup.run(1)
+    setup.telemetry = {"overruns": 3}
+    setup.run(1)
+    assert setup.engine.overruns == 259
+
+
+@undisturbed(arena=150)
+def test_what_the_board_cannot_render_stays_here(setup):
+    setup.go()
+    setup.engine.set_environment("cat")
+    words = r"Cat needs \d+ bytes, the board has 150"
+    assert re.match(words, setup.engine.board_refusal(wait=True))
+    setup.until(lambda: setup.engine.rendering == "computer")
+    assert (setup.engine.where, setup.engine.where_wanted) == ("computer", "board")
+    with pytest.raises(ParameterError, match=words):
+        setup.engine.set_where("board")
+    setup.engine.set_environment("damping")
+    setup.until(lambda: setup.engine.rendering == "board")
+
+
+@undisturbed()
+def test_a_law_of_ones_own_needs_nothing_on_the_board(setup):
+    setup.go()
+    setup.engine.set_environment(CONSTANT)
+    setup.compiled()
+    setup.until(lambda: setup.kit.renders and setup.kit.loaded.data == setup.engine.board_plan.program.data)
+    setup.until(lambda: setup.engine.rendering == "board")
+
+
+@undisturbed()
+def test_the_boards_own_estimators_and_rates(setup):
+    setup.engine.set_loop(estimator="butterworth")
+    setup.engine.board_refusal(wait=True)
+    setup.engine.set_where("board")
+    assert setup.engine.board_plan.estimator == 2
+    with pytest.raises(ParameterError, match="500, 1,000, 2,000, 4,000 Hz"):
+        setup.engine.set_where("board", 300.0)
+    setup.engine.limit_force(1.0)
+    assert setup.engine.where == "computer"
+    assert "force limit" in setup.engine.board_refusal()
+
+
+@undisturbed()
+def test_over_speed_after_a_leap_has_the_speed_of_the_leap(setup):
+    """The board gives up its estimate at a leap: its counts tell how fast that was."""
+    setup.go()
+    setup.run(2)
+    setup.count += 400
+    setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 0.0}
+    setup.run(1)
+    speed = 400 * setup.engine.device.quantum / 1e-3
+    assert speed > 5.0
+    assert f"over-speed, {speed:.1f} m/s" in setup.engine.fault.text

@@ -1,0 +1,251 @@
+"""The passivity observer: energy as an independent sum, what could be stored, alarms, and where it begins."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import Prescribed, hand_named
+from hapkit_studio.haptics import arrays, headless, passivity, rows
+from hapkit_studio.haptics.settings_writer import LoopSettings
+from tests.haptics.support import CONSTANT, COUNTING, LoopHarness
+
+LIBRARY = environments.discover()
+SPRING, WALL = LIBRARY["spring"], LIBRARY["wall"]
+MASS, PERIOD = 0.044, 1e-3
+
+
+def rendered(scene, hand, seconds):
+    """Return (rows, the observer's numbers in the end)."""
+    out, r = headless.render(scene, hand, round(seconds / PERIOD))
+    return out, r.watch
+
+
+def alarms(out):
+    return np.count_nonzero(out[:, rows.FLAGS].astype(int) & rows.ACTIVE)
+
+
+def ideal(**changes):
+    numbers = {"damping": 0.0, "coulomb_force": 0.0, "quantum": 0.0, "max_force": math.inf}
+    return SimulatedHapkit(**{**numbers, **changes})
+
+
+# --- what is summed up
+
+
+@pytest.mark.parametrize("delay", [0.0, 1e-3, 2.3e-3])
+def test_the_energy_is_force_in_effect_over_the_true_way(delay):
+    device = SimulatedHapkit(quantum=0.0)
+    scene = headless.Scene(WALL, WALL.values({"stiffness": 600.0}), device, LoopSettings(delay=delay))
+    out, watch = rendered(scene, hand_named("tap"), 1.5)
+    late = np.concatenate((np.zeros(8), out[:, rows.APPLIED]))
+    whole, share = int(delay * 1e3), delay * 1e3 % 1.0
+    first = 8 - whole
+    n = len(out)
+    acting = (1.0 - share) * late[first : first + n - 1] + share * late[first - 1 : first + n - 2]
+    given = np.sum(acting * np.diff(out[:, rows.TRUE_POSITION]))
+    assert watch[passivity.GIVEN] == pytest.approx(given, rel=1e-9)
+
+
+def test_slow_ways_through_sensor_steps_give_nothing():
+    """In and out of a wall, 20 times at 2 mm/s: read at its count the energy drifts, at its edges not."""
+
+    def motion(t):
+        return 0.005 + 0.002 * (1.0 - math.cos(0.5 * math.pi * t))
+
+    scene = headless.Scene(WALL, WALL.values(), SimulatedHapkit(coulomb_force=0.0, damping=0.0))
+    out, watch = rendered(scene, Prescribed(motion), 80.0)
+    true = np.sum(out[:-1, rows.APPLIED] * np.diff(out[:, rows.TRUE_POSITION]))
+    step = 20.7e-6 * np.abs(out[:, rows.APPLIED]).max()
+    assert out[-1, rows.ENERGY] - true > 0.5 * 20 * step
+    assert abs(watch[passivity.GIVEN]) < step
+    assert not alarms(out)
+
+
+@pytest.mark.parametrize("stiffness", [300.0, 1000.0])
+def test_a_bounce_off_a_sampled_wall_gives_what_theory_says(stiffness):
+    """E_out / E_in = exp(pi w T / 2), theory 4.4, as a mean over where between samples it meets the wall."""
+    speed, found = 0.5, []
+    for phase in np.arange(16) / 16:
+        device = ideal(initial_position=0.004 + phase * speed * PERIOD, initial_velocity=speed)
+        out, watch = rendered(headless.Scene(WALL, WALL.values({"stiffness": stiffness}), device), None, 0.2)
+        assert out[-1, rows.TRUE_VELOCITY] < 0.0
+        assert alarms(out)
+        found.append(watch[passivity.GIVEN])
+    brought = 0.5 * MASS * speed**2
+    gain = math.exp(0.5 * math.pi * math.sqrt(stiffness / MASS) * PERIOD)
+    assert (brought + np.mean(found)) / brought == pytest.approx(gain, rel=0.01)
+
+
+# --- what could be stored
+
+
+@pytest.mark.parametrize("start", [0.0, 0.01, -0.02])
+def test_a_spring_stores_what_it_is_drawn_to(start):
+    device = ideal(initial_position=start)
+    values = SPRING.values({"stiffness": 300.0, "center": 0.0013})
+    _, watch = rendered(headless.Scene(SPRING, values, device), Prescribed(lambda t: start), 0.2)
+    assert watch[passivity.LIMIT] == pytest.approx(0.5 * 300.0 * (start - 0.0013) ** 2, rel=1e-9)
+
+
+def test_the_motor_stores_no_more_than_it_can_push():
+    device = ideal(initial_position=0.02, max_force=3.0)
+    values = SPRING.values({"stiffness": 600.0})
+    _, watch = rendered(headless.Scene(SPRING, values, device), Prescribed(lambda t: 0.02), 0.2)
+    stored = 3.0 * 0.015 + 0.5 * 600.0 * 0.005**2
+    assert watch[passivity.LIMIT] == pytest.approx(stored, rel=1e-3)
+
+
+def test_a_fall_from_a_hill_is_no_alarm():
+    """At the top the force is nothing: what is stored there only the law's other places tell."""
+    hill = LIBRARY["bump_valley"]
+    device = SimulatedHapkit(initial_position=-0.0246, coulomb_force=0.0)
+    out, _ = rendered(headless.Scene(hill, hill.values(), device), None, 2.0)
+    assert out[:, rows.ENERGY].max() > 1e-3
+    assert not alarms(out)
+
+
+CASES = [(key, hand) for key, e in LIBRARY.items() for hand in e.hands]
+
+
+@pytest.mark.parametrize(("key", "hand"), CASES)
+def test_no_alarm_where_nothing_is_given(key, hand):
+    scene = LIBRARY[key]
+    for device in (SimulatedHapkit(), SimulatedHapkit().reduced(scene.needs)):
+        out, _ = rendered(headless.Scene(scene, scene.values(), device), hand_named(hand), 4.0)
+        assert not alarms(out)
+
+
+@pytest.mark.parametrize(("share", "active"), [(0.98, False), (1.02, True)])
+@pytest.mark.parametrize("delay", [0.0, 1e-3])
+def test_the_alarm_comes_where_the_spring_stops_to_be_passive(share, active, delay):
+    """b > K (T/2 + td), theory 1.1: imposed strokes of 30 mm at 1 Hz beside the paddle's damping."""
+    viscous = 0.5
+    stiffness = share * viscous / (0.5 * PERIOD + delay)
+    device = ideal(damping=viscous)
+    scene = headless.Scene(SPRING, SPRING.values({"stiffness": stiffness}), device, LoopSettings(delay=delay))
+    out, _ = rendered(scene, Prescribed(lambda t: 0.03 * math.sin(2.0 * math.pi * t)), 12.0)
+    assert bool(alarms(out)) == active
+
+
+def test_damping_of_long_ago_excuses_nothing():
+    """A damper takes 300 mJ in strokes; that the spring is too stiff for its loop is seen at once after."""
+    values = SPRING.values({"stiffness": 1.3 * 2.0 * 0.5 / PERIOD, "damping": 2.0})
+
+    def motion(t):
+        return (
+            0.02 * math.sin(12.0 * t)
+            if t < 5.0
+            else 0.02 * math.sin(60.0) + 2e-3 * math.sin(300.0 * (t - 5.0))
+        )
+
+    scene = headless.Scene(
+        SPRING, values, ideal(damping=0.5), LoopSettings(estimator=("iir", {"cutoff": 20.0}))
+    )
+    out, _ = rendered(scene, Prescribed(motion), 5.3)
+    assert out[4900, rows.ENERGY] < -0.3
+    assert not alarms(out[:5000])
+    assert alarms(out[5000:])
+
+
+# --- where it begins anew
+
+
+def given(harness):
+    return harness.r.watch[passivity.GIVEN]
+
+
+def strokes(harness, count):
+    """Move to and fro under a force that always pushes on; return the rows."""
+    x = 1e-3 * (np.arange(count) % 2)
+    return harness.run(x, np.where(np.arange(count) % 2, 1.0, -1.0))
+
+
+def busy(**wanted):
+    harness = LoopHarness(CONSTANT, quantum=0.0, **wanted)
+    strokes(harness, 200)
+    assert given(harness) == pytest.approx(0.199, rel=1e-9)
+    return harness
+
+
+@pytest.mark.parametrize("change", ["number", "choice", "law", "rate", "estimator", "sensor", "damping"])
+def test_begins_anew_after_a_change(change):
+    harness = busy()
+    if change == "number":
+        harness.set(CONSTANT, {"level": 2.0})
+    elif change == "choice":
+        harness.set(CONSTANT, {"place": "d"})
+    elif change == "law":
+        harness.set(COUNTING)
+    elif change == "rate":
+        harness.rate = 2000.0
+        harness.set(CONSTANT)
+    else:
+        other = {"estimator": {"estimator": "iir"}, "sensor": {"quantum": 1e-6}, "damping": {"viscous": 0.1}}
+        harness.set(CONSTANT, **other[change])
+    harness.tick(1e-3, 1.0)
+    assert given(harness) == 0.0
+    assert not int(harness.tick(1e-3)[rows.FLAGS]) & rows.ACTIVE
+
+
+def test_goes_on_while_the_hand_moves():
+    harness = busy()
+    harness.set(CONSTANT, target=0.01)
+    harness.tick(1e-3)
+    assert given(harness) == pytest.approx(0.199, rel=1e-9)
+
+
+def test_begins_anew_when_a_stop_is_released_and_a_fault_cleared():
+    harness = busy()
+    harness.stop()
+    assert int(harness.tick(1e-3, 1.0)[rows.FLAGS]) == rows.STOPPED
+    harness.stop(False)
+    assert given(harness) == 0.0
+    out = strokes(harness, 200)
+    assert not np.any(out[:30, rows.FLAGS].astype(int) & rows.ACTIVE)
+    assert given(harness) > 0.1
+    harness.r.control[arrays.FAULT] = arrays.RUNAWAY
+    harness.tick(1e-3, 1.0)
+    harness.clear_fault()
+    harness.tick(1e-3)
+    assert given(harness) == 0.0
+
+
+def test_asks_the_law_without_moving_its_state():
+    harness = LoopHarness(COUNTING)
+    counts = harness.ticks(0.2)[:, rows.STATE]
+    np.testing.assert_array_equal(counts, np.arange(1.0, 201.0))
+    assert harness.r.word[arrays.ASKED] > passivity.CELLS
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_what_a_moving_object_holds_may_be_given_back(told):
+    """A puck is shoved, a number changed while it flies, and the handle gives way as it comes back."""
+    puck = LIBRARY["puck"] if told else replace(LIBRARY["puck"], stored=None)
+    harness, force, found = LoopHarness(puck, quantum=0.0, viscous=0.5), 0.0, []
+    for k in range(600):
+        if k == 100:
+            harness.set(puck, {"friction": 0.01})
+        found.append(harness.tick(-0.005 + 0.3 * PERIOD * min(k, 60) - 0.1 * PERIOD * max(k - 160, 0), force))
+        force = found[-1][rows.APPLIED]
+    out = np.array(found)
+    assert out[-1, rows.ENERGY] - out[100, rows.ENERGY] > 5e-3
+    assert bool(alarms(out)) == (not told)
+
+
+@pytest.mark.parametrize("start", [0.007, 0.012])
+@pytest.mark.parametrize("rate", [500.0, 1000.0])
+def test_a_handle_thrown_out_of_a_wall_does_not_outrun_the_survey(start, rate):
+    """It moves by ever more cells a tick; what the sampled wall gives beyond what it stored is seen."""
+    device = SimulatedHapkit(
+        mass=0.0625, damping=0.5, coulomb_force=0.0, quantum=0.0, max_force=math.inf, initial_position=start
+    )
+    values = WALL.values({"stiffness": 1541.0})
+    out, _ = headless.render(headless.Scene(WALL, values, device, LoopSettings(rate, 0.0, "iir")), None, 300)
+    stored = 0.5 * 1541.0 * (start - values["position"]) ** 2
+    given = np.sum(out[:-1, rows.APPLIED] * np.diff(out[:, rows.TRUE_POSITION]))
+    assert given > 1.1 * stored
+    assert alarms(out)

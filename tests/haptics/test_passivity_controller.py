@@ -1,0 +1,151 @@
+"""The passivity controller: bounds what would grow, changes nothing else, and the guard stays last."""
+
+import math
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import hand_named
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import arrays, block, headless, passivity, rows
+from hapkit_studio.haptics.passivity import FELT, most_damping
+from hapkit_studio.haptics.settings_writer import LoopSettings
+from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
+
+LIBRARY = environments.discover()
+SPRING = LIBRARY["spring"]
+MASS, VISCOUS, PERIOD, START = 0.05, 0.5, 1e-3, 2e-3
+
+
+def released(stiffness, damping=0.0, delay=0.0, controller=True, **changes):
+    """Return the rows of a spring let go at START, 6 s long."""
+    numbers = {"coulomb_force": 0.0, "quantum": 0.0, "max_force": math.inf, **changes}
+    device = SimulatedHapkit(MASS, VISCOUS, initial_position=START, **numbers)
+    values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
+    scene = headless.Scene(SPRING, values, device, LoopSettings(delay=delay), controller=controller)
+    return headless.render(scene, None, 6000)[0]
+
+
+def amplitude(out):
+    return np.abs(out[-1000:, rows.TRUE_POSITION]).max()
+
+
+def to_the_hand(out):
+    """Return the most that the motor gave beyond what the paddle's own damping took, in J."""
+    taken = np.cumsum(VISCOUS * out[:-1, rows.TRUE_VELOCITY] ** 2) * PERIOD
+    return (out[1:, rows.ENERGY] - taken).max()
+
+
+# the exact limit, theory 1.4, times a factor
+BEYOND = [(0.0, 0.0, 1001.7, 1.2), (0.0, 0.0, 1001.7, 2.0), (0.0, 0.0, 1001.7, 3.0), (1.0, 0.0, 2945.8, 2.0)]
+BEYOND += [(5.0, 0.0, 9974.0, 1.3), (0.0, 1e-3, 334.3, 2.0), (0.0, 1e-3, 334.3, 3.0)]
+BEYOND += [(2.0, 1e-3, 1597.4, 1.5)]
+
+
+@pytest.mark.parametrize(("damping", "delay", "limit", "factor"), BEYOND)
+def test_a_spring_beyond_its_limit_stays_bounded(damping, delay, limit, factor):
+    stiffness = factor * limit
+    stored = 0.5 * stiffness * START**2
+    without = released(stiffness, damping, delay, controller=False)
+    assert amplitude(without) > 3.0 * START
+    assert to_the_hand(without) > 10.0 * stored
+    out = released(stiffness, damping, delay)
+    assert np.count_nonzero(out[:, rows.FLAGS].astype(int) & rows.DAMPED) > 100
+    assert amplitude(out) < 1.1 * START
+    assert to_the_hand(out) < 1.1 * stored + 4.0 * FELT
+
+
+@pytest.mark.parametrize("factor", [2.0, 3.0])
+def test_with_friction_and_sensor_steps_it_comes_to_rest(factor):
+    numbers = {"coulomb_force": 0.1, "quantum": 20.7e-6, "max_force": 3.0}
+    without = released(factor * 1001.7, delay=1e-3, controller=False, **numbers)
+    assert amplitude(without) > 5e-3
+    out = released(factor * 1001.7, delay=1e-3, **numbers)
+    assert amplitude(out) < 0.2e-3
+    assert np.abs(out[:, rows.APPLIED]).max() <= 3.0
+    assert not np.any(out[-1000:, rows.FLAGS].astype(int) & rows.DAMPED)
+
+
+@pytest.mark.parametrize("key", LIBRARY)
+def test_changes_nothing_where_nothing_is_given(key):
+    scene = LIBRARY[key]
+    hand = hand_named(scene.hands[0])
+    one, other = (
+        headless.render(headless.Scene(scene, scene.values(), controller=on), hand, 2000)[0]
+        for on in (False, True)
+    )
+    np.testing.assert_array_equal(one, other)
+
+
+def test_its_damping_alone_would_be_stable():
+    for late in (0.0, 0.5e-3, 1e-3, 2e-3):
+        damping = most_damping(MASS, PERIOD, late)
+        assert hs.stiffness_limit(MASS, 0.0, damping=damping, delay=late) > 1000.0
+    assert most_damping(MASS, PERIOD, 0.0) == pytest.approx(0.25 * MASS / PERIOD)
+
+
+def test_its_force_is_a_share_of_the_devices():
+    harness = LoopHarness(CONSTANT, {"level": 0.0}, quantum=0.0, max_force=2.0, max_speed=20.0)
+    harness.r.block_values[block.DAMPER] = most_damping(100.0, PERIOD, 0.0)
+    x = 0.01 * (np.arange(300) % 2)
+    out = harness.run(x, np.where(np.arange(300) % 2, 2.0, -2.0))
+    damped = out[:, rows.FLAGS].astype(int) & rows.DAMPED > 0
+    assert damped[-100:].all()
+    np.testing.assert_array_equal(out[:, rows.ASKED], 0.0)
+    np.testing.assert_allclose(
+        out[damped, rows.APPLIED], -np.sign(np.diff(x, prepend=0.0)[damped]) * passivity.SHARE * 2.0
+    )
+
+
+# --- the guard stays last
+
+
+@pytest.mark.parametrize("how", ["nan", "inf", "minus inf", "index"])
+def test_a_broken_law_is_still_stopped(how):
+    harness = LoopHarness(BROKEN, {"how": how})
+    harness.r.block_values[block.DAMPER] = 10.0
+    harness.ticks(0.2)
+    row = harness.tick(0.01)
+    assert row[rows.APPLIED] == 0.0
+    assert row[rows.FLAGS] == rows.FAULT
+    assert harness.r.control[arrays.FAULT] in (arrays.NOT_A_NUMBER, arrays.LAW_INDEX)
+
+
+def test_stop_and_over_speed_win():
+    harness = LoopHarness(CONSTANT, {"level": 0.0}, quantum=0.0, max_speed=20.0)
+    harness.r.block_values[block.DAMPER] = 10.0
+    x, effects = 0.01 * (np.arange(300) % 2), np.where(np.arange(300) % 2, 2.0, -2.0)
+    assert harness.run(x, effects)[-1, rows.APPLIED] != 0.0
+    harness.stop()
+    np.testing.assert_array_equal(harness.run(x, effects)[:, rows.APPLIED], 0.0)
+    harness.stop(False)
+    assert harness.run(x, effects)[-1, rows.APPLIED] != 0.0
+    row = harness.tick(0.05, 2.0)
+    assert row[rows.APPLIED] == 0.0
+    assert harness.r.control[arrays.FAULT] == arrays.OVER_SPEED
+
+
+# --- the ways to it
+
+
+def test_the_library_switches_it_on():
+    device = hs.SimulatedHapkit(MASS, VISCOUS, initial_position=0.005)
+    runs = [
+        hs.simulate("spring", {"stiffness": 2000.0}, device=device, delay=1e-3, controller=on)
+        for on in (False, True)
+    ]
+    ends = [np.abs(run.true_position[-200:]).max() for run in runs]
+    assert ends[0] > 5e-3 > 1e-3 > ends[1]
+    assert [run.settings["controller"] for run in runs] == [False, True]
+
+
+def test_the_loop_keeps_it():
+    loop = LoopSettings().changed(controller=True)
+    assert loop.controller
+    assert loop.changed(rate=2000.0).controller
+    assert not loop.changed(controller=False).controller
+    with pytest.raises(ParameterError):
+        loop.changed(rate=1.0, controller=False)

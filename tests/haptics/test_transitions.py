@@ -1,0 +1,168 @@
+"""How settings come into force: linear ramps, cross-fades, state kept, newest wins, no force steps."""
+
+import numpy as np
+import pytest
+
+from hapkit_studio.haptics import arrays, block, rows, transitions
+from tests.haptics.support import CONSTANT, COUNTING, FADE, LoopHarness
+
+
+def level(value, place="a"):
+    return {"level": value, "place": place}
+
+
+def asked(out):
+    return out[:, rows.ASKED]
+
+
+@pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
+def test_a_number_moves_linearly_over_30_ms(rate):
+    harness = LoopHarness(CONSTANT, level(1.0), rate)
+    harness.tick()
+    harness.set(CONSTANT, level(4.0))
+    out, steps = asked(harness.ticks(0.05)), round(FADE * rate)
+    share = np.minimum((1.0 + np.arange(len(out))) / steps, 1.0)
+    np.testing.assert_allclose(out, 1.0 + 3.0 * share, rtol=1e-9)
+    assert out[steps - 2] < 4.0 - 1.0 / steps
+    np.testing.assert_array_equal(out[steps - 1 :], 4.0)
+
+
+def test_a_change_on_the_way_starts_from_the_present_value():
+    harness = LoopHarness(CONSTANT, level(1.0))
+    harness.tick()
+    harness.set(CONSTANT, level(4.0))
+    assert asked(harness.ticks(0.010))[-1] == pytest.approx(2.0, rel=1e-12)
+    harness.set(CONSTANT, level(-1.0))
+    out = asked(harness.ticks(0.031))
+    np.testing.assert_allclose(out[:30], 2.0 - 3.0 * np.arange(1, 31) / 30.0, rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(out[29:], -1.0)
+
+
+def test_other_settings_do_not_disturb_a_ramp():
+    harness = LoopHarness(CONSTANT, level(1.0))
+    harness.tick()
+    harness.set(CONSTANT, level(4.0))
+    out = []
+    for _ in range(3):
+        out.extend(asked(harness.ticks(0.010)))
+        harness.set(CONSTANT, level(4.0), target=0.01)
+    np.testing.assert_allclose(out, 1.0 + np.arange(1, 31) / 10.0, rtol=1e-9)
+
+
+@pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
+def test_a_choice_fades_over_30_ms(rate):
+    harness = LoopHarness(CONSTANT, level(1.0), rate)
+    harness.tick()
+    harness.set(CONSTANT, level(1.0, "d"))
+    rendered, steps = harness.ticks(0.04), round(FADE * rate)
+    share = np.minimum((1.0 + np.arange(len(rendered))) / steps, 1.0)
+    np.testing.assert_allclose(asked(rendered), 1.0 - 2.0 * share, rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(rendered[: steps - 1, rows.FLAGS], rows.FADING)
+    np.testing.assert_array_equal(rendered[steps - 1 :, rows.FLAGS], 0)
+
+
+def test_laws_fade_each_with_its_own_state():
+    harness = LoopHarness(COUNTING, {"gain": 0.01})
+    harness.ticks(0.1)
+    harness.set(CONSTANT, level(2.0))
+    out = harness.ticks(0.03)
+    share = np.arange(1, 31) / 30.0
+    old = 0.01 * (100.0 + np.arange(1, 31))
+    np.testing.assert_allclose(asked(out)[:-1], (share * 2.0 + (1.0 - share) * old)[:-1], rtol=1e-9)
+    assert asked(out)[-1] == 2.0
+    harness.set(COUNTING, {"gain": 0.01})
+    out = harness.ticks(0.03)
+    np.testing.assert_array_equal(out[:, rows.STATE], np.arange(1.0, 31.0))
+    np.testing.assert_allclose(asked(out), share * 0.01 * np.arange(1, 31) + (1.0 - share) * 2.0, rtol=1e-9)
+
+
+def test_state_survives_a_number_and_a_choice():
+    harness = LoopHarness(COUNTING, {"gain": 0.01})
+    counts = list(harness.ticks(0.02)[:, rows.STATE])
+    harness.set(COUNTING, {"gain": 0.02})
+    counts += list(harness.ticks(0.04)[:, rows.STATE])
+    harness.set(COUNTING, {"gain": 0.02, "sign": "minus"})
+    counts += list(harness.ticks(0.04)[:, rows.STATE])
+    np.testing.assert_array_equal(counts, np.arange(1.0, 101.0))
+    assert harness.tick()[rows.ASKED] == pytest.approx(-0.02 * 101.0, rel=1e-12)
+
+
+def test_a_second_switch_waits_and_the_newest_wins():
+    harness = LoopHarness(CONSTANT, level(1.0))
+    harness.tick()
+    harness.set(CONSTANT, level(1.0, "b"))
+    first = asked(harness.ticks(0.010))
+    harness.set(CONSTANT, level(1.0, "c"))
+    second = asked(harness.ticks(0.005))
+    harness.set(CONSTANT, level(1.0, "d"))
+    third = asked(harness.ticks(0.045))
+    out = np.concatenate((first, second, third))
+    share = np.arange(1, 31) / 30.0
+    np.testing.assert_allclose(out[:30], 1.0 + 2.0 * share, rtol=1e-9)
+    np.testing.assert_allclose(out[30:], 3.0 - 4.0 * share, rtol=1e-9, atol=1e-12)
+
+
+def test_a_switch_on_a_ramp_leaves_the_old_form_where_it_was():
+    harness = LoopHarness(CONSTANT, level(1.0))
+    harness.tick()
+    harness.set(CONSTANT, level(4.0))
+    harness.ticks(0.010)
+    harness.set(CONSTANT, level(0.0, "d"))
+    share = np.arange(1, 31) / 30.0
+    np.testing.assert_allclose(asked(harness.ticks(0.03)), 2.0 - 3.0 * share, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
+def test_random_changes_never_step_the_force(rate):
+    random = np.random.default_rng(5)
+    harness = LoopHarness(CONSTANT, level(0.0), rate, max_force=5.0)
+    out = [harness.tick()]
+    for _ in range(60):
+        harness.set(CONSTANT, level(random.uniform(-2.0, 2.0), random.choice(["a", "d"])))
+        out.extend(harness.ticks(max(random.uniform(0.0, 0.05), 1.0 / rate)))
+    steps = np.abs(np.diff(np.array(out)[:, rows.APPLIED]))
+    assert 0.0 < steps.max() <= 4.0 / (FADE * rate) * (1.0 + 1e-9)
+
+
+def test_settings_are_accepted_once_in_force():
+    harness = LoopHarness(CONSTANT, level(1.0), generation=7)
+    harness.tick()
+    assert harness.r.control[arrays.ACCEPTED] == 7
+    harness.set(COUNTING, generation=8)
+    harness.ticks(0.029)
+    assert harness.r.control[arrays.ACCEPTED] == 7
+    harness.ticks(0.002)
+    assert harness.r.control[arrays.ACCEPTED] == 8
+
+
+def test_a_block_in_writing_is_left_for_the_next_tick():
+    harness = LoopHarness(CONSTANT, level(1.0))
+    harness.ticks(0.002)
+    values, words, _ = harness.block
+    before = harness.r.values.copy()
+    values[:], words[block.SEQUENCE] = np.nan, words[block.SEQUENCE] + 1
+    assert harness.tick()[rows.ASKED] == 1.0
+    np.testing.assert_array_equal(harness.r.values, before)
+    values[:] = before
+    values[block.PARAMS] = 2.0
+    words[block.SEQUENCE] += 1
+    assert asked(harness.ticks(0.03))[-1] == 2.0
+
+
+def test_what_rounding_leaves_is_done():
+    share = 0.0
+    for _ in range(300):
+        share = transitions.advanced(share, 1e-4 / FADE)
+    assert share == 1.0
+
+
+@pytest.mark.parametrize("change", [("difference", "iir"), ("iir", "difference")])
+def test_another_estimator_makes_no_jump_in_the_velocity(change):
+    """A handle at constant speed: the estimate stays there through the change of method."""
+    speed = 0.1
+    harness = LoopHarness(CONSTANT, level(1.0), estimator=change[0])
+    before = harness.run(1e-3 * speed * np.arange(200))
+    harness.set(CONSTANT, level(1.0), estimator=change[1])
+    after = harness.run(1e-3 * speed * np.arange(200, 400))
+    assert before[-1, rows.VELOCITY] == pytest.approx(speed, rel=1e-6)
+    np.testing.assert_allclose(after[:, rows.VELOCITY], speed, rtol=1e-6)
