@@ -1,4 +1,4 @@
-"""Runs a board from plain Python: every sample is answered with a bounded force, zero if in doubt."""
+"""Runs a board from plain Python: each sample is answered with a bounded force, zero if anything is wrong."""
 
 import math
 import threading
@@ -38,7 +38,7 @@ class CancelledError(DeviceError):
 
 
 class AbortedError(DeviceError):
-    """Something is not as it must be, so the force went to zero."""
+    """Something was wrong, so the force went to zero."""
 
 
 class LateError(AbortedError):
@@ -274,7 +274,7 @@ class BoardRunner:
         return track_of(kept, of_settings(self.settings))
 
     def _answer(self, sample: Sample, motion: Motion | None, handle: _Handle, limits: Limits) -> None:
-        """Send the force that answers a sample; stop at once at any doubt."""
+        """Send the force that answers a sample; stop at once if anything is wrong."""
         if motion is None:
             self._check_cancelled()
             self._send(sample, 0.0)
@@ -297,11 +297,11 @@ def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:
     """Raise AbortedError where the handle is too far or too fast, or the board refuses."""
     if sample.flags & (BoardFlag.STOPPED | BoardFlag.OVER_SPEED):
         raise AbortedError("The board has switched its motor off. Force is zero. Hold the handle, try again.")
-    gone = abs(handle.x - handle.start)
-    if gone > limits.travel:
+    distance = abs(handle.x - handle.start)
+    if distance > limits.travel:
+        limit = f"(limit {1e3 * limits.travel:.0f} mm)"
         raise AbortedError(
-            f"The handle is {1e3 * gone:.0f} mm from where it began (limit {1e3 * limits.travel:.0f} mm). "
-            "Force is zero."
+            f"The handle is {1e3 * distance:.0f} mm from where it began {limit}. Force is zero."
         )
     if abs(handle.v) > limits.speed:
         raise AbortedError(

@@ -1,4 +1,4 @@
-"""The runner: every force bounded, zero at any doubt and at the end, E-stop from another thread."""
+"""The runner: every force bounded, zero if anything is wrong and at the end, E-stop from another thread."""
 
 import math
 import threading
@@ -42,7 +42,7 @@ def test_a_force_beyond_the_limit_is_cut(runner):
         (lambda t, x, v: 1.0, Limits(1.0, 1.0, 0.2), "0.20 m/s"),
     ],
 )
-def test_a_doubt_ends_the_run_with_the_motor_off(runner, move, limits, words):
+def test_what_is_wrong_ends_the_run_with_the_motor_off(runner, move, limits, words):
     with pytest.raises(AbortedError, match=words):
         runner.run(move, 5.0, limits)
     assert runner.board.pwm == 0
