@@ -18,6 +18,7 @@ from hapkit_studio.devices.board_runner import (
     track_of,
 )
 from hapkit_studio.devices.profiles import default
+from hapkit_studio.errors import NoDataError
 from hapkit_studio.protocol.messages import Sample
 from tests.devices.paddle_kit import PaddleKit
 
@@ -159,4 +160,27 @@ def test_idle_keeps_the_motor_off_and_no_more_samples_than_are_drawn(runner):
     runner.idle(lambda: runner.board.seq >= 12_000)
     assert set(runner.board.forces) == {0.0}
     assert len(runner.recent) == board_runner.RECENT_SAMPLES
+    assert not runner.board.streaming
+
+
+class DeafKit(PaddleKit):
+    """A kit that misses so many orders to stream."""
+
+    deaf = 0
+
+    def samples(self, silence=1.0):
+        if self.deaf:
+            self.deaf -= 1
+            raise NoDataError("Silent.")
+        yield from super().samples(silence)
+
+
+def test_one_order_to_stream_may_be_missed():
+    runner = BoardRunner(DeafKit())
+    runner.open()
+    runner.board.deaf = 1
+    assert len(runner.record(0.05)) > 40
+    runner.board.deaf = 2
+    with pytest.raises(NoDataError):
+        runner.record(0.05)
     assert not runner.board.streaming
