@@ -94,43 +94,68 @@ def test_a_plot_chosen_by_hand_stays_until_another_environment(phase, qtbot):
     qtbot.waitUntil(lambda: phase.canvas.plot_of.key == "force_position")
 
 
-def test_value_axes_open_anew_with_another_environment_and_only_widen_after(plots, history):
-    """What was before the change, its cross-fade included, has no say; the first sample after has."""
+def ranges_of(plots):
+    return [canvas_of(plots, key).view.viewRange()[1] for key in ("position", "velocity", "force")]
+
+
+def calm(count, start):
+    """Return rows of a handle at rest."""
+    quiet = telemetry(count, start)
+    quiet[:, rows.POSITION : rows.APPLIED + 1] = 0.0
+    return quiet
+
+
+OPENED = [[-12.0, 12.0], [-120.0, 120.0], [-1.2, 1.2]]
+
+
+def test_value_axes_open_anew_once_older_parts_have_left_the_window(plots, history):
+    """What was before the change, its cross-fade included, is shown whole for as long as it is in sight."""
     spike = telemetry(50, 14_000)
     spike[25, rows.APPLIED : rows.APPLIED + 1] = 2.9
     spike[25, rows.VELOCITY] = 0.9
     history.append(spike)
     plots.refresh()
-    ranges = {key: canvas_of(plots, key).view for key in ("position", "velocity", "force")}
-    assert ranges["velocity"].viewRange()[1][1] > 900.0
-    calm = telemetry(3000, 14_050)
-    calm[:, rows.POSITION : rows.APPLIED + 1] = 0.0
-    calm[:30, rows.APPLIED] = 2.9
-    calm[2000, rows.VELOCITY] = 0.5
+    before = ranges_of(plots)
+    assert before[1][1] > 900.0
+    assert before[2][1] > 2.9
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
-    history.append(calm[:1900])
+    quiet = calm(12_000, 14_050)
+    quiet[:30, rows.APPLIED] = 2.9
+    history.append(quiet[:9900])
     plots.refresh()
-    assert [view.viewRange()[1] for view in ranges.values()] == [[-12.0, 12.0], [-120.0, 120.0], [-1.2, 1.2]]
-    history.append(calm[1900:])
+    assert ranges_of(plots) == before
+    history.append(quiet[9900:])
     plots.refresh()
-    wide = ranges["velocity"].viewRange()[1][1]
-    assert 500.0 < wide < 900.0
+    assert ranges_of(plots) == OPENED
+
+
+def test_value_axes_only_widen_for_changed_values(plots, history):
+    plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
+    quiet = calm(14_000, 14_000)
+    quiet[12_000, rows.VELOCITY] = 0.5
+    history.append(quiet[:11_000])
+    plots.refresh()
+    assert ranges_of(plots) == OPENED
+    history.append(quiet[11_000:])
+    plots.refresh()
+    wide = ranges_of(plots)
+    assert 500.0 < wide[1][1] < 900.0
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values({"stiffness": 100.0}), 3.0)
     plots.refresh()
-    assert ranges["velocity"].viewRange()[1][1] == wide
+    assert ranges_of(plots) == wide
 
 
 def test_paused_axes_stay_as_they_are_until_the_view_is_live(plots, history):
-    view = canvas_of(plots, "position").view
-    wide = view.viewRange()[1]
-    assert wide[1] > 15.0
+    wide = ranges_of(plots)
+    assert wide[0][1] > 15.0
     plots.set_paused(True)
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
+    history.append(calm(11_000, 14_000))
     plots.refresh()
-    assert view.viewRange()[1] == wide
+    assert ranges_of(plots) == wide
     plots.set_paused(False)
     plots.refresh()
-    assert view.viewRange()[1] == [-12.0, 12.0]
+    assert ranges_of(plots) == OPENED
 
 
 def test_a_run_whose_clock_starts_again_is_in_sight_after_a_change(plots, phase, history):

@@ -62,7 +62,7 @@ def lengths(seen: list[tuple[float, float, float]], metrics: QFontMetrics) -> li
 class Shown:
     """What all time plots share in one frame; times in s relative to the right edge's zero.
 
-    window and begin are in the history's own time: axes widen only for what came after begin.
+    window and begin are in the history's own time: what came after begin is of the environment in force.
     """
 
     window: Window = _EMPTY
@@ -89,7 +89,8 @@ class TraceCanvas(Canvas):
         if plot.beside:  # no header names it there
             self.left.unit = plot.unit
         self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
-        self.open()
+        self._own_range: tuple[float, float] | None = None  # wanted once older parts have left the window
+        self.show_range(-plot.reach, plot.reach)
 
     def values(self, channel: str) -> np.ndarray:
         """Return a channel of the window in the plot's unit."""
@@ -99,9 +100,9 @@ class TraceCanvas(Canvas):
         """Show exactly this range."""
         self.view.setYRange(low, high, padding=0)
 
-    def open(self) -> None:
-        """Narrow the value axis to what the plot opens with."""
-        self.show_range(-self.plot_of.reach, self.plot_of.reach)
+    def open_anew(self) -> None:
+        """Narrow the value axis to what the plot opens with, once nothing older in sight needs more."""
+        self._own_range = -self.plot_of.reach, self.plot_of.reach
 
     def extent(self, begin: float = -np.inf) -> tuple[float, float]:
         """Return least and greatest value in the window from a time in s on; NaN when there is none."""
@@ -114,15 +115,21 @@ class TraceCanvas(Canvas):
         return float(low) * self.plot_of.scale, float(high) * self.plot_of.scale
 
     def widen(self) -> None:
-        """Widen the value axis at once where the data needs it."""
+        """Widen the value axis at once where anything in sight needs it; narrow it only to open anew."""
         low, high = self.view.viewRange()[1]
-        wanted = widened((low, high), *self.extent(self.shown.begin))
+        seen = self.extent()
+        wanted = widened((low, high), *seen)
+        if self._own_range is not None and not self.shown.paused:
+            self._own_range = widened(self._own_range, *self.extent(self.shown.begin))
+            if widened(self._own_range, *seen) == self._own_range:
+                wanted, self._own_range = self._own_range, None
         if wanted != (low, high):
             self.show_range(*wanted)
 
     def fit(self) -> None:
         """Narrow the value axis to the data, but not below the plot's reach around its middle."""
         low, high = self.extent()
+        self._own_range = None
         if np.isfinite(low):
             self.show_range(*fitted(low, high, self.plot_of.reach / 8))
 
@@ -277,7 +284,7 @@ class TimePlots(QWidget):
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Take over what is drawn besides data: contact shading, the wall's line, the force limit in N.
 
-        For another environment the value axes open anew, once the view is live.
+        For another environment the value axes open anew, once the view is live and older parts have left it.
         """
         if environment is not self._environment and self._environment is not None:
             self._begin.put(self._history)
@@ -365,7 +372,7 @@ class TimePlots(QWidget):
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
             if self._narrow and not self.paused:
-                canvas.open()
+                canvas.open_anew()
             canvas.widen()
         self._narrow &= self.paused
 
