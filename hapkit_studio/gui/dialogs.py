@@ -39,7 +39,7 @@ _WIDTH = 520
 _LINE = 20
 
 
-class Sheet(QDialog):
+class TextDialog(QDialog):
     """A window of words that stays beside the work; its motor goes on, so it never blocks.
 
     A second one of the same title takes the place of the first.
@@ -60,7 +60,7 @@ class Sheet(QDialog):
 
     def _replace_older(self) -> None:
         parent = self.parent()
-        for old in parent.findChildren(Sheet) if parent else ():
+        for old in parent.findChildren(TextDialog) if parent else ():
             if old is not self and old.isVisible() and old.windowTitle() == self.windowTitle():
                 self.move(old.pos())
                 old.close()
@@ -77,9 +77,9 @@ def native(key: str) -> str:
     return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
-def keys_sheet(actions: tuple[Action, ...], parent: QWidget | None = None) -> Sheet:
+def keys_dialog(actions: tuple[Action, ...], parent: QWidget | None = None) -> TextDialog:
     """Return the sheet of all keys, made from the action table."""
-    sheet = Sheet("Keys", parent)
+    sheet = TextDialog("Keys", parent)
     lines = [(a.text, ", ".join(native(k) for k in a.keys)) for a in actions if a.keys]
     body = QWidget()
     grid = QGridLayout(body)
@@ -102,9 +102,9 @@ def keys_sheet(actions: tuple[Action, ...], parent: QWidget | None = None) -> Sh
     return sheet
 
 
-def words_sheet(title: str, paragraphs: list[str], parent: QWidget | None = None) -> Sheet:
+def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None) -> TextDialog:
     """Return a sheet of paragraphs that can be selected and copied."""
-    sheet = Sheet(title, parent)
+    sheet = TextDialog(title, parent)
     for paragraph in paragraphs:
         label = plain(QLabel(paragraph))
         label.setWordWrap(True)
@@ -115,19 +115,19 @@ def words_sheet(title: str, paragraphs: list[str], parent: QWidget | None = None
     return sheet
 
 
-def priority_sheet(found: "Priority", parent: QWidget) -> Sheet:
+def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:
     """Return the sheet on what the loop has obtained from the system, and how to get more."""
     more = found.how or "This is the most this system gives."
-    return words_sheet("Real-time priority", [f"The loop has obtained: {found.text}.", more], parent)
+    return text_dialog("Real-time priority", [f"The loop has obtained: {found.text}.", more], parent)
 
 
-def about_sheet(parent: QWidget) -> Sheet:
+def about_dialog(parent: QWidget) -> TextDialog:
     """Return the sheet on the studio itself."""
     text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
-    return words_sheet("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
+    return text_dialog("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
 
 
-class FormSheet(Sheet):
+class FormDialog(TextDialog):
     """Parts are added from top to bottom; ``verdict`` is the answer line."""
 
     def __init__(self, title: str, about: str, parent: QWidget | None = None):

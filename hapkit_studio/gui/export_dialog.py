@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QPushButton, QWidg
 from hapkit_studio.devices import profiles
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.dialogs import FormSheet
+from hapkit_studio.gui.dialogs import FormDialog
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.haptics.board_plan import spec_on_board
@@ -23,7 +23,7 @@ _ABOUT = (
 _PRINTS = (("10 lines a second", 10), ("50 lines a second", 50), ("Nothing", 0))
 
 
-class ExportSheet(FormSheet):
+class ExportDialog(FormDialog):
     """Beside the window; what is chosen in the panel meanwhile is what is written."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):

@@ -58,8 +58,8 @@ class Notices(QObject):
         studio.stop_changed.connect(self.show_stop)
         studio.link_changed.connect(self.show_link)
         studio.engine_changed.connect(self.show_fault)
-        live.frame.connect(self.look_at_row)
-        live.health.connect(self.look_at_health)
+        live.frame.connect(self.on_row)
+        live.health.connect(self.on_health)
         stability.crossed.connect(self.show_limit)
         studio.loop_changed.connect(lambda: self.show_limit(self._beyond))
 
@@ -71,13 +71,13 @@ class Notices(QObject):
         )  # fmt: skip
         self._banners.set("stop", notice if self._studio.stopped else None)
 
-    def look_at_row(self, row: np.ndarray, _clamped: bool) -> None:
+    def on_row(self, row: np.ndarray, _clamped: bool) -> None:
         """Notice a fault in the very frame it happens in."""
         self._heard = True
         if int(row[rows.FLAGS]) & rows.FAULT or self._banners.get("fault") is not None:
             self.show_fault()
 
-    def look_at_health(self, health: "Health") -> None:
+    def on_health(self, health: "Health") -> None:
         """Notice a fault, or a sensor that is silent for now, while no rows come."""
         self.show_fault()
         self.show_silence(health)
@@ -204,13 +204,13 @@ class Passivity(QObject):
         super().__init__()
         self._studio, self._banners = studio, banners
         self._until = self._shown = 0.0
-        live.frame.connect(self.look_at_row)
+        live.frame.connect(self.on_row)
         live.health.connect(lambda _health: self.look())
         for signal in (studio.engine_changed, studio.environment_changed, studio.stop_changed):
             signal.connect(self.take_down)
         studio.loop_changed.connect(self.take_down)
 
-    def look_at_row(self, row: np.ndarray, _clamped: bool) -> None:
+    def on_row(self, row: np.ndarray, _clamped: bool) -> None:
         """Put the banner up in the frame the alarm is raised in; it stays long enough to be read."""
         if int(row[rows.FLAGS]) & rows.ACTIVE and not self._studio.environment.drives:
             self._raise()

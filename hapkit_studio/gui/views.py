@@ -22,7 +22,7 @@ class Views(QObject):
     def __init__(self, window: "MainWindow"):
         super().__init__(window)
         self._window = window
-        self._bar, self._centre, self._desk = window.header.tabs, window.centre, window.desk
+        self._bar, self._centre, self._controller = window.header.tabs, window.centre, window.editor
         self._library = pages.discover()
         self._pages: dict[str, Page] = {}
         self._shown: Page | None = None
@@ -30,10 +30,10 @@ class Views(QObject):
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
             self._bar.setTabData(self._bar.addTab(tab.title), key)
-        self._centre.add_page(self._desk.editor)
+        self._centre.add_page(self._controller.editor)
         self._bar.currentChanged.connect(self._follow)
-        self._desk.shown.connect(self.show_law)
-        self._desk.page.unsaved_changed.connect(self._mark)
+        self._controller.shown.connect(self.show_law)
+        self._controller.page.unsaved_changed.connect(self._mark)
 
     @property
     def key(self) -> str:
@@ -73,13 +73,13 @@ class Views(QObject):
 
     def change_over(self) -> None:
         """Go from the scene to the law in force, or from the law back to the scene."""
-        code = self._desk.page.code
+        code = self._controller.page.code
         if code.isVisible() and code.hasFocus():
             self._centre.scene.setFocus()
             return
-        path = self._desk.path or self._desk.own.in_force
+        path = self._controller.path or self._controller.own.in_force
         if path is not None:
-            self._desk.edit(path)
+            self._controller.edit(path)
 
     def set_room(self, width: int, height: int) -> None:
         """Tell the page in sight the room of the centre."""
@@ -105,7 +105,7 @@ class Views(QObject):
         if page is not None:
             self._centre.show_page(page, scene=self._library[key].scene)
         else:
-            self._centre.show_page(self._desk.editor if key == LAW else None, law=True)
+            self._centre.show_page(self._controller.editor if key == LAW else None, law=True)
         self._window.body.show_side(page.side if page else None)
         if page is not None:
             page.set_shown(True)
@@ -118,4 +118,4 @@ class Views(QObject):
     def _mark(self) -> None:
         index = self._index(LAW)
         if index >= 0:
-            self._bar.setTabText(index, "Law ●" if self._desk.page.unsaved else "Law")
+            self._bar.setTabText(index, "Law ●" if self._controller.page.unsaved else "Law")

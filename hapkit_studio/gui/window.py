@@ -9,14 +9,14 @@ from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.collector import Collector
-from hapkit_studio.gui.dialogs import about_sheet, keys_sheet, priority_sheet
-from hapkit_studio.gui.editor.controller import Desk, Files, Watch
-from hapkit_studio.gui.flash_dialog import FlashSheet
+from hapkit_studio.gui.dialogs import about_dialog, keys_dialog, priority_dialog
+from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
+from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.live.centre import Centre, remembered
-from hapkit_studio.gui.live.comparison import BothWays
-from hapkit_studio.gui.live.display import Pictures
+from hapkit_studio.gui.live.comparison import RenderingComparison
+from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.notices import Notices, Passivity
 from hapkit_studio.gui.own_environments import OwnEnvironments
@@ -37,8 +37,8 @@ class MainWindow(QMainWindow):
     studio: Studio
     live: Live
     own: OwnEnvironments
-    files: Files
-    desk: Desk
+    file_actions: FileActions
+    editor: EditorController
     views: Views
     single_keys: bool
 
@@ -56,15 +56,18 @@ class MainWindow(QMainWindow):
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body)
         self.centre = Centre(self.settings, self.body)
-        self.desk = Desk(studio, self.own, self)
-        self.files, self.watch = Files(self.desk, self), Watch(studio, self.desk, self)
+        self.editor = EditorController(studio, self.own, self)
+        self.file_actions, self.file_watcher = (
+            FileActions(self.editor, self),
+            FileWatcher(studio, self.editor, self),
+        )
         self.panel = ParameterPanel(studio, self.body)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
-        self.pictures = Pictures(studio, self.live, self.centre, self.status, self.panel.warnings)
+        self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
         self.notices = Notices(studio, self.live, self.banners, self.stability)
         self.passivity = Passivity(studio, self.live, self.banners)
-        self.both = BothWays(studio, self.live, self.centre, self.loop.where)
+        self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self._arrange()
         self.views = Views(self)
@@ -120,31 +123,31 @@ class MainWindow(QMainWindow):
 
     def quit(self) -> None:
         """Close the window, or first ask what becomes of a law that is not saved."""
-        if self.desk.ask_to_quit(self.close):
+        if self.editor.ask_to_quit(self.close):
             self.close()
 
     def show_keys(self) -> None:
         """Open the sheet of keys."""
-        keys_sheet(self.actions_by_key.entries, self).show()
+        keys_dialog(self.actions_by_key.entries, self).show()
 
     def show_priority(self) -> None:
         """Open the sheet on real-time priority."""
         if self.studio.engine is not None:
-            priority_sheet(self.studio.engine.health().priority, self).show()
+            priority_dialog(self.studio.engine.health().priority, self).show()
 
     def show_flash(self) -> None:
         """Open the sheet that writes the firmware to a board."""
-        FlashSheet(self.studio, self).show()
+        FlashDialog(self.studio, self).show()
 
     def show_export(self) -> None:
         """Open the sheet that writes the environment as an Arduino sketch."""
-        from hapkit_studio.gui.export_dialog import ExportSheet  # off the first picture's way
+        from hapkit_studio.gui.export_dialog import ExportDialog  # off the first picture's way
 
-        ExportSheet(self.studio, self).show()
+        ExportDialog(self.studio, self).show()
 
     def show_about(self) -> None:
         """Open the sheet on the studio itself."""
-        about_sheet(self).show()
+        about_dialog(self).show()
 
     # room and life
 
@@ -165,11 +168,11 @@ class MainWindow(QMainWindow):
         if event.type() == QEvent.Type.WindowStateChange:
             self.live.set_hidden(self.isMinimized() or not self.isVisible())
         elif event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
-            self.watch.look_at_files()
+            self.file_watcher.check_files()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the loop with its zero command before the window goes; ask first for what is not saved."""
-        if event.spontaneous() and not self.desk.ask_to_quit(self.close):
+        if event.spontaneous() and not self.editor.ask_to_quit(self.close):
             event.ignore()
             return
         self.closed.emit()
@@ -178,7 +181,7 @@ class MainWindow(QMainWindow):
         self.body.save(self.settings)
         self.centre.save(self.settings)
         self.live.stop()
-        self.desk.end()
+        self.editor.end()
         self.views.end()
         self.stability.close_worker()
         self.loop.where.close_worker()
@@ -206,12 +209,12 @@ class MainWindow(QMainWindow):
         self.header.panel_pressed.connect(self.toggle_panel)
         self.centre.resized.connect(lambda: self.views.set_room(self.centre.width(), self.centre.height()))
         self.notices.flash.connect(self.show_flash)
-        self.gallery.new_pressed.connect(self.desk.begin_new)
-        self.gallery.edit_pressed.connect(self.desk.edit)
-        self.gallery.reveal_pressed.connect(self.files.reveal)
-        self.gallery.delete_pressed.connect(self.files.delete)
-        self.live.frame.connect(self.watch.look_at_row)
-        self.desk.shown.connect(lambda _on: self.actions_by_key.refresh())
+        self.gallery.new_pressed.connect(self.editor.begin_new)
+        self.gallery.edit_pressed.connect(self.editor.edit)
+        self.gallery.reveal_pressed.connect(self.file_actions.reveal)
+        self.gallery.delete_pressed.connect(self.file_actions.delete)
+        self.live.frame.connect(self.file_watcher.on_row)
+        self.editor.shown.connect(lambda _on: self.actions_by_key.refresh())
         self.centre.toolbar.span_chosen.connect(self.set_span)
         self.centre.toolbar.fit_pressed.connect(self.fit_axes)
         self.stability.judged.connect(self.status.show_margin)

@@ -14,7 +14,7 @@ from hapkit_studio.gui.notices import Passivity, amount
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
-from tests.gui.plot_support import LIBRARY, RATE, colored, telemetry
+from tests.gui.live.plot_support import LIBRARY, RATE, colored, telemetry
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 ENERGY = len(phase_plots())
@@ -138,7 +138,7 @@ def strike(alarm, joules):
     """Raise the alarm with an excess."""
     watch, studio, _ = alarm
     studio.device.engine = Excess(joules)
-    watch.look_at_row(active(), False)
+    watch.on_row(active(), False)
     studio.device.engine = None
 
 
@@ -162,7 +162,7 @@ def test_the_alarm_stands_still_and_long_enough_to_be_read(alarm, clock):
     assert banners.get("energy") is first
     strike(alarm, 8e-3)
     assert banners.get("energy").title == "Gives energy: 8.0 mJ more than it took."
-    watch.look_at_row(active(False), False)
+    watch.on_row(active(False), False)
     clock[0] += 0.99 * notices.HOLD_S
     watch.look()
     assert banners.get("energy") is not None

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from PySide6.QtGui import QImage
 
-from hapkit_studio import catalogue, environments, resources
+from hapkit_studio import environments, resources
+from hapkit_studio.commands import environments as command
 from hapkit_studio.gui import portraits, prepare
 
 LIBRARY = environments.discover()
@@ -72,7 +73,7 @@ def test_the_page_about_the_environments_is_up_to_date(monkeypatch):
     """``make pictures`` writes it; every picture in it is there."""
     monkeypatch.setattr(environments, "discover", described)
     page = resources.path("docs", "environments.md")
-    wanted = catalogue.markdown()
+    wanted = command._page()
     assert page.read_text(encoding="utf-8") == wanted
     for line in wanted.splitlines():
         if line.startswith("!["):

@@ -67,7 +67,7 @@ def drop(path: Path) -> None:
         return
 
 
-class Strip(QWidget):
+class MessageLine(QWidget):
     """Shows one message at a time; ``say`` replaces it."""
 
     def __init__(self, parent: QWidget | None = None):
@@ -140,7 +140,7 @@ class CodePage(QWidget):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self.path: Path | None = None
-        self.code, self.strip = CodeEdit(), Strip()
+        self.code, self.message = CodeEdit(), MessageLine()
         self.name, self.marker = plain(QLabel()), QLabel("● not saved")
         self.marker.setProperty("role", "hint")
         self.marker.hide()
@@ -206,12 +206,12 @@ class CodePage(QWidget):
         if draft is not None and draft != text:
             self.code.selectAll()
             self.code.insertPlainText(draft)  # one step of undo back to the file
-            self.strip.say(
+            self.message.say(
                 "Unsaved changes from last time are back. Ctrl+Z shows the file as it was.", "warn"
             )
         else:
             drop(path)
-            self.strip.say("")
+            self.message.say("")
         self.code.go_to(law_line(self.text))
         self.opened.emit()
 
@@ -241,8 +241,8 @@ class CodePage(QWidget):
         if not modified and self.path is not None:
             self._draft.stop()
             drop(self.path)
-        if modified and self.strip.tone in ("", "ok"):
-            self.strip.say("Not in force yet. Ctrl+S saves it and runs it.")
+        if modified and self.message.tone in ("", "ok"):
+            self.message.say("Not in force yet. Ctrl+S saves it and runs it.")
         self.marker.setVisible(modified)
         self.unsaved_changed.emit()
 
@@ -269,4 +269,4 @@ class CodePage(QWidget):
         column.addWidget(self.cycles)
         column.addWidget(self.code, 1)
         column.addWidget(rule())
-        column.addWidget(self.strip)
+        column.addWidget(self.message)

@@ -7,9 +7,9 @@ import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from hapkit_studio.dynamics.hand import Hand, hand_named
-from hapkit_studio.gui.live.held import Held, held
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import FRAME_MS, Live
+from hapkit_studio.gui.live.past_trace import PastTrace, past_trace
 from hapkit_studio.gui.panel.rendering import BOARD, WAYS, WhereSwitch
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
@@ -87,7 +87,7 @@ def movement(hands: tuple[str, ...]) -> Hand:
     return hand_named(next((name for name in hands if name in _ORDER), "press"))
 
 
-class Comparison(QObject):
+class ComparisonRun(QObject):
     """Emits ``began``, and ``finished`` with both parts; who rendered before renders again in the end."""
 
     began = Signal()
@@ -175,7 +175,7 @@ class Comparison(QObject):
         self._switch.tell(why)
 
 
-class BothWays(QObject):
+class RenderingComparison(QObject):
     """Follows who renders; keeps the other way's last seconds in the plots, and compares on demand."""
 
     def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: WhereSwitch):
@@ -186,7 +186,7 @@ class BothWays(QObject):
         self._before: Part | None = None  # of what is to be laid over the present, once it moves alike
         self._aligned_at = 0.0
         self._compared = False
-        self.comparison = Comparison(studio, live, switch, self)
+        self.comparison = ComparisonRun(studio, live, switch, self)
         self.comparison.began.connect(self._clear)
         self.comparison.finished.connect(self._show_compared)
         live.health.connect(switch.note_health)
@@ -208,8 +208,8 @@ class BothWays(QObject):
             self._clear()
             start = max(self._began, now - PAST_SECONDS)
             self._before, self._aligned_at = Part(before, start, now), 0.0
-            past = self._held(Part(before, max(start, now - HELD_SECONDS), now), 0.0)
-            self._centre.phase.set_held(past)
+            past = self._past(Part(before, max(start, now - HELD_SECONDS), now), 0.0)
+            self._centre.phase.set_past(past)
         self._began = now
 
     def _align(self) -> None:
@@ -222,20 +222,20 @@ class BothWays(QObject):
         if found is None:
             return
         first = Part(self._before.where, begin - found, min(begin - found + HELD_SECONDS, switch))
-        self._centre.time.set_held(self._held(first, found))
+        self._centre.time.set_past(self._past(first, found))
         self._aligned_at = begin
         if now >= begin + MOST:
             self._before = None
 
-    def _held(self, part: Part, shift: float) -> Held | None:
-        return held(self._live.history, f"on the {part.where}", part.start, part.stop, shift)
+    def _past(self, part: Part, shift: float) -> PastTrace | None:
+        return past_trace(self._live.history, f"on the {part.where}", part.start, part.stop, shift)
 
     def _show_compared(self, one: Part, other: Part) -> None:
         """Hold the plots with both parts on top of each other, and say by how much the forces differ."""
         self._live.tick()
-        past = self._held(one, other.start - one.start)
-        self._centre.time.set_held(past)
-        self._centre.phase.set_held(past)
+        past = self._past(one, other.start - one.start)
+        self._centre.time.set_past(past)
+        self._centre.phase.set_past(past)
         self._compared = True
         self._live.set_paused(True)
         self._switch.tell(difference_words(self._live.history, one, other))
@@ -245,8 +245,8 @@ class BothWays(QObject):
 
     def _clear(self) -> None:
         self._before = None
-        self._centre.time.set_held(None)
-        self._centre.phase.set_held(None)
+        self._centre.time.set_past(None)
+        self._centre.phase.set_past(None)
 
     def _forget(self) -> None:
         self._began, self._compared = time.perf_counter(), False

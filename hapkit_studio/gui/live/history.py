@@ -300,7 +300,7 @@ class History:
         return Window(x, {name: y[row] for row, name in enumerate(_NAMES)}, dense)
 
 
-class Reel:
+class RollingWindow:
     """A window that rolls on: columns that are complete are kept, only the newest are reduced again."""
 
     def __init__(self) -> None:

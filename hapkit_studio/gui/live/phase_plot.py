@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QStackedWidget, QVBoxLayout, 
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live.canvas import RIGHT
-from hapkit_studio.gui.live.held import Held
 from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.past_trace import PastTrace
 from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.live.plot_header import BandSample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase_plots
@@ -142,9 +142,9 @@ class ForcePosition(QWidget):
         self.canvas.fit()
         self.canvas.refresh()
 
-    def set_held(self, held: Held | None) -> None:
+    def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the curve, or none any more."""
-        self.canvas.set_held(held)
+        self.canvas.set_past(past)
 
     def set_paused(self, paused: bool) -> None:
         """Freeze the view; the history goes on filling."""

@@ -13,8 +13,8 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.held import Beginning, Held, paint_held
-from hapkit_studio.gui.live.history import History, Reel, Window
+from hapkit_studio.gui.live.history import History, RollingWindow, Window
+from hapkit_studio.gui.live.past_trace import EnvironmentStart, PastTrace, paint_past
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, time_plots
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -75,7 +75,7 @@ class Shown:
     max_force: float = np.inf
     paused: bool = False
     stale: bool = False
-    held: Held | None = None
+    past: PastTrace | None = None
     pointer: float | None = None
     pointed: dict[str, float] | None = None
 
@@ -145,7 +145,7 @@ class TraceCanvas(Canvas):
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint level lines, then traces."""
         self._lines(painter, box)
-        self._held(painter, box)
+        self._past(painter, box)
         if len(self.shown.window.x):
             self._traces(painter)
 
@@ -175,14 +175,14 @@ class TraceCanvas(Canvas):
         for level, token, dash in levels:
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
 
-    def _held(self, painter: QPainter, box: QRectF) -> None:
-        held, channel = self.shown.held, self.plot_of.traces[-1].channel
-        if held is None or channel not in held.values:
+    def _past(self, painter: QPainter, box: QRectF) -> None:
+        past, channel = self.shown.past, self.plot_of.traces[-1].channel
+        if past is None or channel not in past.values:
             return
         left, right = (self.shown.zero + edge for edge in self.view.viewRange()[0])
-        x, y = held.part(channel, left, right, round(box.width()))
+        x, y = past.part(channel, left, right, round(box.width()))
         if len(x) > 1:
-            paint_held(painter, *self.to_pixels(x - self.shown.zero, y * self.plot_of.scale))
+            paint_past(painter, *self.to_pixels(x - self.shown.zero, y * self.plot_of.scale))
 
     def _traces(self, painter: QPainter) -> None:
         x = self.shown.window.x - self.shown.zero
@@ -250,9 +250,9 @@ class TimePlots(QWidget):
         self.span, self.paused = 10.0, False
         self.shown = Shown()
         self._history = self._seen = History(seconds=1.0, rate=1.0)
-        self._reel, self._shades = Reel(), False
+        self._rolling, self._shades = RollingWindow(), False
         self._environment: Environment | None = None
-        self._begin, self._narrow = Beginning(), False
+        self._begin, self._narrow = EnvironmentStart(), False
         self._watch = QElapsedTimer()
         self._watch.start()
         column = self._column = QVBoxLayout(self)
@@ -278,7 +278,7 @@ class TimePlots(QWidget):
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
-        self._history, self._reel, self._begin = history, Reel(), Beginning()
+        self._history, self._rolling, self._begin = history, RollingWindow(), EnvironmentStart()
         self._seen = history.copy() if self.paused else history
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
@@ -296,11 +296,11 @@ class TimePlots(QWidget):
         for header in self.headers:
             header.show_surface("" if self.shown.surface is None else environment.title.lower())
 
-    def set_held(self, held: Held | None) -> None:
+    def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the traces, or none any more."""
-        self.shown.held = held
+        self.shown.past = past
         for header in self.headers:
-            header.show_held("" if held is None else held.words)
+            header.show_past("" if past is None else past.words)
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""
@@ -316,7 +316,7 @@ class TimePlots(QWidget):
             return
         self.paused = self.shown.paused = paused
         self._seen = self._history.copy() if paused else self._history
-        self._reel = Reel()
+        self._rolling = RollingWindow()
         for canvas in self.canvases:
             canvas.view.setMouseEnabled(paused, False)
         if not paused:
@@ -363,7 +363,7 @@ class TimePlots(QWidget):
         last = math.ceil(now / width)
         shown.zero = last * width
         first = last + math.floor(left / width + 1e-6)
-        shown.window = self._reel.window(self._seen, first, columns + 1, width)
+        shown.window = self._rolling.window(self._seen, first, columns + 1, width)
         shown.now = None if self.paused else self._seen.latest()
         shown.contact = self._contact() if self._shades else []
         before = self._seen.before(first * width)

@@ -5,7 +5,7 @@ import pytest
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import TimePlots
-from tests.gui.plot_support import LIBRARY, RATE, telemetry
+from tests.gui.live.plot_support import LIBRARY, RATE, telemetry
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import CHANNELS
 from hapkit_studio.gui.live.plots.declared import phase_plots, time_plots
 from hapkit_studio.haptics import rows
-from tests.gui.plot_support import LIBRARY, colored, settle, telemetry
+from tests.gui.live.plot_support import LIBRARY, colored, settle, telemetry
 
 
 def test_theory_is_the_laws_own_force(phase):

@@ -6,7 +6,7 @@ import pytest
 from hapkit_studio.gui.live.canvas import widened
 from hapkit_studio.gui.live.phase_layers import Band
 from hapkit_studio.haptics import rows
-from tests.gui.plot_support import LIBRARY, canvas_of, telemetry
+from tests.gui.live.plot_support import LIBRARY, canvas_of, telemetry
 
 GRID = np.linspace(-60.0, 60.0, 401)
 

@@ -12,10 +12,10 @@ from tests.gui.window_support import PATIENCE_MS
 
 def saved(window, text):
     """Save a text and take it for tried out, without the program that tries it."""
-    window.desk.page.code.setPlainText(text)
-    window.desk.save()
+    window.editor.page.code.setPlainText(text)
+    window.editor.save()
     window.own.runner.give_up()
-    window.own.runner.finished.emit(typed(window.desk.path, text), TrialResult())
+    window.own.runner.finished.emit(typed(window.editor.path, text), TrialResult())
 
 
 @pytest.fixture
@@ -23,15 +23,15 @@ def counting(home, make_window, qtbot):
     """Return a window without a device, whose own law is in force and counted."""
     path = put(home, "test_spring.py", spring())
     window = make_window()
-    window.desk.edit(path)
+    window.editor.edit(path)
     wait_for_verdict(window, qtbot, lambda: saved(window, spring()))
     window.actions_by_key.run("environment.cycles")
-    qtbot.waitUntil(lambda: bool(window.desk.page.code.counts), timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: bool(window.editor.page.code.counts), timeout=PATIENCE_MS)
     return window
 
 
 def test_cycles_stand_beside_their_lines_and_in_one_line_above(counting):
-    page = counting.desk.page
+    page = counting.editor.page
     assert list(page.code.counts) == [LAW_LINE]
     assert 100 < page.code.counts[LAW_LINE] < 1000
     words = page.cycles.text()
@@ -40,7 +40,7 @@ def test_cycles_stand_beside_their_lines_and_in_one_line_above(counting):
 
 
 def test_asked_for_no_more_they_are_gone(counting):
-    page = counting.desk.page
+    page = counting.editor.page
     wide = page.code.gutter.wanted
     assert counting.actions_by_key.qt["environment.cycles"].isChecked()
     page.count.click()
@@ -50,14 +50,14 @@ def test_asked_for_no_more_they_are_gone(counting):
 
 
 def test_a_law_that_was_saved_anew_is_counted_anew(counting, qtbot):
-    page, before = counting.desk.page, counting.desk.page.code.counts[LAW_LINE]
+    page, before = counting.editor.page, counting.editor.page.code.counts[LAW_LINE]
     cubic = spring(force="-p.stiffness * x * (1.0 + x * x)")
     wait_for_verdict(counting, qtbot, lambda: saved(counting, cubic))
     qtbot.waitUntil(lambda: page.code.counts.get(LAW_LINE, 0.0) > before, timeout=PATIENCE_MS)
 
 
 def test_a_law_with_an_error_keeps_what_the_law_in_force_takes(counting, qtbot):
-    page, words = counting.desk.page, counting.desk.page.cycles.text()
+    page, words = counting.editor.page, counting.editor.page.cycles.text()
     broken = spring(force="-p.stifness * x")
     verdict = wait_for_verdict(counting, qtbot, lambda: saved(counting, broken))
     assert not verdict.ok
@@ -70,7 +70,7 @@ def test_a_law_with_an_error_keeps_what_the_law_in_force_takes(counting, qtbot):
 
 
 def test_what_is_typed_leaves_figures_at_their_lines(counting, qtbot):
-    page = counting.desk.page
+    page = counting.editor.page
     figure = page.code.counts[LAW_LINE]
     page.code.moveCursor(page.code.textCursor().MoveOperation.Start)
     page.code.insertPlainText("#\n")
@@ -84,7 +84,7 @@ def test_what_is_typed_leaves_figures_at_their_lines(counting, qtbot):
 
 
 def test_a_law_too_slow_for_the_board_is_counted_all_the_same(counting, qtbot):
-    page = counting.desk.page
+    page = counting.editor.page
     loop = "def sum_of(x):\n    y = 0.0\n    for i in range(200):\n        y = y + x * y\n    return y\n"
     slow = spring(force="-p.stiffness * sum_of(x)").replace("@law\n", f"{loop}\n\n@law\n")
     wait_for_verdict(counting, qtbot, lambda: saved(counting, slow))
@@ -95,9 +95,9 @@ def test_a_law_too_slow_for_the_board_is_counted_all_the_same(counting, qtbot):
 
 def test_a_law_that_never_ran_says_so(home, make_window):
     window = make_window()
-    window.desk.edit(put(home, "test_spring.py", spring(force="-p.stifness * x")))
+    window.editor.edit(put(home, "test_spring.py", spring(force="-p.stifness * x")))
     window.actions_by_key.run("environment.cycles")
-    assert window.desk.page.cycles.text() == "Not counted yet: save and run the law first."
-    assert window.desk.page.code.counts == {}
-    window.desk.leaving.close()
+    assert window.editor.page.cycles.text() == "Not counted yet: save and run the law first."
+    assert window.editor.page.code.counts == {}
+    window.editor.unsaved_changes.close()
     assert not window.actions_by_key.qt["environment.cycles"].isEnabled()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QPixmap
 
-from tests.gui.scene_support import LIBRARY, scene_of
+from tests.gui.scenes.scene_support import LIBRARY, scene_of
 from tests.waiting import shortest
 
 SIZE = (1100, 330)

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QImage, QPainter
 
 from hapkit_studio.gui.live.phase_layers import Layers, Place
 from hapkit_studio.haptics import rows
-from tests.gui.plot_support import settle, telemetry
+from tests.gui.live.plot_support import settle, telemetry
 
 SIZE = 200
 FRAME = QRectF(0.0, 0.0, SIZE, SIZE)

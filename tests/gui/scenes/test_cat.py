@@ -15,7 +15,7 @@ from hapkit_studio.gui.scenes.base import Motion
 from hapkit_studio.gui.scenes.cat_body import color
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
-from tests.gui.scene_support import each_size
+from tests.gui.scenes.scene_support import each_size
 
 CAT = discover()["cat"]
 FACE = (-46.0, -30.0, 0.3, 0.9)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.gui.scenes import hard_surface
-from tests.gui.scene_support import LIBRARY, has, scene_of, shot, state_of
+from tests.gui.scenes.scene_support import LIBRARY, has, scene_of, shot, state_of
 
 MATERIALS = {"rubber": (5.1, 60.0, 18.0), "wood": (6.6, 80.0, 100.0), "aluminium": (13.2, 90.0, 300.0)}
 PER_MM = 2e-3  # s: the bar of 20 ms is as long as 10 mm

@@ -11,7 +11,7 @@ from PySide6.QtGui import QPainter, QPixmap
 from hapkit_studio.gui.scenes import base as scenes
 from hapkit_studio.gui.scenes.base import Motion
 from hapkit_studio.gui.scenes.stage import Stage
-from tests.gui.scene_support import LIBRARY, paint, scene_of
+from tests.gui.scenes.scene_support import LIBRARY, paint, scene_of
 
 ODD = (math.nan, math.inf, -math.inf, 0.0, -1.0, 0.5, 1e12, -1e12, 1e300, 5e-324)
 LONGEST = 0.5  # s for one picture: a hundred times what one takes

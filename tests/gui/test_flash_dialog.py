@@ -9,7 +9,7 @@ from hapkit_studio.devices.flash import shipped
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.serial_ports import Port, Role
 from hapkit_studio.errors import AvrdudeMissingError
-from hapkit_studio.gui.flash_dialog import FlashSheet
+from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.protocol.messages import PROTOCOL_VERSION
 from tests.firmware import boot
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
@@ -36,7 +36,7 @@ def no_avrdude(monkeypatch):
 
 def sheet_of(window):
     window.actions_by_key.run("device.flash")
-    return window.findChildren(FlashSheet)[-1]
+    return window.findChildren(FlashDialog)[-1]
 
 
 def test_without_a_port_there_is_nothing_to_flash(window, no_ports, monkeypatch):
@@ -138,4 +138,4 @@ def test_a_flash_that_failed_says_why_and_can_be_repeated(make_window, qtbot, tm
 
 def test_the_banner_of_a_board_without_firmware_leads_here(window):
     window.notices.flash.emit()
-    assert window.findChildren(FlashSheet)[-1].isVisible()
+    assert window.findChildren(FlashDialog)[-1].isVisible()

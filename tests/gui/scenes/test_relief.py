@@ -6,7 +6,7 @@ import pytest
 from hapkit_studio.gui.scenes import base as scenes
 from hapkit_studio.gui.scenes.base import Motion
 from hapkit_studio.gui.scenes.parts import BALL
-from tests.gui.scene_support import LIBRARY, SIZES, each_size, has, scene_of, shot
+from tests.gui.scenes.scene_support import LIBRARY, SIZES, each_size, has, scene_of, shot
 
 GROUNDS = [
     ("bump_valley", {}),

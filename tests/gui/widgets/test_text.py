@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui.dialogs import words_sheet
-from hapkit_studio.gui.export_dialog import ExportSheet
+from hapkit_studio.gui.dialogs import text_dialog
+from hapkit_studio.gui.export_dialog import ExportDialog
 from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
 from hapkit_studio.parameters import Choice, Parameter
 from hapkit_studio.workshop import reading
@@ -73,12 +73,12 @@ def test_no_word_of_an_environment_is_read_as_html_anywhere_in_the_window(home, 
 
 def test_nor_where_it_is_judged_told_of_or_written_out(home, window, qtbot):
     path = put(home, "mine.py", spring())
-    window.desk.edit(path)
+    window.editor.edit(path)
     window.own.judged.emit(path, failed(f"wrong {IMAGE}", 3))
-    assert IMAGE in window.desk.strip.words.text()
-    window.desk.editor.source.show_source(typed(path.with_name(f"{IMAGE}.py"), spring()))
+    assert IMAGE in window.editor.message.words.text()
+    window.editor.editor.source.show_source(typed(path.with_name(f"{IMAGE}.py"), spring()))
     window.studio.adopt(evil(path))
-    sheets = [words_sheet(IMAGE, [IMAGE], window), ExportSheet(window.studio, window)]
+    sheets = [text_dialog(IMAGE, [IMAGE], window), ExportDialog(window.studio, window)]
     for shown in (window, *sheets):
         assert not with_image(shown)
 

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
-from tests.gui.plot_support import canvas_of, colored, telemetry
+from tests.gui.live.plot_support import canvas_of, colored, telemetry
 
 
 def test_paused_freezes_the_picture_while_live_values_go_on(plots, history, qtbot):

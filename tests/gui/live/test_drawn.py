@@ -5,10 +5,10 @@ import pytest
 from PySide6.QtWidgets import QApplication, QLabel
 
 from hapkit_studio.gui.live.canvas import Canvas
-from hapkit_studio.gui.live.history import CHANNELS, History, Reel
+from hapkit_studio.gui.live.history import CHANNELS, History, RollingWindow
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
-from tests.gui.plot_support import LIBRARY, canvas_of, colored, settle, telemetry
+from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, settle, telemetry
 
 
 def test_the_window_shows_every_extreme_of_the_history(plots, history):
@@ -50,7 +50,7 @@ def _trimmed(values):
 
 @pytest.mark.parametrize("rate", [1000.0, 4000.0])
 def test_rolling_columns_equal_columns_computed_anew(rate):
-    history, reel, columns, span = History(seconds=20.0, rate=rate), Reel(), 300, 6.0
+    history, rolling, columns, span = History(seconds=20.0, rate=rate), RollingWindow(), 300, 6.0
     history.append(telemetry(int(3 * rate), rate=rate))
     width, start = span / columns, int(3 * rate)
     random = np.random.default_rng(3)
@@ -63,8 +63,8 @@ def test_rolling_columns_equal_columns_computed_anew(rate):
         history.append(table)
         start += count
         first = int(np.ceil(history.now / width)) - columns
-        rolled = reel.window(history, first, columns, width)
-        anew = Reel().window(history, first, columns, width)
+        rolled = rolling.window(history, first, columns, width)
+        anew = RollingWindow().window(history, first, columns, width)
         assert rolled.dense == anew.dense
         rolled_x, anew_x = _trimmed(rolled.x), _trimmed(anew.x)
         np.testing.assert_array_equal(rolled_x, anew_x)

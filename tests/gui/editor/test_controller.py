@@ -20,7 +20,7 @@ def opened(home, make_window, qtbot):
     def make(text=None):
         path = put(home, "test_spring.py", text or spring())
         window = make_window()
-        window.desk.edit(path)
+        window.editor.edit(path)
         return window
 
     return make
@@ -49,7 +49,7 @@ def force_at(window, qtbot, place: float) -> float:
 
 def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbot):
     window.actions_by_key.run("environment.new")
-    chooser = window.desk.editor.chooser
+    chooser = window.editor.editor.chooser
     assert chooser.isVisible()
     assert window.centre.scene.isVisible()
     assert not window.centre.time.isVisible()
@@ -61,8 +61,8 @@ def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbo
     assert verdict.calls >= 10_000
     path = home / "environments" / "weiche_feder.py"
     assert path.is_file()
-    assert window.desk.path == path == window.own.in_force
-    assert window.desk.page.code.hasFocus()
+    assert window.editor.path == path == window.own.in_force
+    assert window.editor.page.code.hasFocus()
     assert window.studio.environment.title == "Weiche Feder"
     assert window.studio.engine.environment is window.studio.environment
     assert set(window.panel.parameters.rows) == {"stiffness", "damping", "center"}
@@ -70,9 +70,9 @@ def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbo
     window.panel.parameters.rows["stiffness"].box.entered.emit(160.0)
     assert force_at(window, qtbot, 0.01) == pytest.approx(-160.0, rel=0.02)
 
-    code = window.desk.page.code
+    code = window.editor.page.code
     code.selectAll()
-    code.insertPlainText(window.desk.page.text.replace("return -p.stiffness", "return -2.0 * p.stiffness"))
+    code.insertPlainText(window.editor.page.text.replace("return -p.stiffness", "return -2.0 * p.stiffness"))
     assert law_tab(window) == "Law ●"
     verdict = wait_for_verdict(window, qtbot, lambda: window.actions_by_key.run("environment.save"))
     assert verdict.ok
@@ -85,8 +85,8 @@ def test_a_new_environment_is_proposed_a_name_that_nobody_has(home, make_window)
     put(home, "my_spring.py", spring("my_spring", "Other"))
     put(home, "other.py", spring("other", "My wall"))
     window = make_window()
-    window.desk.begin_new()
-    chooser = window.desk.editor.chooser
+    window.editor.begin_new()
+    chooser = window.editor.editor.chooser
     assert chooser.title.text() == "My spring 2"
     chooser.group.button(1).click()
     assert chooser.title.text() == "My wall 2"
@@ -97,35 +97,35 @@ def test_a_new_environment_is_proposed_a_name_that_nobody_has(home, make_window)
 def test_an_error_stands_at_its_line_and_the_old_law_goes_on(opened, qtbot):
     window = opened(spring(force="-p.stifness * x"))
     before = window.studio.environment
-    verdict = wait_for_verdict(window, qtbot, window.desk.save)
+    verdict = wait_for_verdict(window, qtbot, window.editor.save)
     assert not verdict.ok
     assert window.studio.environment is before
-    assert list(window.desk.page.code.marks) == [LAW_LINE]
-    assert "stifness" in window.desk.page.code.marks[LAW_LINE]
-    words = window.desk.strip.words.text()
+    assert list(window.editor.page.code.marks) == [LAW_LINE]
+    assert "stifness" in window.editor.page.code.marks[LAW_LINE]
+    words = window.editor.message.words.text()
     assert words.startswith(f"Line {LAW_LINE}: 'p.stifness'")
     assert words.endswith("The old law goes on.")
-    assert window.gallery.own_rows[window.desk.path].summary == "Does not run yet"
+    assert window.gallery.own_rows[window.editor.path].summary == "Does not run yet"
 
 
 def test_saying_that_a_trial_is_under_way(opened, no_trials):
     window = opened()
-    window.desk.save()
-    assert window.desk.strip.words.text() == "Checking line by line…"
-    assert window.desk.strip.busy.isVisible()
-    assert window.gallery.own_rows[window.desk.path].summary == "Checking line by line…"
-    window.own.runner.finished.emit(read(window.desk.path), failed("this is wrong", 3))
-    assert not window.desk.strip.busy.isVisible()
+    window.editor.save()
+    assert window.editor.message.words.text() == "Checking line by line…"
+    assert window.editor.message.busy.isVisible()
+    assert window.gallery.own_rows[window.editor.path].summary == "Checking line by line…"
+    window.own.runner.finished.emit(read(window.editor.path), failed("this is wrong", 3))
+    assert not window.editor.message.busy.isVisible()
 
 
 def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_trials):
     window = opened()
-    window.desk.save()
-    QTest.keyClicks(window.desk.page.code, "#")
-    window.own.runner.finished.emit(read(window.desk.path), failed("this is wrong", 3))
-    assert "#" in window.desk.page.text
-    assert window.desk.page.unsaved
-    assert window.desk.strip.words.text().endswith("What was typed since is not saved.")
+    window.editor.save()
+    QTest.keyClicks(window.editor.page.code, "#")
+    window.own.runner.finished.emit(read(window.editor.path), failed("this is wrong", 3))
+    assert "#" in window.editor.page.text
+    assert window.editor.page.unsaved
+    assert window.editor.message.words.text().endswith("What was typed since is not saved.")
 
 
 def test_a_fault_marks_its_line(window, qtbot, home):
@@ -133,118 +133,122 @@ def test_a_fault_marks_its_line(window, qtbot, home):
     path = put(home, "fault.py", text)
     # a trial would have found it: this is what only shows in the loop
     wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(typed(path, text), TrialResult()))
-    window.desk.edit(path)
+    window.editor.edit(path)
     window.studio.move_hand(0.02)
     qtbot.waitUntil(lambda: window.studio.fault is not None, timeout=PATIENCE_MS)
 
     def marked():
         window.live.tick()
-        return bool(window.desk.page.code.marks)
+        return bool(window.editor.page.code.marks)
 
     qtbot.waitUntil(marked, timeout=PATIENCE_MS)
-    assert list(window.desk.page.code.marks) == [LAW_LINE]
-    assert window.desk.strip.words.text() == window.studio.fault.text
+    assert list(window.editor.page.code.marks) == [LAW_LINE]
+    assert window.editor.message.words.text() == window.studio.fault.text
     assert window.banners.get("fault") is not None
 
 
 def test_esc_stops_from_inside_the_editor(window, home):
-    window.desk.edit(put(home, "test_spring.py", spring()))
-    for widget in (window.desk.page.code, window.desk.page.save):
+    window.editor.edit(put(home, "test_spring.py", spring()))
+    for widget in (window.editor.page.code, window.editor.page.save):
         widget.setFocus()
         QTest.keyClick(widget, Qt.Key.Key_Escape)
         assert window.studio.stopped
         assert window.studio.engine.stopped
-        assert window.desk.page.isVisible()
+        assert window.editor.page.isVisible()
         window.studio.release_stop()
     window.actions_by_key.run("environment.new")
-    QTest.keyClick(window.desk.editor.chooser.title, Qt.Key.Key_Escape)
+    QTest.keyClick(window.editor.editor.chooser.title, Qt.Key.Key_Escape)
     assert window.studio.stopped
 
 
 def test_letters_of_a_law_choose_no_environment(opened):
     window = opened()
-    window.desk.page.code.setFocus()
-    QTest.keyClicks(window.desk.page.code, "01c m?")
+    window.editor.page.code.setFocus()
+    QTest.keyClicks(window.editor.page.code, "01c m?")
     assert window.studio.environment.key == "wall"
-    assert "01c m?" in window.desk.page.text
+    assert "01c m?" in window.editor.page.text
 
 
 def test_closing_asks_for_what_is_not_saved(opened, no_trials):
     window = opened()
-    QTest.keyClicks(window.desk.page.code, "#")
-    text = window.desk.page.text
+    QTest.keyClicks(window.editor.page.code, "#")
+    text = window.editor.page.text
     window.actions_by_key.run("environment.close")
-    assert window.desk.page.isVisible()
-    assert [b.text() for b in window.desk.strip.buttons] == ["Save", "Discard", "Go on"]
-    window.desk.strip.buttons[2].click()
-    assert window.desk.page.code.hasFocus()
+    assert window.editor.page.isVisible()
+    assert [b.text() for b in window.editor.message.buttons] == ["Save", "Discard", "Go on"]
+    window.editor.message.buttons[2].click()
+    assert window.editor.page.code.hasFocus()
     window.actions_by_key.run("environment.close")
-    path = window.desk.path
-    window.desk.strip.buttons[0].click()
+    path = window.editor.path
+    window.editor.message.buttons[0].click()
     assert path.read_text(encoding="utf-8") == text
     assert is_trusted(read(path))
-    assert window.desk.path is None
+    assert window.editor.path is None
     assert window.centre.time.isVisible()
     assert law_tab(window) is None
 
 
 def test_discarding_leaves_the_file_alone(opened):
     window = opened()
-    QTest.keyClicks(window.desk.page.code, "#")
-    window.desk.page.keep_draft()
-    window.desk.leaving.close()
-    path = window.desk.path
-    window.desk.strip.buttons[1].click()
+    QTest.keyClicks(window.editor.page.code, "#")
+    window.editor.page.keep_draft()
+    window.editor.unsaved_changes.close()
+    path = window.editor.path
+    window.editor.message.buttons[1].click()
     assert path.read_text(encoding="utf-8") == spring()
-    window.desk.edit(path)
-    assert window.desk.page.text == spring()
-    assert not window.desk.page.unsaved
+    window.editor.edit(path)
+    assert window.editor.page.text == spring()
+    assert not window.editor.page.unsaved
 
 
 def test_what_was_not_saved_comes_back_after_the_window_was_closed(opened, make_window, home):
     window = opened()
-    QTest.keyClicks(window.desk.page.code, "# half a thought ")
-    path, text = window.desk.path, window.desk.page.text
+    QTest.keyClicks(window.editor.page.code, "# half a thought ")
+    path, text = window.editor.path, window.editor.page.text
     window.close()
     assert path.read_text(encoding="utf-8") == spring()
     again = make_window()
-    again.desk.edit(path)
-    assert again.desk.page.text == text
-    assert again.desk.page.unsaved
-    again.desk.page.code.undo()
-    assert again.desk.page.text == spring()
-    assert not again.desk.page.unsaved
+    again.editor.edit(path)
+    assert again.editor.page.text == text
+    assert again.editor.page.unsaved
+    again.editor.page.code.undo()
+    assert again.editor.page.text == spring()
+    assert not again.editor.page.unsaved
 
 
 def test_quitting_asks_once_for_what_is_not_saved(opened, no_trials):
     window = opened()
-    QTest.keyClicks(window.desk.page.code, "#")
+    QTest.keyClicks(window.editor.page.code, "#")
     window.header.tabs.setCurrentIndex(0)
     window.actions_by_key.run("session.quit")
     assert window.isVisible()
-    assert window.desk.strip.isVisible()
-    assert [b.text() for b in window.desk.strip.buttons] == ["Save and quit", "Quit, keep as draft", "Go on"]
-    window.desk.strip.buttons[2].click()
+    assert window.editor.message.isVisible()
+    assert [b.text() for b in window.editor.message.buttons] == [
+        "Save and quit",
+        "Quit, keep as draft",
+        "Go on",
+    ]
+    window.editor.message.buttons[2].click()
     window.actions_by_key.run("session.quit")
     assert window.isVisible()
-    path, text = window.desk.path, window.desk.page.text
-    assert window.desk.strip.buttons[0].hasFocus()
-    QTest.keyClick(window.desk.strip.buttons[0], Qt.Key.Key_Return)
+    path, text = window.editor.path, window.editor.page.text
+    assert window.editor.message.buttons[0].hasFocus()
+    QTest.keyClick(window.editor.message.buttons[0], Qt.Key.Key_Return)
     assert not window.isVisible()
     assert path.read_text(encoding="utf-8") == text
 
 
 def test_a_file_that_cannot_be_written_loses_nothing(opened, monkeypatch):
     window = opened()
-    QTest.keyClicks(window.desk.page.code, "#")
+    QTest.keyClicks(window.editor.page.code, "#")
 
     def full(_path, _text):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("hapkit_studio.workshop.folder.save", full)
-    window.desk.save()
-    assert window.desk.page.unsaved
-    assert "No space left" in window.desk.strip.words.text()
+    window.editor.save()
+    assert window.editor.page.unsaved
+    assert "No space left" in window.editor.message.words.text()
     assert window.own.runner.path is None
 
 
@@ -255,21 +259,21 @@ def test_ctrl_e_goes_from_the_scene_to_the_law_and_back(opened):
     window.header.tabs.setCurrentIndex(0)
     assert window.centre.time.isVisible()
     window.actions_by_key.run("environment.law")
-    assert window.desk.page.code.hasFocus()
+    assert window.editor.page.code.hasFocus()
     assert not window.centre.time.isVisible()
 
 
 def test_every_control_of_the_editor_has_a_name(opened):
     window = opened()
-    assert window.desk.page.code.accessibleName() == "Law, test_spring.py"
-    assert window.desk.page.close_law.accessibleName()
-    window.desk.begin_new()
-    rows_ = window.desk.editor.chooser.group.buttons()
+    assert window.editor.page.code.accessibleName() == "Law, test_spring.py"
+    assert window.editor.page.close_law.accessibleName()
+    window.editor.begin_new()
+    rows_ = window.editor.editor.chooser.group.buttons()
     assert [row.accessibleName().split(":")[0] for row in rows_] == [
         "Spring",
         "Wall",
         "Two walls",
         "Mass on a spring",
     ]
-    labels = window.desk.editor.chooser.findChildren(QLabel)
-    assert any(label.buddy() is window.desk.editor.chooser.title for label in labels)
+    labels = window.editor.editor.chooser.findChildren(QLabel)
+    assert any(label.buddy() is window.editor.editor.chooser.title for label in labels)

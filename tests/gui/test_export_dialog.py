@@ -6,7 +6,7 @@ import pytest
 
 from hapkit_studio.devices import profiles
 from hapkit_studio.gui import banners
-from hapkit_studio.gui.export_dialog import ExportSheet
+from hapkit_studio.gui.export_dialog import ExportDialog
 from hapkit_studio.workshop.sketch import Kit
 
 
@@ -14,7 +14,7 @@ from hapkit_studio.workshop.sketch import Kit
 def sheet(window):
     """Return the sheet as the menu opens it."""
     window.actions_by_key.run("environment.export")
-    return window.findChildren(ExportSheet)[-1]
+    return window.findChildren(ExportDialog)[-1]
 
 
 def test_it_writes_what_the_panel_shows_at_the_moment_of_saving(window, sheet, tmp_path):
@@ -91,6 +91,6 @@ def test_the_connected_board_comes_first_as_calibrated(window, monkeypatch):
     kit = Kit(profiles.named("hapkit3-short").board, calibrated=True)
     monkeypatch.setattr("hapkit_studio.gui.export_dialog.connected_kit", lambda studio: kit)
     window.show_export()
-    sheet = window.findChildren(ExportSheet)[-1]
+    sheet = window.findChildren(ExportDialog)[-1]
     assert sheet.kits.currentText() == "The one connected: Hapkit short, as calibrated"
     assert "kZero = 0" in sheet.text()

@@ -9,7 +9,7 @@ from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.panel.warnings import LATELY_SECONDS, WarningLines
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.haptics import rows
-from tests.gui.plot_support import LIBRARY
+from tests.gui.live.plot_support import LIBRARY
 
 
 def complain(values, conditions):

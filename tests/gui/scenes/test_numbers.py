@@ -5,7 +5,7 @@ import pytest
 
 from hapkit_studio.gui.scenes import force_arrow, stage
 from hapkit_studio.gui.scenes.force_arrow import HEAD
-from tests.gui.scene_support import LIBRARY, each_size, has, paint, scene_of, shot, state_of
+from tests.gui.scenes.scene_support import LIBRARY, each_size, has, paint, scene_of, shot, state_of
 
 
 def arrow(view, stage, picture):

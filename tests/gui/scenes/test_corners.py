@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.gui.widgets.theme import theme
-from tests.gui.scene_support import LIBRARY, corners, each_size, paint, scene_of, shot
+from tests.gui.scenes.scene_support import LIBRARY, corners, each_size, paint, scene_of, shot
 
 POSITIONS = (-0.05, -0.0301, -0.012, 0.0004, 0.0085, 0.0243, 0.05)
 THEMES = ("light", "dark", "contrast")

@@ -8,7 +8,7 @@ from PySide6.QtGui import QWheelEvent
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live.canvas import labels, ticks, widened
 from hapkit_studio.haptics import rows
-from tests.gui.plot_support import canvas_of, telemetry
+from tests.gui.live.plot_support import canvas_of, telemetry
 
 
 def test_axes_widen_at_once_and_narrow_only_on_request(plots, history):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.gui.scene_support import each_size, has, scene_of, shot, state_of
+from tests.gui.scenes.scene_support import each_size, has, scene_of, shot, state_of
 
 NEAR = 1.5  # px
 WIDTH = 14.5  # mm: half of what is between the block at rest and 8 mm before the post

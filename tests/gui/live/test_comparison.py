@@ -72,7 +72,7 @@ def test_a_comparison_says_why_it_cannot_begin(held_board_window):
     window.studio.stop()
     switch.compare.emit()
     assert "Release the E-stop" in note.text()
-    assert not window.both.comparison.running
+    assert not window.comparison.comparison.running
 
 
 def test_a_board_that_does_not_begin_ends_it_and_who_rendered_renders_on(
@@ -83,7 +83,7 @@ def test_a_board_that_does_not_begin_ends_it_and_who_rendered_renders_on(
     monkeypatch.setattr(comparison, "WAYS", ("board", "computer"))
     window.loop.where.compare.emit()
     assert window.studio.loop.where == "board"
-    qtbot.waitUntil(lambda: not window.both.comparison.running)
+    qtbot.waitUntil(lambda: not window.comparison.comparison.running)
     assert window.studio.loop.where == "computer"
     assert "did not begin to render" in window.loop.where.note.text()
     assert window.loop.where.button.text() == "Compare both"
@@ -94,7 +94,7 @@ def test_another_value_meanwhile_ends_it(held_board_window):
     window.loop.where.compare.emit()
     assert "1 of 2" in window.loop.where.note.text()
     window.studio.set_value("stiffness", 100.0)
-    assert not window.both.comparison.running
+    assert not window.comparison.comparison.running
     assert "nothing was compared" in window.loop.where.note.text()
 
 
@@ -104,7 +104,7 @@ def test_the_energy_is_said_to_be_unwatched_while_the_board_renders(held_board_w
     phase.choose(len(phase.plots))
     assert phase.note.isHidden()
     conn.words[link.HANDOVER] = link.ON_BOARD
-    window.both._look()
+    window.comparison._look()
     assert "part of the computer's loop" in phase.note.text()
     assert phase.note.isVisibleTo(window)
     phase.choose(0)

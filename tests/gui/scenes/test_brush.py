@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.gui.scene_support import each_size, has, scene_of, shot, state_of
+from tests.gui.scenes.scene_support import each_size, has, scene_of, shot, state_of
 
 ABOVE = 4.5  # px at u = 1: how far above the ground bristles are looked at, so that it does not hide them
 # A bristle is a parabola, 13 px high at u = 1, through a point 0.15 of its lean aside at half its height.

@@ -1,4 +1,4 @@
-"""A held trace: a stretch of the past, kept to be seen under what comes now. Grey and dotted everywhere."""
+"""A stretch of the past, kept to be seen under what comes now. Grey and dotted everywhere."""
 
 import math
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ CHANGEOVER = 0.06  # s: the loop's cross-fade, and the rows that are on their wa
 
 
 @dataclass(frozen=True)
-class Held:
+class PastTrace:
     """A past stretch: its samples in s and SI units, and by how many s later it is shown; words name it."""
 
     words: str
@@ -42,40 +42,42 @@ class Held:
         return np.repeat(x[starts], 2), np.column_stack([low, high]).ravel()
 
 
-def held(history: History, words: str, start: float, stop: float, shift: float = 0.0) -> Held | None:
+def past_trace(
+    history: History, words: str, start: float, stop: float, shift: float = 0.0
+) -> PastTrace | None:
     """Return what a history holds from start to stop s, shown so many s later; None for nothing."""
     window = history.between(start, stop)
     known = np.isfinite(window.x)
     if np.count_nonzero(known) < 2:
         return None
     values = {name: window.y[name][known].copy() for name in CHANNELS}
-    return Held(words, window.x[known].copy(), values, shift)
+    return PastTrace(words, window.x[known].copy(), values, shift)
 
 
-def paint_held(painter: QPainter, across: np.ndarray, down: np.ndarray) -> None:
-    """Paint a held line given in pixels."""
+def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray) -> None:
+    """Paint a past line given in pixels."""
     painter.setPen(strokes.pen(theme.color("hold"), 2.0))
     strokes.segments(painter, strokes.patterned(across, down, DASH))
 
 
 def name_size(words: str) -> QSizeF:
-    """Return the room in px that a sample of a held line and its name take."""
+    """Return the room in px that a sample of a past line and its name take."""
     letters = QFontMetricsF(theme.font("label"))
     return QSizeF(_SAMPLE_WIDTH + _GAP + letters.horizontalAdvance(words), letters.height())
 
 
 def paint_name(painter: QPainter, at: QPointF, words: str, ratio: float) -> None:
-    """Paint a sample of a held line and its name, the upper left corner at a point in px."""
+    """Paint a sample of a past line and its name, the upper left corner at a point in px."""
     letters = QFontMetricsF(theme.font("label"))
     middle = np.full(2, at.y() + 0.5 * letters.height())
-    paint_held(painter, at.x() + np.array([0.0, _SAMPLE_WIDTH]), middle)
+    paint_past(painter, at.x() + np.array([0.0, _SAMPLE_WIDTH]), middle)
     text.paint_words(
         painter, at.x() + _SAMPLE_WIDTH + _GAP, at.y() + letters.ascent(), words, theme.font("label"),
         ("axis", "plot"), 4.0, ratio,
     )  # fmt: skip
 
 
-class Beginning:
+class EnvironmentStart:
     """A time in a history; at the start, and in every other run, it is before all samples."""
 
     def __init__(self) -> None:

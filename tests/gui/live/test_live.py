@@ -87,7 +87,7 @@ def test_a_hidden_window_only_drains(window, qtbot):
 def test_rows_the_window_was_too_late_for_are_said(window):
     window.live.lost = 12
     window.live._health.stop()
-    window.pictures.show_health(window.studio.engine.health())
+    window.display.show_health(window.studio.engine.health())
     assert window.status.kept.words.text() == "12 rows not read"
 
 
