@@ -139,7 +139,7 @@ class Preparation(QObject):
 
 
 def _nothing() -> None:
-    """Stand in for what has been done."""
+    """No-op callback."""
 
 
 def _open(window: MainWindow, key: str) -> None:

@@ -64,7 +64,7 @@ class ExportDialog(FormDialog):
 
     def _limit(self) -> tuple[str, bool]:
         """Return limit and margin in words, and whether it is within."""
-        from hapkit_studio.analysis.stability import on_board  # off the first picture's way
+        from hapkit_studio.analysis.stability import on_board  # late: keeps start-up fast
 
         studio = self._studio
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.spec)
@@ -145,7 +145,7 @@ class ExportDialog(FormDialog):
 
 
 def connected_kit(studio: Studio) -> Kit | None:
-    """Return the kit of the board in use, as its settings say; None where nobody says."""
+    """Return the kit of the board in use, as its settings say; None where they are unknown."""
     driver = studio.engine.driver if studio.engine is not None else None
     settings = driver.planner.settings if driver is not None and driver.planner is not None else None
     if settings is None:

@@ -1,4 +1,4 @@
-"""A header button: icon, word, and the key that does the same."""
+"""The header: device list, views, Pause, and the E-stop at the far right, the same in every view."""
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
@@ -137,7 +137,7 @@ class DeviceList(QPushButton):
         return self.sizeHint()
 
     def _forget_pointer(self) -> None:
-        """Look as if the pointer had left: while the menu had it, nobody said so."""
+        """Clear the hover state: no leave event comes while a menu is open."""
         self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
         self.update()
 

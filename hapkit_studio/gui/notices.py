@@ -1,4 +1,4 @@
-"""Which banners stand: stopped, fault, device gone, no delay measured, above the stability limit."""
+"""Which banners are shown: stopped, fault, device gone, delay unknown, above the stability limit, energy."""
 
 import time
 from contextlib import suppress
@@ -42,7 +42,7 @@ _CANNOT = "The passivity controller damps as much as it may. Lower stiffness."
 class Notices(QObject):
     """Watches studio, frames and stability, and puts banners up and takes them down.
 
-    ``flash``: a person wishes the device in use to be flashed.
+    ``flash``: the device in use is to be flashed.
     """
 
     flash = Signal()
@@ -113,7 +113,7 @@ class Notices(QObject):
         self._banners.set("silence", notice if silent and link.state == "running" else None)
 
     def show_unmeasured(self, health: "Health") -> None:
-        """Show that nobody knows the delay, and so the limit, although forces have gone out for a while."""
+        """Show that the delay, and so the limit, is unknown although forces have gone out for a while."""
         studio = self._studio
         forces = health.connected and self._heard and not studio.simulated and studio.link.state == "running"
         if not forces or health.delay > 0.0 or studio.stopped or studio.fault is not None:
@@ -123,7 +123,7 @@ class Notices(QObject):
         late = self._unmeasured.isValid() and self._unmeasured.elapsed() > NO_DELAY_MS
         notice = Notice(
             "delay", _LIMIT, "warn", "triangle", "The delay of the link cannot be measured.",
-            "Nobody knows how stiff a spring it allows: what feels calm may begin to swing.",
+            "The stability limit is unknown: contact that feels calm may start to oscillate.",
             self._on_board(),
         )  # fmt: skip
         self._banners.set("delay", notice if late else None)

@@ -1,4 +1,7 @@
-"""What the gallery says of a person's file before anything in it was executed."""
+"""A person's own environments: which files there are, trying them out, loading them, putting them in force.
+
+Nothing of a file is executed in this process before a trial of the very same text went well in another one.
+"""
 
 import ast
 import threading
@@ -29,7 +32,7 @@ _WAIT_MS = 10
 
 @dataclass(frozen=True)
 class OwnFile:
-    """One file of the folder; state is ready, checking, broken, or foreign: nobody agreed to it yet."""
+    """One file of the folder; state is ready, checking, broken, or foreign: not trusted yet."""
 
     path: Path
     title: str
@@ -126,7 +129,7 @@ class TrialRunner(QObject):
 
 
 def _tried(source: Source, unwanted: threading.Event) -> TrialResult:
-    """Return the verdict on a text; end its program where it takes too long or nobody wants to know."""
+    """Return the verdict on a text; end its program where it takes too long or is not wanted any more."""
     process = trial.begin(source)
     end = time.monotonic() + trial.TIMEOUT
     while process.poll() is None:
@@ -142,7 +145,7 @@ class Loader(QObject):
     failed = Signal(object, object)
 
     def __init__(self, holder: Holder, parent: QObject | None = None):
-        """holder names who else has a key, "" for nobody."""
+        """holder returns who else has a key, "" for none."""
         super().__init__(parent)
         self._holder = holder
         self._latest: dict[Path, Source] = {}
@@ -183,7 +186,7 @@ class Loader(QObject):
 class OwnEnvironments(QObject):
     """Nothing of a file is executed here before a trial of the very same text went well elsewhere.
 
-    ``asked(source)``: it was chosen, but nobody agreed to its text. ``chosen``: one that may run
+    ``asked(source)``: it was chosen, but its text is not trusted. ``chosen``: one that may run
     was, or one of the library. ``began(path)``, then ``judged(path, verdict)``: a trial. ``changed``: other
     files, or one that stands differently.
     """
@@ -305,7 +308,7 @@ class OwnEnvironments(QObject):
         QTimer.singleShot(0, self, lambda: self._tell(path, verdict))  # a frame may come in between
 
     def _holder(self, key: str, path: Path) -> str:
-        """Return who else has a key, "" for nobody."""
+        """Return the other holder of a key, "" for none."""
         if key not in self._studio.environments:
             return ""
         holder = self.path_of(key)

@@ -1,14 +1,24 @@
-"""The main window: parts put together, room shared out, signals joined. Each part knows its own work."""
+"""The main window: its parts, how they share the room, and how they are connected."""
 
-from PySide6.QtCore import QEvent, QSettings, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+import gc
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
+from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QMainWindow,
+    QSplitter,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack
-from hapkit_studio.gui.collector import Collector
 from hapkit_studio.gui.dialogs import about_dialog, keys_dialog, priority_dialog
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
 from hapkit_studio.gui.flash_dialog import FlashDialog
@@ -22,12 +32,13 @@ from hapkit_studio.gui.notices import Notices, Passivity
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.status_bar import StatusBar
-from hapkit_studio.gui.stop_filter import StopFilter
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.views import Views
 from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = (800, 560)
+COLLECT_MS = 250
+_PRESS, _OVERRIDE, _RELEASE = QEvent.Type.KeyPress, QEvent.Type.ShortcutOverride, QEvent.Type.KeyRelease
 
 
 class MainWindow(QMainWindow):
@@ -70,7 +81,7 @@ class MainWindow(QMainWindow):
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self._arrange()
-        self.views = Views(self)
+        self.views = Views(studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self._connect()
@@ -127,26 +138,26 @@ class MainWindow(QMainWindow):
             self.close()
 
     def show_keys(self) -> None:
-        """Open the sheet of keys."""
+        """Open the dialog of keys."""
         keys_dialog(self.actions_by_key.entries, self).show()
 
     def show_priority(self) -> None:
-        """Open the sheet on real-time priority."""
+        """Open the dialog on real-time priority."""
         if self.studio.engine is not None:
             priority_dialog(self.studio.engine.health().priority, self).show()
 
     def show_flash(self) -> None:
-        """Open the sheet that writes the firmware to a board."""
+        """Open the dialog that writes the firmware to a board."""
         FlashDialog(self.studio, self).show()
 
     def show_export(self) -> None:
-        """Open the sheet that writes the environment as an Arduino sketch."""
-        from hapkit_studio.gui.export_dialog import ExportDialog  # off the first picture's way
+        """Open the dialog that writes the environment as an Arduino sketch."""
+        from hapkit_studio.gui.export_dialog import ExportDialog  # late: keeps start-up fast
 
         ExportDialog(self.studio, self).show()
 
     def show_about(self) -> None:
-        """Open the sheet on the studio itself."""
+        """Open the dialog on the studio itself."""
         about_dialog(self).show()
 
     # room and life
@@ -326,3 +337,51 @@ class WindowLayout(QWidget):
             self._column.insertWidget(1, banners)
         else:
             self._beside.insertWidget(0, banners)
+
+
+class StopFilter(QObject):
+    """Application-wide event filter; it sees every event, so all others leave it after one comparison.
+
+    Every Esc calls ``stop`` first and then does what it always does. Space on a button of the window is
+    swallowed: it is the pause key, and must not press what happens to have the focus while the motor pushes.
+    """
+
+    def __init__(self, stop: Callable[[], None], window: QWidget):
+        super().__init__(window)
+        self._stop, self._window = stop, window
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        kind = event.type()
+        if kind not in (_PRESS, _OVERRIDE, _RELEASE) or not isinstance(event, QKeyEvent):
+            return False
+        if event.key() == Qt.Key.Key_Escape and kind != _RELEASE:
+            self._stop()
+        elif event.key() == Qt.Key.Key_Space and kind != _OVERRIDE and isinstance(watched, QAbstractButton):
+            return watched.window() is self._window
+        return False
+
+
+class Collector(QObject):
+    """Collects garbage by a timer in the window's thread; automatic collection is off from now on.
+
+    Python collects in whichever thread allocates: one that compiles a law would free widgets there, and Qt
+    crashes. It stays off afterwards: a collection within Qt's own destruction locks Qt up.
+    """
+
+    def __init__(self, parent: QObject):
+        super().__init__(parent)
+        gc.disable()
+        timer = QTimer(self)
+        timer.timeout.connect(collect)
+        timer.start(COLLECT_MS)
+
+
+def collect() -> None:
+    """Collect the oldest generation whose turn it is."""
+    due = [
+        g
+        for g, (count, most) in enumerate(zip(gc.get_count(), gc.get_threshold(), strict=True))
+        if count > most
+    ]
+    if due:
+        gc.collect(due[-1])

@@ -1,4 +1,4 @@
-"""What was typed and not saved yet, kept beside its file: neither a crash nor closing the window loses it."""
+"""The page that one law is written on: its name, its text, its draft, and a message line below."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -224,7 +224,7 @@ class CodePage(QWidget):
         self.opened.emit()
 
     def note_saved(self) -> None:
-        """Take the text as it stands for what the file holds, or for what nobody wants any more."""
+        """Treat the text as saved, or as discarded."""
         self.code.document().setModified(False)
 
     def keep_draft(self) -> None:

@@ -143,7 +143,7 @@ class EditorController(QObject):
         self._open(source)
 
     def edit(self, path: Path) -> None:
-        """Open a file's law; what nobody agreed to is only shown."""
+        """Open a file's law; one that is not trusted is only shown."""
         try:
             source = read(path)
         except LawError as error:
@@ -175,7 +175,7 @@ class EditorController(QObject):
         self.own.run(source)
 
     def ask(self, source: Source) -> None:
-        """Show the source of a file nobody agreed to; nothing of it is executed."""
+        """Show the source of a file that is not trusted; nothing of it is executed."""
         self.editor.source.show_source(source)
         self.editor.show_page(self.editor.source)
         self.shown.emit(True)

@@ -1,4 +1,4 @@
-"""The page a new environment begins on: which template, and what it is called."""
+"""The editor, in the place of the plots: a page for a new law, for code, for a file from someone else."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -147,7 +147,7 @@ class SourcePage(QWidget):
         self._show_look()
 
     def show_source(self, source: Source) -> None:
-        """Show a file that nobody has agreed to yet."""
+        """Show a file that is not trusted yet."""
         self.source, name = source, source.path.name
         self.title.setText(f"{name} is from someone else, or was changed outside the studio.")
         self.code.setPlainText(source.text)

@@ -1,4 +1,4 @@
-"""Where ticks stand, and how an axis widens: at once, and never by itself back."""
+"""The ground of a plot: ticks, axes, frame, grid and the mapping to pixels; subclasses paint the data."""
 
 import math
 

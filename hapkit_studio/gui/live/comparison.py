@@ -10,7 +10,7 @@ from hapkit_studio.dynamics.hand import Hand, hand_named
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import FRAME_MS, Live
 from hapkit_studio.gui.live.past_trace import PastTrace, past_trace
-from hapkit_studio.gui.panel.rendering import BOARD, WAYS, WhereSwitch
+from hapkit_studio.gui.panel.rendering import BOARD, RENDERERS, RenderingSwitch
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
 
@@ -93,13 +93,13 @@ class ComparisonRun(QObject):
     began = Signal()
     finished = Signal(object, object)
 
-    def __init__(self, studio: Studio, live: Live, switch: WhereSwitch, parent: QObject):
+    def __init__(self, studio: Studio, live: Live, switch: RenderingSwitch, parent: QObject):
         super().__init__(parent)
         self._studio, self._live, self._switch = studio, live, switch
         self._left: list[str] = []
         self._parts: list[Part] = []
         self._hand: Hand | None = None
-        self._home = WAYS[0]
+        self._home = RENDERERS[0]
         self._moving_since = self._asked_at = 0.0
         self._timer = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._go_on)
@@ -126,7 +126,7 @@ class ComparisonRun(QObject):
             return
         self._live.set_paused(False)
         self._home = self._studio.loop.where
-        self._parts, self._left = [], list(WAYS)
+        self._parts, self._left = [], list(RENDERERS)
         self._hand = movement(self._studio.environment.hands)
         self.began.emit()
         self._begin()
@@ -141,7 +141,7 @@ class ComparisonRun(QObject):
         self._moving_since, self._asked_at = 0.0, time.perf_counter()
         self._studio.move_hand(0.0)
         self._studio.set_loop(where=self._left[0])
-        self._switch.set_busy(f"Comparing: on the {self._left[0]}, {len(self._parts) + 1} of {len(WAYS)}.")
+        self._switch.set_busy(f"Comparing: on the {self._left[0]}, {len(self._parts) + 1} of 2.")
         self._timer.start()
 
     def _go_on(self) -> None:
@@ -178,10 +178,10 @@ class ComparisonRun(QObject):
 class RenderingComparison(QObject):
     """Follows who renders; keeps the other way's last seconds in the plots, and compares on demand."""
 
-    def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: WhereSwitch):
+    def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: RenderingSwitch):
         super().__init__(centre)
         self._studio, self._live, self._centre, self._switch = studio, live, centre, switch
-        self._rendered_by = WAYS[0]
+        self._rendered_by = RENDERERS[0]
         self._began = time.perf_counter()
         self._before: Part | None = None  # of what is to be laid over the present, once it moves alike
         self._aligned_at = 0.0
@@ -197,7 +197,7 @@ class RenderingComparison(QObject):
         studio.engine_changed.connect(self._forget)
 
     def _look(self) -> None:
-        """Notice that somebody else renders now."""
+        """Notice that computer and board have changed over."""
         engine = self._studio.engine
         if engine is None or engine.rendering == self._rendered_by:
             return

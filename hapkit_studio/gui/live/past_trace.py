@@ -1,4 +1,4 @@
-"""A stretch of the past, kept to be seen under what comes now. Grey and dotted everywhere."""
+"""A stretch of the past, shown grey and dotted under the live traces; the start of the present one."""
 
 import math
 from dataclasses import dataclass

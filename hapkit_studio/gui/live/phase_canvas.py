@@ -1,4 +1,4 @@
-"""The corner of a frame in which words cover the least of what is drawn."""
+"""Force over something: theory as a band, the last ten seconds over it, paler the older, a dot for now."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Stretches without data: the device was gone, or its sensor silent. Hatched and named, never bridged."""
+"""The live time plots: position, velocity and force over one time axis, gaps in the data marked."""
 
 import math
 from collections.abc import Mapping

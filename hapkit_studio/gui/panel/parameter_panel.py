@@ -1,4 +1,4 @@
-"""The panel's head: icon, title and formula of the environment; "?" unfolds its explanation."""
+"""The panel at the right: title, parameters, what is modelled, warnings, loop, stability."""
 
 from PySide6.QtCore import QCoreApplication, QEvent, Qt, Signal
 from PySide6.QtGui import QFont, QFontMetricsF, QResizeEvent

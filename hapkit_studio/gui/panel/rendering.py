@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
     from hapkit_studio.haptics.link import MeasuredDelay
 
-WAYS = COMPUTER, BOARD = "computer", "board"
+RENDERERS = COMPUTER, BOARD = "computer", "board"
 ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed", "Processor, %"
 HINTS = (
     "From a sample to its force in the motor's register, as the board measured it: mean and standard "
@@ -50,8 +50,8 @@ RATE = Choice(
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way of rendering: delay, rate in Hz and share of a processor where known, what its limit is for."""
+class RendererFacts:
+    """Delay, rate in Hz and processor share of computer or board, where known; what its limit depends on."""
 
     delay: "MeasuredDelay | None"
     rate: float | None
@@ -62,7 +62,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Limits:
-    """A question: the settings of both ways, None where nothing is known, the scene's damping in N·s/m."""
+    """A question: the settings of both, None where nothing is known, and the scene's damping in N·s/m."""
 
     settings: tuple["Setting | None", "Setting | None"]
     damping: float
@@ -70,7 +70,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Found:
-    """The answer: the exact stiffness limit in N/m of each way, None where there is none."""
+    """The answer: the exact stiffness limit in N/m of each renderer, None where there is none."""
 
     question: Limits
     limits: tuple[float | None, float | None]
@@ -78,14 +78,14 @@ class Found:
 
 def solve(question: Limits) -> Found:
     """Compute both limits."""
-    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
+    from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
 
     limits = [None if s is None else kb_plane.limit(s, question.damping) for s in question.settings]
     return Found(question, (limits[0], limits[1]))
 
 
-def ways(studio: "Studio") -> tuple[Way, Way]:
-    """Return both ways of the device and loop in force."""
+def renderers(studio: "Studio") -> tuple[RendererFacts, RendererFacts]:
+    """Return both renderers of the device and loop in force."""
     from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.haptics import board_plan
 
@@ -98,15 +98,15 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     shares = None, None if offered is None else offered.share
     specs = studio.loop.spec, board_plan.spec_on_board(studio.loop.spec)
     found = []
-    for where, rate, spec, share in zip(WAYS, rates, specs, shares, strict=True):
+    for where, rate, spec, share in zip(RENDERERS, rates, specs, shares, strict=True):
         delay, own = _steady(engine, where), None
         if delay is not None and rate is not None:
             own = _own(setting, rate, delay.mean, spec)
-        found.append(Way(delay, rate, engine.missed_of(where), own, share))
+        found.append(RendererFacts(delay, rate, engine.missed_of(where), own, share))
     return found[0], found[1]
 
 
-def wish(studio: "Studio") -> "PlanRequest":
+def plan_request(studio: "Studio") -> "PlanRequest":
     """Return what the board is asked for, in the words of its offer."""
     from hapkit_studio.haptics import board_plan
 
@@ -119,39 +119,39 @@ def wish(studio: "Studio") -> "PlanRequest":
 
 
 def _steady(engine: "Engine", where: str) -> "MeasuredDelay | None":
-    """Return the delay of one way as everything in the window shows it and takes it."""
+    """Return the delay of one renderer as everything in the window shows it and takes it."""
     found, steady = engine.delay_of(where), steady_delay(engine, where)
     return None if found is None or steady is None else found._replace(mean=steady)
 
 
 def _own(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":
-    """Return what the limit of one way depends on; None where there is no exact one."""
+    """Return what the limit of one renderer depends on; None where there is no exact one."""
     own = replace(setting, rate=rate, delay=delay, estimator=spec, controller=False)
     return own if own.linear else None
 
 
-def cells(way: Way, limit: float | None) -> tuple[str, ...]:
+def cells(renderer: RendererFacts, limit: float | None) -> tuple[str, ...]:
     """Return what stands in a way's column, in the order of ROWS."""
     delay = UNKNOWN
-    if way.delay is not None:
-        delay = f"{number(1e3 * way.delay.mean, 2)} ± {number(1e3 * way.delay.spread, 2)}"
-    stiffness = UNKNOWN if limit is None or way.setting is None else number(limit, 0)
-    rate = UNKNOWN if way.rate is None else f"{way.rate:,.0f}"
-    share = UNKNOWN if way.share is None else number(100.0 * way.share, 0)
-    return delay, rate, stiffness, f"{way.missed:,d}", share
+    if renderer.delay is not None:
+        delay = f"{number(1e3 * renderer.delay.mean, 2)} ± {number(1e3 * renderer.delay.spread, 2)}"
+    stiffness = UNKNOWN if limit is None or renderer.setting is None else number(limit, 0)
+    rate = UNKNOWN if renderer.rate is None else f"{renderer.rate:,.0f}"
+    share = UNKNOWN if renderer.share is None else number(100.0 * renderer.share, 0)
+    return delay, rate, stiffness, f"{renderer.missed:,d}", share
 
 
-def short(way: Way, limit: float | None) -> tuple[str, str]:
+def short(renderer: RendererFacts, limit: float | None) -> tuple[str, str]:
     """Return a way's delay and limit with their units, for where room is short."""
-    if way.delay is None:
+    if renderer.delay is None:
         return "", "not measured yet"
-    stiffness = cells(way, limit)[2]
-    delay = f"{number(1e3 * way.delay.mean, 2)} ms"
+    stiffness = cells(renderer, limit)[2]
+    delay = f"{number(1e3 * renderer.delay.mean, 2)} ms"
     return delay, stiffness if stiffness == UNKNOWN else f"limit {stiffness} N/m"
 
 
 class Facts(QWidget):
-    """A row for each fact, two columns, the way that renders in the accent."""
+    """A row for each fact, a column each for computer and board; the one in force in the accent colour."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -173,8 +173,8 @@ class Facts(QWidget):
             label.setProperty("role", "fact")
             grid.addWidget(label, row, 0)
 
-    def show_way(self, column: int, texts: tuple[str, ...], on: bool) -> None:
-        """Show one way's texts in the order of ROWS; on: it renders now."""
+    def show_renderer(self, column: int, texts: tuple[str, ...], on: bool) -> None:
+        """Show one renderer's texts in the order of ROWS; on: it renders now."""
         for label, text in zip(self.values[column], texts, strict=True):
             label.setText(text)
         for label in (self.heads[column], *self.values[column]):
@@ -182,7 +182,7 @@ class Facts(QWidget):
 
 
 class Lines(QWidget):
-    """A line a way, for where room is short: name, delay and limit; the way that renders in the accent."""
+    """One line each where room is short: name, delay and limit; the one in force in the accent colour."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -191,8 +191,8 @@ class Lines(QWidget):
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(0, 1)
-        self.ways = [[QLabel(name), QLabel(), QLabel()] for name in NAMES]
-        for row, labels in enumerate(self.ways):
+        self.renderers = [[QLabel(name), QLabel(), QLabel()] for name in NAMES]
+        for row, labels in enumerate(self.renderers):
             for column, label in enumerate(labels):
                 side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
                 label.setAlignment(side | Qt.AlignmentFlag.AlignVCenter)
@@ -200,22 +200,22 @@ class Lines(QWidget):
                 label.setProperty("role", "fact")
                 grid.addWidget(label, row, column)
 
-    def show_way(self, row: int, texts: tuple[str, ...], on: bool) -> None:
+    def show_renderer(self, row: int, texts: tuple[str, ...], on: bool) -> None:
         """Show a way's delay and limit; on: it renders now."""
-        for label, text in zip(self.ways[row][1:], texts, strict=True):
+        for label, text in zip(self.renderers[row][1:], texts, strict=True):
             label.setText(text)
-        for label in self.ways[row]:
+        for label in self.renderers[row]:
             mark(label, "on", on)
 
 
 def _find(question: "Question") -> "Answer":
-    from hapkit_studio.analysis import cheaper  # off the first picture's way
+    from hapkit_studio.analysis import cheaper  # late: keeps start-up fast
 
     return cheaper.find(question)
 
 
-class WhereSwitch(QWidget):
-    """Shown for devices with a board. ``compare``: a person wants both ways, one after the other."""
+class RenderingSwitch(QWidget):
+    """Shown for devices with a board. ``compare``: a person wants both renderers, one after the other."""
 
     compare = Signal()
 
@@ -244,7 +244,7 @@ class WhereSwitch(QWidget):
         self.note.setWordWrap(True)
         self._told = self._refusal = ""
         self._folded = False
-        self._ways: tuple[Way, Way] | None = None
+        self._renderers: tuple[RendererFacts, RendererFacts] | None = None
         self._arrange()
         for signal in (studio.engine_changed, studio.loop_changed, studio.environment_changed):
             signal.connect(self.show_state)
@@ -268,7 +268,7 @@ class WhereSwitch(QWidget):
             self._look_for_cheaper(engine)
 
     def set_busy(self, words: str) -> None:
-        """Say what goes on while both ways are compared; nothing ends it."""
+        """Say what goes on while both renderers are compared; nothing ends it."""
         self.switch.setEnabled(not words)
         self.button.setText("Cancel" if words else "Compare both")
         self.tell(words)
@@ -284,12 +284,12 @@ class WhereSwitch(QWidget):
         board = engine is not None and not engine.device.simulated
         self.setVisible(board)
         if engine is None or not board:
-            self._refusal, self._cheaper, self._ways = "", None, None
+            self._refusal, self._cheaper, self._renderers = "", None, None
             return
         if self._studio.board_answered and engine.board_refusal() != self._refusal:
             self._refusal, self._cheaper = engine.board_refusal(), None
         refusal, cheaper = self._refusal, self._cheaper
-        self.switch.show_index(0 if refusal else WAYS.index(engine.where))
+        self.switch.show_index(0 if refusal else RENDERERS.index(engine.where))
         self.switch.button(1).setEnabled(not refusal)
         self.rate.show_value(_place(self._studio.loop.board_rate))
         instead = f"{refusal} {cheaper.words}" if cheaper is not None else refusal
@@ -315,24 +315,24 @@ class WhereSwitch(QWidget):
         if self._folded and engine.possible_plan is not None:
             parts.append(f"{100.0 * engine.possible_plan.share:.0f} % of the board's processor.")
         if board_plan.spec_on_board(loop.spec) != loop.spec:
-            parts.append("The board has no such velocity filter: Kalman in its place.")
+            parts.append("The board has no such velocity filter and uses Kalman.")
         if loop.delay > 0.0:
-            parts.append("Added delay is the computer's alone.")
+            parts.append("The added delay applies on the computer only.")
         if loop.controller:
-            parts.append("The passivity controller is the computer's alone.")
+            parts.append("The passivity controller works on the computer only.")
         return " ".join(parts)
 
     def _look(self) -> None:
         engine = self._studio.engine
         if engine is None or self.isHidden() or not engine.renders_on_boards:
             return
-        if self._ways is not None and not self._studio.board_answered:
+        if self._renderers is not None and not self._studio.board_answered:
             return
-        self._ways = ways(self._studio)
+        self._renderers = renderers(self._studio)
         impedance = self._studio.environment.impedance
         if impedance is not None:
             damping = impedance(self._studio.values)[1]
-            settings = tuple(way.setting for way in self._ways)
+            settings = tuple(renderer.setting for renderer in self._renderers)
             self._worker.ask(Limits((settings[0], settings[1]), damping))
         else:
             self._found = None
@@ -344,22 +344,24 @@ class WhereSwitch(QWidget):
 
     def _write(self) -> None:
         engine = self._studio.engine
-        if engine is None or self._ways is None:
+        if engine is None or self._renderers is None:
             return
         limits = self._found.limits if self._found is not None else (None, None)
-        for column, (way, limit, where) in enumerate(zip(self._ways, limits, WAYS, strict=True)):
-            self.facts.show_way(column, cells(way, limit), where == engine.where)
-            self.lines.show_way(column, short(way, limit), where == engine.where)
+        for column, (renderer, limit, where) in enumerate(
+            zip(self._renderers, limits, RENDERERS, strict=True)
+        ):
+            self.facts.show_renderer(column, cells(renderer, limit), where == engine.where)
+            self.lines.show_renderer(column, short(renderer, limit), where == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
         """Have something looked for that the board can render, where this law is too much for it."""
         offer = engine.driver.planner if engine.driver is not None else None
         if not self._refusal or offer is None:
             self._finder.forget()
-        elif self._studio.board_answered and isinstance(offer.known(wish(self._studio)), str):
+        elif self._studio.board_answered and isinstance(offer.known(plan_request(self._studio)), str):
             from hapkit_studio.analysis.cheaper import Question
 
-            self._finder.ask(Question(offer, wish(self._studio)))
+            self._finder.ask(Question(offer, plan_request(self._studio)))
 
     def _take_cheaper(self, answer: "Answer") -> None:
         self._cheaper = answer.found
@@ -378,7 +380,7 @@ class WhereSwitch(QWidget):
 
     def _choose(self, index: int) -> None:
         self._told = ""
-        self._set(where=WAYS[index])
+        self._set(where=RENDERERS[index])
 
     def _use_cheaper(self) -> None:
         if self._cheaper is not None:

@@ -1,4 +1,4 @@
-"""Why the delay of a board is long, and what shortens it, in words for the stability card."""
+"""The stability card: how far the rendered stiffness is from the limit, in words and on a small map."""
 
 import math
 from dataclasses import replace
@@ -194,7 +194,7 @@ def sign_of(answer: Answer) -> tuple[str, str]:
 
 
 def headlines(answer: Answer) -> tuple[str, str]:
-    """Return the card's headline and the status bar's words; nobody need lower what the controller holds."""
+    """Return the card's headline and the status bar's words; no advice to lower what the controller holds."""
     if answer.kept is not None:
         return _NEXT, _NEXT
     said = short(answer.margin)

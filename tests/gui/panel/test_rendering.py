@@ -34,7 +34,7 @@ def test_a_board_has_one_and_the_engine_follows_it(board_window):
     assert engine.where == "computer"
     switch.switch.button(1).click()
     assert engine.where == board_window.studio.loop.where == "board"
-    assert engine.board_plan.rate == rendering.ways(board_window.studio)[1].rate
+    assert engine.board_plan.rate == rendering.renderers(board_window.studio)[1].rate
     switch.switch.button(0).click()
     assert engine.where == "computer"
 
@@ -130,7 +130,7 @@ def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
     assert column(board_window, 1)[0] == "0.20 ± 0.00"
     qtbot.waitUntil(lambda: column(board_window, 1)[2] != rendering.UNKNOWN, timeout=PATIENCE_MS)
     here, there = (int(column(board_window, i)[2].replace(",", "")) for i in (0, 1))
-    ways = rendering.ways(studio)
+    ways = rendering.renderers(studio)
     assert ways[0].setting.delay == pytest.approx(1e-3)
     assert there > here > 0
 
