@@ -18,6 +18,7 @@ def found(key, **values):
     return cheaper.find(cheaper.Question(offer, wish)).found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "method"),
     wide(

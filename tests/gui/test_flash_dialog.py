@@ -82,6 +82,7 @@ def test_a_missing_firmware_is_said_before_anything_is_let_go(window, tmp_path, 
     assert sheet.write.isEnabled()
 
 
+@pytest.mark.slow
 @boot.needs_avrdude
 def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp_path, monkeypatch):
     board = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), firmware=shipped())

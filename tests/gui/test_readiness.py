@@ -134,6 +134,7 @@ def test_another_choice_takes_the_wish_back(window, compiler, forced, other):
     assert "puck" not in forced
 
 
+@pytest.mark.slow
 def test_an_own_environment_takes_the_wish_back(home, window, compiler, forced, qtbot):
     path = put(home, "mine.py", spring())
     window.own.refresh()

@@ -78,7 +78,7 @@ def settings(runner: BoardRunner) -> CheckResult:
             "Run Set up my Hapkit, step Zero and scale.",
         )
     if now.origin != Origin.STORED:
-        words = "Nothing is stored on the board: it takes itself for the usual kit."
+        words = "Nothing is stored on the board: it uses the numbers of the usual kit."
         return warn("not stored", words, "Run Set up my Hapkit.")
     return passed(f"“{now.label}”, {kit.title if kit else 'a kit of its own'}, stored on the board.")
 
@@ -207,7 +207,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
             "mass", stored, "The motor's strength or the handle has changed: run Strength and Friction."
         )
     stored = f"{1e3 * now.mass:.0f} g, {now.viscous:.2f} N·s/m, {now.coulomb:.2f} N"
-    return passed(f"{words}; stored, and near enough: {stored}.")
+    return passed(f"{words}; close to what is stored: {stored}.")
 
 
 def spring(runner: BoardRunner) -> CheckResult:
@@ -262,12 +262,12 @@ class Report:
     def words(self) -> str:
         """Return the whole in one line."""
         if self.good:
-            return "Your Hapkit is well."
+            return "Your Hapkit works as it should."
         left_out = self._titles(SKIP)
         rest = f" Not tested until then: {left_out}." if left_out else ""
         if self.dangerous:
-            return f"Do not use this Hapkit yet. Mend first: {self._titles(FAIL)}.{rest}"
-        rest = rest or (" All else is well." if self._titles(PASS) else "")
+            return f"Do not use this Hapkit yet. Repair first: {self._titles(FAIL)}.{rest}"
+        rest = rest or (" Everything else is fine." if self._titles(PASS) else "")
         return f"Look at: {self._titles(WARN)}.{rest}"
 
     def _titles(self, level: str) -> str:

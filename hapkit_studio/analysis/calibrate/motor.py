@@ -151,7 +151,7 @@ def carrying_force(track: Track, board: Board) -> tuple[float, float]:
     duty = size[carrying]
     if stuck and float(np.mean(duty == duty.max())) > _AT_LIMIT:
         most = abs(float(force[carrying].mean()))
-        raise ParameterError(f"The motor carries no more than {most:.1f} N by its settings. Hang less on.")
+        raise ParameterError(f"The motor carries no more than {most:.1f} N by its settings. Use less mass.")
     held = 0.5 * float(np.ptp(force[carrying])) if stuck else 0.0
     return float(np.mean(means)), 2.0 * float(np.ptp(means)) / len(means) + 0.25 * step + held
 

@@ -18,6 +18,7 @@ from tests.gui.wizard.support import PACE
 PLACES = (0.0, -0.02, 0.02, 0.0)
 
 
+@pytest.mark.slow
 def test_a_kit_with_everything_wrong_is_set_up(played, tmp_path):
     play = played(sense=-1, direction=-1, magnet=700.0, torque=0.7 * 0.0183)
     dialog, kit = play.dialog, play.kit
@@ -216,7 +217,7 @@ def test_how_to_switch_on_depends_on_the_sensor(played, kit, words):
     assert words in play.dialog.save_step.box.words.text()
 
 
-def test_the_drawing_is_of_the_way_that_is_chosen(played):
+def test_the_drawing_is_of_the_method_that_is_chosen(played):
     play = played()
     play.direct()
     play.dialog.go(4)
