@@ -96,7 +96,7 @@ class Notices(QObject):
             self._banners.set("fault", None)
             return
         slow = fault.code == arrays.SLOW_LINK
-        buttons = (*(self._on_board() if slow else ()), ("Clear fault", self._studio.clear_fault))
+        buttons = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
         self._banners.set(
             "fault", Notice("fault", _FAULT, "danger", "triangle", fault.text, fault.detail, buttons)
         )
@@ -124,11 +124,11 @@ class Notices(QObject):
         notice = Notice(
             "delay", _LIMIT, "warn", "triangle", "The delay of the link cannot be measured.",
             "The stability limit is unknown: contact that feels calm may start to oscillate.",
-            self._on_board(),
+            self._board_button(),
         )  # fmt: skip
         self._banners.set("delay", notice if late else None)
 
-    def _on_board(self) -> tuple[Button, ...]:
+    def _board_button(self) -> tuple[Button, ...]:
         """Return the way out of a slow link, where there is one."""
         engine = self._studio.engine
         if (
@@ -164,17 +164,17 @@ class Notices(QObject):
         self._banners.set(
             "device",
             Notice(
-                "device", _DEVICE, "warn", "unplugged", title.rstrip(".") + ".", lines, self._ways_on(link)
+                "device", _DEVICE, "warn", "unplugged", title.rstrip(".") + ".", lines, self._next_steps(link)
             ),
         )
 
-    def _ways_on(self, link: LinkStatus) -> tuple[Button, ...]:
+    def _next_steps(self, link: LinkStatus) -> tuple[Button, ...]:
         """Return what a person can do about a device that is not there, the likeliest first."""
         if link.state == "gone":
             return (self._simulated(),)
         ways: list[Button] = [("Try again", self._studio.device.reconnect), self._simulated()]
         if link.command:
-            ways.insert(0, ("Copy command", partial(_copy, link.command)))
+            ways.insert(0, ("Copy command", partial(_copy_to_clipboard, link.command)))
         if link.step in _STEPS:
             ways.insert(0, (_STEPS[link.step], self.flash.emit))
         return tuple(ways)
@@ -190,10 +190,10 @@ class Notices(QObject):
             return
         title, text = margin_notice(answer)
         icon, tone = sign_of(answer)
-        self._banners.set("limit", Notice("limit", _LIMIT, tone, icon, title, text, self._on_board()))
+        self._banners.set("limit", Notice("limit", _LIMIT, tone, icon, title, text, self._board_button()))
 
 
-def _copy(line: str) -> None:
+def _copy_to_clipboard(line: str) -> None:
     QGuiApplication.clipboard().setText(line)
 
 
@@ -237,7 +237,7 @@ class Passivity(QObject):
         if self._shown / CHANGE < excess < self._shown * CHANGE:
             return
         self._shown = excess
-        title = f"Gives energy: {amount(excess)} more than it took."
+        title = f"Gives energy: {energy_words(excess)} more than it took."
         on = ("Switch it on", self._switch_on)
         notice = Notice(
             "energy", RANK, "warn", "triangle", title, _CANNOT if controlled else _LOWER,
@@ -249,7 +249,7 @@ class Passivity(QObject):
         self._studio.set_loop(controller=True)
 
 
-def amount(joules: float) -> str:
+def energy_words(joules: float) -> str:
     """Write an energy in mJ, or J from one on, with two digits that count."""
     if joules >= 1.0:
         return f"{number(joules, 1)} J"

@@ -41,7 +41,7 @@ class OwnFile:
     state: str = "ready"
 
 
-def described(path: Path, text: str, state: str) -> OwnFile:
+def describe(path: Path, text: str, state: str) -> OwnFile:
     """Return a file by the words it declares; by its name if it declares none that can be read."""
     words = declared_words(text)
     title = words.get("title") or path.stem.replace("_", " ").capitalize()
@@ -65,7 +65,7 @@ def declared_words(text: str) -> Mapping[str, str]:
     return found
 
 
-def fitting(environment: OwnEnvironment) -> OwnEnvironment:
+def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
     """Return it with the scene it names, or with the bare handle where that was drawn for something else.
 
     A scene reads the parameters and the state of its own environment: of another one they must have the
@@ -117,7 +117,7 @@ class TrialRunner(QObject):
 
     def _work(self, source: Source, unwanted: threading.Event) -> None:
         try:
-            verdict = _tried(source, unwanted)
+            verdict = _run_trial(source, unwanted)
         except OSError as error:
             verdict = failed(f"the file cannot be tried out: {error.strerror}")
         self._ended.emit(source, verdict, unwanted)
@@ -128,7 +128,7 @@ class TrialRunner(QObject):
             self.finished.emit(source, verdict)
 
 
-def _tried(source: Source, unwanted: threading.Event) -> TrialResult:
+def _run_trial(source: Source, unwanted: threading.Event) -> TrialResult:
     """Return the verdict on a text; end its program where it takes too long or is not wanted any more."""
     process = trial.begin(source)
     end = time.monotonic() + trial.TIMEOUT
@@ -153,16 +153,16 @@ class Loader(QObject):
     def begin(self, source: Source, verdict: TrialResult) -> None:
         """Load the very text whose trial went well; an older one of its file is not wanted any more."""
         self._latest[source.path] = source
-        self._go_on(self._pieces(source, verdict))
+        self._go_on(self._steps(source, verdict))
 
     def _go_on(self, pieces: Iterator[int]) -> None:
         wait = next(pieces, None)
         if wait is not None:
             QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
 
-    def _pieces(self, source: Source, verdict: TrialResult) -> Iterator[int]:
+    def _steps(self, source: Source, verdict: TrialResult) -> Iterator[int]:
         try:
-            environment = fitting(load_source(source))
+            environment = with_fitting_scene(load_source(source))
             functions = environment.functions
             if functions:
                 functions.begin()
@@ -207,7 +207,7 @@ class OwnEnvironments(QObject):
         self.runner = TrialRunner(self)
         self.runner.finished.connect(self._judge)
         self._loader = Loader(self._holder, self)
-        self._loader.loaded.connect(self._take_in)
+        self._loader.loaded.connect(self._put_in_force)
         self._loader.failed.connect(self._refuse)
         self.refresh()
 
@@ -215,7 +215,7 @@ class OwnEnvironments(QObject):
 
     def refresh(self) -> None:
         """Look at the folder again: files come, go, and are changed by others."""
-        found = [self._look(path) for path in folder.own_files()]
+        found = [self._describe(path) for path in folder.own_files()]
         for path in [p for p in self._loaded if p not in {file.path for file in found}]:
             self._forget(path)
         if found != self.files:
@@ -296,7 +296,7 @@ class OwnEnvironments(QObject):
         self.refresh()
         self.judged.emit(path, verdict)
 
-    def _take_in(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
+    def _put_in_force(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
         """Put a loaded environment in force, in the place of its older version."""
         path = environment.source.path
         old = self._loaded.get(path)
@@ -316,12 +316,12 @@ class OwnEnvironments(QObject):
             return ""
         return holder.name if holder else self._studio.environments[key].title
 
-    def _look(self, path: Path) -> OwnFile:
+    def _describe(self, path: Path) -> OwnFile:
         try:
             source = self.seen(path)
         except LawError:
-            return described(path, "", "broken")
-        return described(path, source.text, self._state(source))
+            return describe(path, "", "broken")
+        return describe(path, source.text, self._state(source))
 
     def _state(self, source: Source) -> str:
         if self.runner.path == source.path:

@@ -7,7 +7,7 @@ import pytest
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
 from hapkit_studio.devices.low_latency import Latency
-from hapkit_studio.gui.panel.stability_card import LONG, reason
+from hapkit_studio.gui.panel.stability_card import LONG, delay_reason
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Stream
 from tests.devices.fake_board import FakeBoard
@@ -30,20 +30,20 @@ def device(timer=None, padding=0, simulated=False):
     ],
 )
 def test_only_a_long_delay_has_a_reason(what, delay, words):
-    said = reason(what, delay)
+    said = delay_reason(what, delay)
     assert words in said
     assert bool(said) == bool(words)
 
 
 def test_a_virtual_board_has_no_chip_to_blame():
-    said = reason(SimpleNamespace(simulated=False, hand=True, latency=None, padding=0), 1.01 * LONG)
+    said = delay_reason(SimpleNamespace(simulated=False, hand=True, latency=None, padding=0), 1.01 * LONG)
     assert "virtual board" in said
     assert "render on the board" in said
     assert "frames" not in said
 
 
 def test_filled_frames_are_not_recommended_to_who_has_them():
-    assert "fill" not in reason(device(padding=PACKET), 0.1)
+    assert "fill" not in delay_reason(device(padding=PACKET), 0.1)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.plots.declared import beside_plots, phase_plots
-from hapkit_studio.gui.notices import Passivity, amount
+from hapkit_studio.gui.notices import Passivity, energy_words
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
@@ -199,7 +199,12 @@ def test_a_scene_that_drives_says_so_instead(idle_window):
 
 
 def test_amounts_have_two_digits_that_count():
-    assert [amount(j) for j in (0.8e-3, 4.25e-3, 0.139, 2.5)] == ["0.80 mJ", "4.2 mJ", "139 mJ", "2.5 J"]
+    assert [energy_words(j) for j in (0.8e-3, 4.25e-3, 0.139, 2.5)] == [
+        "0.80 mJ",
+        "4.2 mJ",
+        "139 mJ",
+        "2.5 J",
+    ]
 
 
 # --- the switch, live

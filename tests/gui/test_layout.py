@@ -325,8 +325,8 @@ def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
     rows = window.panel.parameters.rows
     stops = [
         window.header.devices, window.header.stop, window.gallery.rows["wall"], window.centre.scene,
-        window.centre.toolbar.span, window.panel.title.help, *rows["stiffness"].stops(),
-        *rows["damping_mode"].stops(), window.loop.rate.box, window.loop.grip.picker,
+        window.centre.toolbar.span, window.panel.title.help, *rows["stiffness"].tab_stops(),
+        *rows["damping_mode"].tab_stops(), window.loop.rate.box, window.loop.grip.picker,
     ]  # fmt: skip
     places = [chain.index(stop) for stop in stops]
     assert places == sorted(places)

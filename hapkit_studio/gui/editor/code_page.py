@@ -39,30 +39,30 @@ _CYCLES_TIP = (
 )
 
 
-def _place(path: Path) -> Path:
+def _draft_path(path: Path) -> Path:
     return path.with_name(path.name + ".draft")
 
 
-def keep(path: Path, text: str) -> None:
+def save_draft(path: Path, text: str) -> None:
     """Write a file's draft; on a full or read-only disk there is none."""
     try:
-        _place(path).write_text(text, encoding="utf-8")
+        _draft_path(path).write_text(text, encoding="utf-8")
     except OSError:
-        drop(path)
+        delete_draft(path)
 
 
-def kept(path: Path) -> str | None:
+def load_draft(path: Path) -> str | None:
     """Return a file's draft, None where there is none."""
     try:
-        return _place(path).read_text(encoding="utf-8")
+        return _draft_path(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return None
 
 
-def drop(path: Path) -> None:
+def delete_draft(path: Path) -> None:
     """Forget a file's draft."""
     try:
-        _place(path).unlink(missing_ok=True)
+        _draft_path(path).unlink(missing_ok=True)
     except OSError:
         return
 
@@ -197,7 +197,7 @@ class CodePage(QWidget):
     def open(self, path: Path, text: str) -> None:
         """Show a file's text; a draft of it comes back, marked as not saved."""
         self.keep_draft()
-        draft = kept(path)
+        draft = load_draft(path)
         self.path = path
         self.code.setPlainText(text)
         self.code.mark(())
@@ -210,7 +210,7 @@ class CodePage(QWidget):
                 "Unsaved changes from last time are back. Ctrl+Z shows the file as it was.", "warn"
             )
         else:
-            drop(path)
+            delete_draft(path)
             self.message.say("")
         self.code.go_to(law_line(self.text))
         self.opened.emit()
@@ -231,7 +231,7 @@ class CodePage(QWidget):
         """Write down at once what is not saved."""
         self._draft.stop()
         if self.path is not None and self.unsaved:
-            keep(self.path, self.text)
+            save_draft(self.path, self.text)
 
     def _note_typing(self) -> None:
         if self.unsaved:
@@ -240,7 +240,7 @@ class CodePage(QWidget):
     def _show_marker(self, modified: bool) -> None:
         if not modified and self.path is not None:
             self._draft.stop()
-            drop(self.path)
+            delete_draft(self.path)
         if modified and self.message.tone in ("", "ok"):
             self.message.say("Not in force yet. Ctrl+S saves it and runs it.")
         self.marker.setVisible(modified)

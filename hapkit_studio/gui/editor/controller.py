@@ -193,7 +193,7 @@ class EditorController(QObject):
 
     def forget(self, path: Path) -> None:
         """Take note that a file is gone."""
-        code_page.drop(path)
+        code_page.delete_draft(path)
         if path == self.path:
             self.unsaved_changes.discard()
         self.own.refresh()

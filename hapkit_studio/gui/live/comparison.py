@@ -53,7 +53,7 @@ def _sampled(history: History, start: float, stop: float) -> np.ndarray:
     return np.interp(at, window.x[known], window.y["position"][known])
 
 
-def likeness(past: np.ndarray, now: np.ndarray) -> tuple[int, float]:
+def best_match(past: np.ndarray, now: np.ndarray) -> tuple[int, float]:
     """Return where in the past a movement fits best, and how far off: mean square over its variance."""
     stretches = np.lib.stride_tricks.sliding_window_view(past, len(now))
     differences = np.mean((stretches - now) ** 2, axis=1)
@@ -61,7 +61,7 @@ def likeness(past: np.ndarray, now: np.ndarray) -> tuple[int, float]:
     return best, float(differences[best] / max(np.var(now), 1e-12))
 
 
-def earlier(history: History, start: float, switch: float, begin: float, now: float) -> float | None:
+def find_shift(history: History, start: float, switch: float, begin: float, now: float) -> float | None:
     """Return how many s before begin the handle, between start and switch, moved as from begin to now.
 
     None where it stands still, where too little is known, and where it moves in no way as before.
@@ -70,7 +70,7 @@ def earlier(history: History, start: float, switch: float, begin: float, now: fl
     present, past = _sampled(history, begin, min(now, begin + MOST)), _sampled(history, start, switch)
     if len(present) < LEAST / STEP or len(past) < len(present) or np.ptp(present) < LEAST_WAY:
         return None
-    place, difference = likeness(past, present)
+    place, difference = best_match(past, present)
     return begin - (start + place * STEP) if difference < _ALIKE else None
 
 
@@ -122,7 +122,7 @@ class ComparisonRun(QObject):
         if engine is None or not self._studio.hand_is_ours or engine.board_refusal():
             return
         if self._studio.stopped or engine.fault is not None:
-            self._switch.tell(_STOPPED)
+            self._switch.show_message(_STOPPED)
             return
         self._live.set_paused(False)
         self._home = self._studio.loop.where
@@ -172,7 +172,7 @@ class ComparisonRun(QObject):
         self._studio.move_hand(None)
         self._switch.set_busy("")
         self._studio.set_loop(where=self._home)
-        self._switch.tell(why)
+        self._switch.show_message(why)
 
 
 class RenderingComparison(QObject):
@@ -218,7 +218,7 @@ class RenderingComparison(QObject):
             return
         switch, now = self._before.stop, self._live.history.now
         begin = self._aligned_at or max(switch + FADED_SECONDS, now - MOST)
-        found = earlier(self._live.history, self._before.start, switch, begin, now)
+        found = find_shift(self._live.history, self._before.start, switch, begin, now)
         if found is None:
             return
         first = Part(self._before.where, begin - found, min(begin - found + HELD_SECONDS, switch))
@@ -238,7 +238,7 @@ class RenderingComparison(QObject):
         self._centre.phase.set_past(past)
         self._compared = True
         self._live.set_paused(True)
-        self._switch.tell(difference_words(self._live.history, one, other))
+        self._switch.show_message(difference_words(self._live.history, one, other))
 
     def _resume(self) -> None:
         self._compared = self._compared and self._live.paused

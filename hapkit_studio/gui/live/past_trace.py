@@ -83,11 +83,11 @@ class EnvironmentStart:
     def __init__(self) -> None:
         self._epoch, self._time = 0, -math.inf
 
-    def put(self, history: History) -> None:
+    def set_now(self, history: History) -> None:
         """Begin as soon as a change made now has come through."""
         self._epoch = history.epoch
         self._time = history.now + CHANGEOVER if len(history) else -math.inf
 
-    def within(self, history: History) -> float:
+    def time_in(self, history: History) -> float:
         """Return the time in s."""
         return self._time if history.epoch == self._epoch else -math.inf

@@ -80,7 +80,7 @@ class PhaseCanvas(Canvas):
 
     def begin_here(self) -> None:
         """Leave out what is older than now: it belongs to another environment."""
-        self._begin.put(self._live)
+        self._begin.set_now(self._live)
         self._forget()
 
     def set_past(self, past: PastTrace | None) -> None:
@@ -143,7 +143,7 @@ class PhaseCanvas(Canvas):
         return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
 
     def _first(self) -> float:
-        return self._begin.within(self._history)
+        return self._begin.time_in(self._history)
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]

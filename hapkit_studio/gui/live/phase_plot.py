@@ -94,7 +94,7 @@ class ForcePosition(QWidget):
         self._max_force = max_force
         if other:
             self._by_hand = False
-            self._show(self.switch.index if self._pane() else self._telling())
+            self._show(self.switch.index if self._pane() else self._most_telling())
         else:
             self._later.start()
 
@@ -162,7 +162,7 @@ class ForcePosition(QWidget):
         if self._odd:
             (self._pane() or self.canvas).refresh()
 
-    def _telling(self) -> int:
+    def _most_telling(self) -> int:
         """Return the plot in which this environment's law is a line, over velocity where it declares so."""
         order = list(enumerate(self.plots))
         if self._environment is not None and self._environment.over_velocity is not None:
@@ -182,7 +182,7 @@ class ForcePosition(QWidget):
         """Take over changed values, in another plot if only that one has a theory now."""
         if self._pane() is not None:
             return
-        telling = self._telling()
+        telling = self._most_telling()
         gone = self._theory(self.canvas.plot_of) is None and self._theory(self.plots[telling]) is not None
         if gone and not self._by_hand:
             self._show(telling)

@@ -59,7 +59,7 @@ def lengths(seen: list[tuple[float, float, float]], metrics: QFontMetrics) -> li
 
 
 @dataclass
-class Shown:
+class PlotState:
     """What all time plots share in one frame; times in s relative to the right edge's zero.
 
     window and begin are in the history's own time: what came after begin is of the environment in force.
@@ -81,9 +81,9 @@ class Shown:
 
 
 class TraceCanvas(Canvas):
-    """Paints one TimePlot's traces from the Shown that all share."""
+    """Paints one TimePlot's traces from the PlotState that all share."""
 
-    def __init__(self, plot: TimePlot, shown: Shown, bottom: bool, first: bool):
+    def __init__(self, plot: TimePlot, shown: PlotState, bottom: bool, first: bool):
         self.plot_of, self.shown, self.first = plot, shown, first
         super().__init__(bottom, "s" if bottom else "", left_width=_UNIT_WIDTH if plot.beside else _WIDTH)
         if plot.beside:  # no header names it there
@@ -195,7 +195,7 @@ class TraceCanvas(Canvas):
             elif trace.dashed:
                 painter.setPen(strokes.pen(color, 2.0))
                 above = lines[-1][1] if index + 1 < len(lines) else None
-                down = down if above is None else _apart(down, above)
+                down = down if above is None else _where_visible(down, above)
                 strokes.segments(painter, strokes.dashed(across, down))
             else:
                 strokes.trace(painter, across, down, color)
@@ -228,7 +228,7 @@ class TraceCanvas(Canvas):
         self.note(painter, beside, box.bottom() - 6, text, trace.color, right=left)
 
 
-def _apart(line: np.ndarray, above: np.ndarray) -> np.ndarray:
+def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
     """Return a line with NaN wherever another hides it, one point beyond its visible parts."""
     apart = np.abs(line - above) > _SAME
     near = apart.copy()
@@ -248,7 +248,7 @@ class TimePlots(QWidget):
         super().__init__(parent)
         self.plots = time_plots() if plots is None else plots
         self.span, self.paused = 10.0, False
-        self.shown = Shown()
+        self.shown = PlotState()
         self._history = self._seen = History(seconds=1.0, rate=1.0)
         self._rolling, self._shades = RollingWindow(), False
         self._environment: Environment | None = None
@@ -287,7 +287,7 @@ class TimePlots(QWidget):
         For another environment the value axes open anew, once the view is live and older parts have left it.
         """
         if environment is not self._environment and self._environment is not None:
-            self._begin.put(self._history)
+            self._begin.set_now(self._history)
             self._narrow = True
         self._environment = environment
         self._shades = bool(environment.shades)
@@ -368,7 +368,7 @@ class TimePlots(QWidget):
         shown.contact = self._contact() if self._shades else []
         before = self._seen.before(first * width)
         shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
-        shown.begin = -math.inf if self.paused else self._begin.within(self._seen)
+        shown.begin = -math.inf if self.paused else self._begin.time_in(self._seen)
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
             if self._narrow and not self.paused:

@@ -61,7 +61,7 @@ class RendererFacts:
 
 
 @dataclass(frozen=True)
-class Limits:
+class LimitsQuestion:
     """A question: the settings of both, None where nothing is known, and the scene's damping in N·s/m."""
 
     settings: tuple["Setting | None", "Setting | None"]
@@ -69,19 +69,19 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Found:
+class LimitsAnswer:
     """The answer: the exact stiffness limit in N/m of each renderer, None where there is none."""
 
-    question: Limits
+    question: LimitsQuestion
     limits: tuple[float | None, float | None]
 
 
-def solve(question: Limits) -> Found:
+def solve(question: LimitsQuestion) -> LimitsAnswer:
     """Compute both limits."""
     from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
 
     limits = [None if s is None else kb_plane.limit(s, question.damping) for s in question.settings]
-    return Found(question, (limits[0], limits[1]))
+    return LimitsAnswer(question, (limits[0], limits[1]))
 
 
 def renderers(studio: "Studio") -> tuple[RendererFacts, RendererFacts]:
@@ -101,7 +101,7 @@ def renderers(studio: "Studio") -> tuple[RendererFacts, RendererFacts]:
     for where, rate, spec, share in zip(RENDERERS, rates, specs, shares, strict=True):
         delay, own = _steady(engine, where), None
         if delay is not None and rate is not None:
-            own = _own(setting, rate, delay.mean, spec)
+            own = _limit_setting(setting, rate, delay.mean, spec)
         found.append(RendererFacts(delay, rate, engine.missed_of(where), own, share))
     return found[0], found[1]
 
@@ -124,13 +124,13 @@ def _steady(engine: "Engine", where: str) -> "MeasuredDelay | None":
     return None if found is None or steady is None else found._replace(mean=steady)
 
 
-def _own(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":
+def _limit_setting(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":
     """Return what the limit of one renderer depends on; None where there is no exact one."""
     own = replace(setting, rate=rate, delay=delay, estimator=spec, controller=False)
     return own if own.linear else None
 
 
-def cells(renderer: RendererFacts, limit: float | None) -> tuple[str, ...]:
+def fact_texts(renderer: RendererFacts, limit: float | None) -> tuple[str, ...]:
     """Return what stands in a way's column, in the order of ROWS."""
     delay = UNKNOWN
     if renderer.delay is not None:
@@ -141,11 +141,11 @@ def cells(renderer: RendererFacts, limit: float | None) -> tuple[str, ...]:
     return delay, rate, stiffness, f"{renderer.missed:,d}", share
 
 
-def short(renderer: RendererFacts, limit: float | None) -> tuple[str, str]:
+def short_texts(renderer: RendererFacts, limit: float | None) -> tuple[str, str]:
     """Return a way's delay and limit with their units, for where room is short."""
     if renderer.delay is None:
         return "", "not measured yet"
-    stiffness = cells(renderer, limit)[2]
+    stiffness = fact_texts(renderer, limit)[2]
     delay = f"{number(1e3 * renderer.delay.mean, 2)} ms"
     return delay, stiffness if stiffness == UNKNOWN else f"limit {stiffness} N/m"
 
@@ -224,7 +224,7 @@ class RenderingSwitch(QWidget):
         self._studio = studio
         self._worker = LatestAnswer(solve, self)
         self._worker.answered.connect(self._take)
-        self._found: Found | None = None
+        self._found: LimitsAnswer | None = None
         self._finder = LatestAnswer(_find, self)
         self._finder.answered.connect(self._take_cheaper)
         self._cheaper: Cheaper | None = None
@@ -242,15 +242,15 @@ class RenderingSwitch(QWidget):
         self.instead.clicked.connect(self._use_cheaper)
         self.note.setProperty("role", "hint")
         self.note.setWordWrap(True)
-        self._told = self._refusal = ""
+        self._message = self._refusal = ""
         self._folded = False
         self._renderers: tuple[RendererFacts, RendererFacts] | None = None
         self._arrange()
         for signal in (studio.engine_changed, studio.loop_changed, studio.environment_changed):
             signal.connect(self.show_state)
-        studio.values_changed.connect(self._look)
+        studio.values_changed.connect(self._refresh_facts)
         for signal in (studio.engine_changed, studio.environment_changed, studio.values_changed):
-            signal.connect(self._untell)
+            signal.connect(self._clear_message)
         self.show_state()
 
     # what is shown
@@ -262,7 +262,7 @@ class RenderingSwitch(QWidget):
 
     def note_health(self, _health: "Health") -> None:
         """Take over what was measured lately."""
-        self._look()
+        self._refresh_facts()
         engine = self._studio.engine
         if engine is not None and not self.isHidden():
             self._look_for_cheaper(engine)
@@ -271,11 +271,11 @@ class RenderingSwitch(QWidget):
         """Say what goes on while both renderers are compared; nothing ends it."""
         self.switch.setEnabled(not words)
         self.button.setText("Cancel" if words else "Compare both")
-        self.tell(words)
+        self.show_message(words)
 
-    def tell(self, words: str) -> None:
+    def show_message(self, words: str) -> None:
         """Say what became of a comparison, until something else is chosen."""
-        self._told = words
+        self._message = words
         self.show_state()
 
     def show_state(self) -> None:
@@ -293,7 +293,7 @@ class RenderingSwitch(QWidget):
         self.switch.button(1).setEnabled(not refusal)
         self.rate.show_value(_place(self._studio.loop.board_rate))
         instead = f"{refusal} {cheaper.words}" if cheaper is not None else refusal
-        self.note.setText(instead or self._told or self._remark(engine))
+        self.note.setText(instead or self._message or self._remark(engine))
         self.instead.setVisible(cheaper is not None)
         self.instead.setText(f"Use {cheaper.choice.word(cheaper.option)}" if cheaper is not None else "")
         able, compare = not refusal, self._studio.hand_is_ours
@@ -302,7 +302,7 @@ class RenderingSwitch(QWidget):
         self.rate.setVisible(able and not self._folded)
         self.button.setVisible(able and compare)
         self.note.setVisible(bool(self.note.text()))
-        self._look()
+        self._refresh_facts()
         self._look_for_cheaper(engine)
 
     def _remark(self, engine) -> str:
@@ -322,7 +322,7 @@ class RenderingSwitch(QWidget):
             parts.append("The passivity controller works on the computer only.")
         return " ".join(parts)
 
-    def _look(self) -> None:
+    def _refresh_facts(self) -> None:
         engine = self._studio.engine
         if engine is None or self.isHidden() or not engine.renders_on_boards:
             return
@@ -333,12 +333,12 @@ class RenderingSwitch(QWidget):
         if impedance is not None:
             damping = impedance(self._studio.values)[1]
             settings = tuple(renderer.setting for renderer in self._renderers)
-            self._worker.ask(Limits((settings[0], settings[1]), damping))
+            self._worker.ask(LimitsQuestion((settings[0], settings[1]), damping))
         else:
             self._found = None
         self._write()
 
-    def _take(self, found: Found) -> None:
+    def _take(self, found: LimitsAnswer) -> None:
         self._found = found
         self._write()
 
@@ -350,8 +350,8 @@ class RenderingSwitch(QWidget):
         for column, (renderer, limit, where) in enumerate(
             zip(self._renderers, limits, RENDERERS, strict=True)
         ):
-            self.facts.show_renderer(column, cells(renderer, limit), where == engine.where)
-            self.lines.show_renderer(column, short(renderer, limit), where == engine.where)
+            self.facts.show_renderer(column, fact_texts(renderer, limit), where == engine.where)
+            self.lines.show_renderer(column, short_texts(renderer, limit), where == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
         """Have something looked for that the board can render, where this law is too much for it."""
@@ -367,9 +367,9 @@ class RenderingSwitch(QWidget):
         self._cheaper = answer.found
         self.show_state()
 
-    def _untell(self) -> None:
-        if self._told and self.switch.isEnabled():
-            self.tell("")
+    def _clear_message(self) -> None:
+        if self._message and self.switch.isEnabled():
+            self.show_message("")
 
     def close_worker(self) -> None:
         """End the workers' threads."""
@@ -379,7 +379,7 @@ class RenderingSwitch(QWidget):
     # what a person does
 
     def _choose(self, index: int) -> None:
-        self._told = ""
+        self._message = ""
         self._set(where=RENDERERS[index])
 
     def _use_cheaper(self) -> None:

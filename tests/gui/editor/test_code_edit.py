@@ -193,5 +193,5 @@ def test_line_numbers_have_room_for_the_last_one(code):
     code.setPlainText("\n" * 9)
     few = code.gutter.width()
     code.setPlainText("\n" * 12_000)
-    assert code.gutter.wanted > few
-    assert code.viewport().geometry().left() == code.gutter.wanted
+    assert code.gutter.wanted_width > few
+    assert code.viewport().geometry().left() == code.gutter.wanted_width

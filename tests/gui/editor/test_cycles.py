@@ -41,11 +41,11 @@ def test_cycles_stand_beside_their_lines_and_in_one_line_above(counting):
 
 def test_asked_for_no_more_they_are_gone(counting):
     page = counting.editor.page
-    wide = page.code.gutter.wanted
+    wide = page.code.gutter.wanted_width
     assert counting.actions_by_key.qt["environment.cycles"].isChecked()
     page.count.click()
     assert page.code.counts is None
-    assert page.code.gutter.wanted == page.code.gutter.width() < wide
+    assert page.code.gutter.wanted_width == page.code.gutter.width() < wide
     assert not page.cycles.isVisible()
 
 

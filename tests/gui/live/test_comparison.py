@@ -31,14 +31,14 @@ def press(at):
 
 def test_one_press_lies_on_the_press_before():
     history = history_of(lambda t: press(4.37)(t) + press(12.9)(t))
-    found = comparison.earlier(history, 0.0, SWITCH, SWITCH, NOW)
+    found = comparison.find_shift(history, 0.0, SWITCH, SWITCH, NOW)
     assert found == pytest.approx(12.9 - 4.37, abs=comparison.STEP)
 
 
 def test_a_push_to_and_fro_keeps_its_phase_over_the_switch():
     period = 0.8
     history = history_of(lambda t: 0.01 * np.sin(2.0 * np.pi * t / period))
-    found = comparison.earlier(history, 0.0, SWITCH, SWITCH + 0.2, NOW)
+    found = comparison.find_shift(history, 0.0, SWITCH, SWITCH + 0.2, NOW)
     assert found / period == pytest.approx(round(found / period), abs=comparison.STEP / period)
 
 
@@ -48,13 +48,13 @@ def test_a_push_to_and_fro_keeps_its_phase_over_the_switch():
     ids=["hardly moves", "never moved before", "stands still"],
 )
 def test_what_does_not_move_alike_is_not_laid_over(position):
-    assert comparison.earlier(history_of(position), 0.0, SWITCH, SWITCH, NOW) is None
+    assert comparison.find_shift(history_of(position), 0.0, SWITCH, SWITCH, NOW) is None
 
 
 def test_too_little_of_either_side_says_nothing():
     history = history_of(lambda t: 0.01 * np.sin(8.0 * t))
-    assert comparison.earlier(history, 0.0, SWITCH, NOW - 0.9 * comparison.LEAST, NOW) is None
-    assert comparison.earlier(history, SWITCH - 0.5, SWITCH, SWITCH, NOW) is None
+    assert comparison.find_shift(history, 0.0, SWITCH, NOW - 0.9 * comparison.LEAST, NOW) is None
+    assert comparison.find_shift(history, SWITCH - 0.5, SWITCH, SWITCH, NOW) is None
 
 
 def test_the_difference_is_that_of_the_same_moments():

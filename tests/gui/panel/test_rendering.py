@@ -154,7 +154,7 @@ def test_the_limit_in_force_is_the_one_of_who_renders(board_window, qtbot):
 @pytest.mark.parametrize("where", ["computer", "board"])
 def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
     studio, switch, card = board_window.studio, board_window.loop.where, board_window.stability
-    conn, index = studio.engine.driver.conn, rendering.WAYS.index(where)
+    conn, index = studio.engine.driver.conn, rendering.RENDERERS.index(where)
     studio.set_loop(where=where)
     conn.words[link.HANDOVER] = link.ON_BOARD if where == "board" else link.ON_COMPUTER
     for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
@@ -168,7 +168,7 @@ def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
         )
 
 
-@pytest.mark.parametrize("where", rendering.WAYS)
+@pytest.mark.parametrize("where", rendering.RENDERERS)
 def test_a_small_window_has_room_for_every_loop(board_window, qtbot, where):
     window, studio = board_window, board_window.studio
     window.resize(1280, 720)
