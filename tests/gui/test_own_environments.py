@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.gui import own_environments as own
 from hapkit_studio.gui.environment_library import EnvironmentLibrary
-from hapkit_studio.gui.own_environments import BARE, described, fitting
+from hapkit_studio.gui.own_environments import BARE, describe, with_fitting_scene
 from hapkit_studio.workshop import folder, reading
 from hapkit_studio.workshop.functions import Functions
 from hapkit_studio.workshop.source import read, typed
@@ -227,7 +227,7 @@ def test_a_file_that_never_ends_does_not_hold_the_window_up(home, make_window):
     ],
 )
 def test_words_are_read_without_running_anything(tmp_path, text, title, summary):
-    found = described(tmp_path / "a_file.py", text, "ready")
+    found = describe(tmp_path / "a_file.py", text, "ready")
     assert (found.title, found.summary) == (title, summary)
 
 
@@ -260,15 +260,15 @@ def choice(*options: str) -> str:
 )
 def test_a_scene_of_the_library_is_used_only_where_it_fits(tmp_path, scene, parameter, drawn):
     environment = version(tmp_path, parameter)
-    assert fitting(replace(environment, scene=scene)).scene == drawn
+    assert with_fitting_scene(replace(environment, scene=scene)).scene == drawn
 
 
 @pytest.mark.parametrize("template", folder.templates()[:2], ids=lambda t: t.key)
 def test_a_template_has_the_picture_of_its_kind_as_long_as_that_fits(template, tmp_path):
     made = reading.load_source(typed(tmp_path / "mine.py", template.text))
-    assert fitting(made).scene == template.key
+    assert with_fitting_scene(made).scene == template.key
     wider = reading.load_source(typed(tmp_path / "mine.py", template.text.replace("0.04", "0.4")))
-    assert fitting(wider).scene == BARE
+    assert with_fitting_scene(wider).scene == BARE
 
 
 def test_values_stay_where_they_still_mean_something(tmp_path):

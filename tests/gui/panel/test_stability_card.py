@@ -6,7 +6,7 @@ from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import limit
 from hapkit_studio.analysis.stability.margin import Margin
 from hapkit_studio.gui.panel.limits import Answer, Question, answer
-from hapkit_studio.gui.panel.stability_card import conditions, margin_notice, sign_of, wanders
+from hapkit_studio.gui.panel.stability_card import conditions, differs_by_noise_only, margin_notice, sign_of
 from tests.gui.window_support import PATIENCE_MS
 
 SETTING = Setting()
@@ -120,14 +120,16 @@ def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window
 def test_a_delay_that_wanders_turns_no_verdict_round_but_a_person_does():
     below = judged(400.0, 410.0)
     later = replace(SETTING, delay=SETTING.delay + 20e-6)
-    assert wanders(below, judged(400.0, 395.0, setting=later))
-    assert not wanders(below, judged(400.0, 405.0, setting=later)), (
+    assert differs_by_noise_only(below, judged(400.0, 395.0, setting=later))
+    assert not differs_by_noise_only(below, judged(400.0, 405.0, setting=later)), (
         "the same verdict is shown with its numbers"
     )
-    assert not wanders(below, judged(400.0, 380.0, setting=later)), "7 % are no wandering"
-    assert not wanders(below, judged(412.0, 410.0)), "a person asked for more"
+    assert not differs_by_noise_only(below, judged(400.0, 380.0, setting=later)), "7 % are no wandering"
+    assert not differs_by_noise_only(below, judged(412.0, 410.0)), "a person asked for more"
     slower = replace(SETTING, rate=0.9 * SETTING.rate)
-    assert not wanders(below, judged(400.0, 395.0, setting=slower)), "another rate is another loop"
+    assert not differs_by_noise_only(below, judged(400.0, 395.0, setting=slower)), (
+        "another rate is another loop"
+    )
 
 
 def test_a_verdict_that_wanders_has_the_figures_of_now_and_moves_no_banner(window):
