@@ -218,7 +218,6 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(self.header.show_paused)
         self.live.paused_changed.connect(lambda _on: self.actions_by_key.refresh())
         self.header.panel_pressed.connect(self.toggle_panel)
-        self.centre.resized.connect(lambda: self.views.set_room(self.centre.width(), self.centre.height()))
         self.notices.flash.connect(self.show_flash)
         self.gallery.new_pressed.connect(self.editor.begin_new)
         self.gallery.edit_pressed.connect(self.editor.edit)
@@ -295,10 +294,12 @@ class WindowLayout(QWidget):
 
     def show_side(self, side: QWidget | None) -> None:
         """Put a page's own side in the panel's place, None for the panel."""
-        if side is not None and self.side.indexOf(side) < 0:
-            self.side.addWidget(side)
-        self.side.setCurrentWidget(side or self._window.panel)
+        shown = side or self._window.panel
+        if self.side.indexOf(shown) < 0:
+            self.side.addWidget(shown)
+        self.side.setCurrentWidget(shown)
         self.share()
+        shown.resize(self.side.size())  # at once: a page asks for its side's width next
 
     def share(self) -> None:
         """Decide what gives way at this size."""

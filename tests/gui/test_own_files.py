@@ -31,7 +31,7 @@ def test_a_file_that_failed_is_known_to_after_the_next_start(home, make_window):
     assert again.gallery.own_rows[path].summary == "Does not run yet"
     assert again.gallery.own_rows[fine].summary == "For a test"
     put(home, "mine.py", spring("mine"))
-    again.watch.check_files()
+    again.file_watcher.check_files()
     assert again.gallery.own_rows[path].summary == "For a test"
 
 

@@ -80,7 +80,7 @@ def test_a_board_that_does_not_begin_ends_it_and_who_rendered_renders_on(
 ):
     window = held_board_window
     monkeypatch.setattr(comparison, "PATIENCE", 0.0)
-    monkeypatch.setattr(comparison, "WAYS", ("board", "computer"))
+    monkeypatch.setattr(comparison, "RENDERERS", ("board", "computer"))
     window.loop.where.compare.emit()
     assert window.studio.loop.where == "board"
     qtbot.waitUntil(lambda: not window.comparison.comparison.running)

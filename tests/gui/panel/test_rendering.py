@@ -108,7 +108,7 @@ def test_what_the_board_does_not_do_is_said(board_window, qtbot):
     studio, note = board_window.studio, board_window.loop.where.note
     studio.set_loop(estimator="butterworth", delay=0.002, controller=True, where="board")
     answered(board_window, qtbot)
-    for words in ("Kalman in its place", "Added delay", "passivity controller"):
+    for words in ("uses Kalman", "added delay", "passivity controller"):
         assert words in note.text()
     beside = board_window.loop.controller_words
     assert "in the computer's loop only" in beside.text()
@@ -161,7 +161,7 @@ def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
         conn.delays.values[index, :500], conn.delays.counts[index] = delay, 500
         board_window.live.look()
         said = column(board_window, index)[0].split()[0]
-        assert switch.lines.ways[index][1].text() == f"{said} ms"
+        assert switch.lines.renderers[index][1].text() == f"{said} ms"
         assert 1e-3 * float(said) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
         qtbot.waitUntil(
             lambda said=said: f", {said} ms from sensor" in card.words.text(), timeout=PATIENCE_MS
