@@ -1,5 +1,6 @@
 """Test my Hapkit: the wizard's checks again, in half a minute, without changing anything on the board."""
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -29,7 +30,6 @@ from hapkit_studio.devices.board_runner import (
     StoppedError,
 )
 from hapkit_studio.devices.profiles import numbered, quantum_of
-from hapkit_studio.errors import NoDataError
 from hapkit_studio.protocol.messages import BoardFlag, Force, Origin, Release, Sample, Stop
 
 SECONDS = 30.0
@@ -104,7 +104,6 @@ def sensor(runner: BoardRunner) -> CheckResult:
 
 def stopping(runner: BoardRunner) -> CheckResult:
     """See the motor go off after the E-stop, and after silence of the computer; the force is 0.05 N."""
-    runner.read_settings()
     stop_flags, stop_pwm = _flags_after(runner, silent=False)
     silence_flags, silence_pwm = _flags_after(runner, silent=True)
     if stop_pwm or not stop_flags & BoardFlag.STOPPED:
@@ -122,21 +121,20 @@ def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
     Time counts from when the board heard of it: the computer may have sent it late.
     """
     board, answers = runner.board, _Answers()
-    board.start_stream()
     try:
-        for sample in board.samples(_PATIENCE):
-            runner.check_stopped()
-            answers.take(sample)
-            if answers.time < _PUSHED_SECONDS:
-                board.tell(Force(sample.seq, 0, 0.05))
-            elif not silent:
-                answers.stopped_at = sample.seq if answers.stopped_at is None else answers.stopped_at
-                board.tell(Stop(), Force(sample.seq, 0, 0.05))
-            if answers.time > _SILENCE_SECONDS and answers.enough(silent):
-                break
+        with contextlib.closing(runner.samples(_PATIENCE)) as samples:
+            for sample in samples:
+                runner.check_stopped()
+                answers.take(sample)
+                if answers.time < _PUSHED_SECONDS:
+                    board.send_messages(Force(sample.seq, 0, 0.05))
+                elif not silent:
+                    answers.stopped_at = sample.seq if answers.stopped_at is None else answers.stopped_at
+                    board.send_messages(Stop(), Force(sample.seq, 0, 0.05))
+                if answers.time > _SILENCE_SECONDS and answers.enough(silent):
+                    break
     finally:
-        board.stop_stream()
-        board.tell(Release())
+        board.send_messages(Release())
     if not answers.obeyed:
         raise LateError
     return answers.flags, answers.pwm
@@ -303,7 +301,7 @@ def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
     """Return a check's result; what aborted it is one. Where the computer was late, try again."""
     for _ in range(_TRIES):
         try:
-            return _twice_without_data(check, runner)
+            return check.run(runner)
         except LateError:
             continue
         except (StoppedError, CancelledError):
@@ -313,11 +311,3 @@ def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
             return warn("aborted", str(error), remedy)
     words = f"This computer was late, {_TRIES} times: the board switched its motor off, as it must."
     return warn("late", words, "No fault of the kit. Close other programs, then test again.")
-
-
-def _twice_without_data(check: Check, runner: BoardRunner) -> CheckResult:
-    """Run a check; where samples stop coming, once more: a board may miss one order to stream."""
-    try:
-        return check.run(runner)
-    except NoDataError:
-        return check.run(runner)

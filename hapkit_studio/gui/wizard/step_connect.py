@@ -29,7 +29,7 @@ class ConnectStep(StepPage):
             "2. Leave the motor's 12 V supply unplugged until the step Direction.\n"
             "3. Choose your kit."
         )
-        self.column.addWidget(KitDrawing(usb=True, supply=False), 1)
+        self.column.addWidget(KitDrawing(supply=False), 1)
         self.kits = QComboBox()
         self.kits.setProperty("tall", True)
         self.kits.setAccessibleName("Kit")

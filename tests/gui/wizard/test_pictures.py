@@ -63,7 +63,7 @@ def test_words_of_a_drawing_are_never_small(qtbot, wide, monkeypatch):
     from PySide6.QtGui import QPainter
 
     sizes = []
-    drawing = KitDrawing(usb=True, supply=True)
+    drawing = KitDrawing(supply=True)
     qtbot.addWidget(drawing)
     drawing.resize(wide, wide // 2)
     draw = QPainter.drawText

@@ -6,7 +6,7 @@ import pytest
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
 from hapkit_studio.devices import calibration_file, profiles
@@ -45,6 +45,20 @@ def test_a_key_held_down_presses_nothing(played):
         )
         QApplication.sendEvent(play.dialog, enter)
         assert play.dialog.index == step
+
+
+def test_esc_stops_wherever_the_keyboard_is(played, qtbot):
+    play = played()
+    dialog, studio = play.dialog, play.window.studio
+    for index in range(7):
+        dialog.go(index)
+        for widget in (dialog, dialog.list, dialog.skip, *dialog.step.findChildren(QWidget)):
+            if widget.isVisible() and widget.focusPolicy() != Qt.FocusPolicy.NoFocus:
+                qtbot.keyClick(widget, Qt.Key.Key_Escape)
+                assert studio.stopped, widget
+                assert dialog.isVisible()
+                assert dialog.pages.isVisible()
+                studio.release_stop()
 
 
 def test_strength_and_sweep_wait_for_the_direction(played):
@@ -278,12 +292,12 @@ class LateKit(PaddleKit):
 
     late, mute = False, 0
 
-    def tell(self, *messages):
+    def send_messages(self, *messages):
         pushed = max((abs(m.force) for m in messages if isinstance(m, Force)), default=0.0)
         if self.late and pushed and self.pwm:
             self.late, self.mute = False, 40
         if not self.mute or not pushed:
-            super().tell(*messages)
+            super().send_messages(*messages)
         self.mute = max(self.mute - 1, 0)
 
 
