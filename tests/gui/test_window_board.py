@@ -121,7 +121,10 @@ def handed_over(window):
     clear_lateness(window.studio)
     engine = window.studio.engine
     words, offered = engine.driver.conn.words, engine.possible_plan
-    told = offered is not None and (words[link.FORM], words[link.PROGRAM]) == (offered.form, offered.number)
+    told = offered is not None and (words[link.CODE_ID], words[link.PROGRAM_ID]) == (
+        offered.code_id,
+        offered.program_id,
+    )
     return told and engine.rendering == "board" and words[link.TUNING] == 0
 
 
