@@ -124,7 +124,9 @@ class Drawing(QWidget):
         from hapkit_studio.charts import style
 
         self._soon.stop()
-        self._old = not self.isVisible()
+        canvas, least = self.canvas.size(), self.minimumSize()
+        laid_out = canvas.width() >= least.width() and canvas.height() >= least.height()
+        self._old = not (self.isVisible() and laid_out)  # its axes would have no room before
         if self._old:
             return
         colors = style.colors(theme.name)
