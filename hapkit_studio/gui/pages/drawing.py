@@ -128,6 +128,7 @@ class Drawing(QWidget):
         laid_out = canvas.width() >= least.width() and canvas.height() >= least.height()
         self._old = not (self.isVisible() and laid_out)  # its axes would have no room before
         if self._old:
+            self.figure.clear()
             return
         colors = style.colors(theme.name)
         self._moving, self._reading = [], []
