@@ -11,6 +11,7 @@ CHECK := PYTHONDONTWRITEBYTECODE= QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CU
 
 # tests of one file share what took long to build; in order, the files that take longest are not the last
 BY_FILE := --dist loadfile --no-loadscope-reorder
+LAST := command -v avr-g++ >/dev/null || echo "No avr-g++: what needs the firmware was not checked."
 # what most tests need compiled: each part once, before two programs at a time would each do all of it
 WARM := warm-boards warm-analysis
 
@@ -37,11 +38,12 @@ test: $(VENV)/.test
 	@rm -rf $(CHECK_CACHE)
 	@$(MAKE) --no-print-directory -j$(JOBS) lint board $(WARM)
 	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m "not alone and not slow"
-	$(CHECK) $(BIN)/python -m pytest -q -m "alone and not slow" $$(grep -rl "mark\.alone" tests --include="test_*.py")
-	@command -v avr-g++ >/dev/null || echo "No avr-g++: what needs the firmware was not checked."
+	@$(LAST)
 
 test-all: test
-	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m slow
+	$(CHECK) $(BIN)/python -m pytest -q -n $(JOBS) $(BY_FILE) -m "slow and not alone"
+	$(CHECK) $(BIN)/python -m pytest -q -m alone $$(grep -rl "mark\.alone" tests --include="test_*.py")
+	@$(LAST)
 
 $(WARM): warm-loop
 warm-loop $(WARM): warm-%: $(VENV)/.test

@@ -57,6 +57,7 @@ def mutations(area: str, path: Path) -> Iterator[Mutation]:
     """Yield every mutation of a file's lines that stand there once."""
     text = path.read_text(encoding="utf-8")
     lines = text.splitlines()
+    bare = [line.strip() for line in lines]
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Compare) and len(node.ops) == 1:
             found = _swap(lines, node.left, node.comparators[0], node.ops[0])
@@ -74,7 +75,7 @@ def mutations(area: str, path: Path) -> Iterator[Mutation]:
         number, start, end, new = found
         line = lines[number - 1]
         after = line[:start] + new + line[end:]
-        if line.isascii() and lines.count(line) == 1 and after != line:
+        if line.isascii() and bare.count(line.strip()) == 1 and after != line:
             yield Mutation(area, str(path.relative_to(PACKAGE)), line.strip(), after.strip())
 
 

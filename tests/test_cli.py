@@ -257,6 +257,7 @@ def test_without_a_display_runs_the_demo_and_writes_a_picture(tmp_path):
     assert (tmp_path / "hapkit-studio-demo.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
 def test_without_a_display_and_nowhere_to_write_says_so(tmp_path):
     (tmp_path / "hapkit-studio-demo.png").mkdir()
@@ -285,6 +286,7 @@ def test_help_and_version(capsys):
         assert command.help.split()[-1] in run(capsys, name, "--help")[1]
 
 
+@pytest.mark.slow
 def test_a_console_that_knows_few_letters_gets_question_marks():
     done = subprocess.run(
         [sys.executable, "-m", "hapkit_studio", "environments"],

@@ -152,6 +152,7 @@ def test_a_check_without_end_is_named_in_one_line_and_the_command_goes_on(tmp_pa
     assert out.count("`check` of mine.py took more than 1 s") == 1
 
 
+@pytest.mark.slow
 def test_a_file_is_read_once_hashed_once_and_what_was_read_is_tried(tmp_path, capsys, monkeypatch):
     path = write(tmp_path, text())
     opened, hashed, begin, sha256 = [], [], trial.begin, hashlib.sha256
@@ -212,6 +213,7 @@ def install(folder, **more):
         path.write_text(textwrap.dedent(words).lstrip("\n"), encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_same_file_installs_as_a_package(tmp_path):
     site = tmp_path / "site"
     install(site)

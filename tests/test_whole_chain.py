@@ -50,7 +50,7 @@ def session(tmp_path, qtbot, qapp):
     readers, seen = [], []
     window.studio.engine_changed.connect(lambda: readers.append(from_the_first_row(window.studio.engine)))
     window.live.start()
-    window.studio.open(entry)
+    window.studio.device.open(entry)
 
     def enough() -> bool:
         if not readers:

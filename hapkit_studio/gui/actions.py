@@ -13,13 +13,13 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 from hapkit_studio.gui.header import fill_frames_menu, fill_menu
+from hapkit_studio.gui.live.time_plots import SPANS
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
 
-SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
 _RULE_BEFORE = {
     "session.quit",
@@ -162,7 +162,7 @@ _DEVICE = (
         "device.flip", "Flip direction", "Device", lambda w: w.studio.flip_direction(), enabled=_has_board
     ),
     Action(
-        "device.reconnect", "Reconnect", "Device", lambda w: w.studio.reconnect(), "Ctrl+R",
+        "device.reconnect", "Reconnect", "Device", lambda w: w.studio.device.reconnect(), "Ctrl+R",
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
     ),
     Action("device.flash", "Flash firmware…", "Device", lambda w: w.show_flash()),

@@ -14,6 +14,7 @@ from hapkit_studio.arguments import window_parser
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import prepare
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 
@@ -36,7 +37,7 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
     sys.setswitchinterval(SWITCH_SECONDS)
     application.setApplicationDisplayName("Hapkit Studio")
     theme.mode = options.theme or str(QSettings("hapkit-studio", "hapkit-studio").value("theme", "system"))
-    theme.apply(application)
+    style.apply(application)
     try:
         window = build(options)
     except ParameterError as error:
@@ -143,9 +144,9 @@ def _nothing() -> None:
 
 def _open(window: MainWindow, key: str) -> None:
     if window.studio.link.state == "preparing":
-        entries = {entry.key: entry for entry in window.studio.entries()}
+        entries = {entry.key: entry for entry in window.studio.device.entries()}
         other = devices.DeviceEntry(key, key, lambda: devices.named(key))
-        window.studio.open(entries.get(key, other))
+        window.studio.device.open(entries.get(key, other))
 
 
 def _pose(window: MainWindow, options: argparse.Namespace) -> None:

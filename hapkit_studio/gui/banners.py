@@ -7,7 +7,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -39,11 +38,9 @@ class Banner(QWidget):
         self.setObjectName("banner")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(HEIGHT)
-        tone = notice.tone
-        lines = f"border-left: 5px solid @{tone}; border-bottom: 1px solid @line;"
-        dress(self, f"#banner {{ background: @{tone}soft; {lines} }}")
+        self.setProperty("tone", notice.tone)
         self.sign = QLabel()
-        self.sign.setPixmap(icons.pixmap(notice.icon, 24, tone, self.devicePixelRatioF()))
+        self.sign.setPixmap(icons.pixmap(notice.icon, 24, notice.tone, self.devicePixelRatioF()))
         self.title, self.text = plain(QLabel()), plain(QLabel())
         self.title.setFont(theme.font("banner"))
         self.text.setWordWrap(True)

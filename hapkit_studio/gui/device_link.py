@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.devices.simulated import MODELS
-from hapkit_studio.dynamics.estimators import USUAL
 from hapkit_studio.errors import DeviceError, PortBusyError, PortGoneError, PortPermissionError, StudioError
-from hapkit_studio.gui.environment_library import Chosen
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
@@ -25,7 +22,7 @@ TRIES = 3
 
 
 @dataclass(frozen=True)
-class Link:
+class LinkStatus:
     """How the device is reached: state is preparing, connecting, running, idle, gone or failed.
 
     step, command: the next step and the line to copy of a DeviceError.
@@ -38,28 +35,6 @@ class Link:
     command: str = ""
 
 
-@dataclass(frozen=True)
-class LoopWish:
-    """The loop as chosen: rate in Hz, added delay in s, estimator key and options, model, controller on.
-
-    where: "computer" or "board" renders; board_rate in Hz, None: as fast as the law allows.
-    """
-
-    rate: float = 1000.0
-    delay: float = 0.0
-    estimator: str = USUAL
-    options: tuple[tuple[str, float], ...] = ()
-    model: str = MODELS[0]
-    controller: bool = False
-    where: str = "computer"
-    board_rate: float | None = None
-
-    @property
-    def spec(self) -> Any:
-        """Return the estimator as the engine takes it."""
-        return (self.estimator, dict(self.options)) if self.options else self.estimator
-
-
 def build_engine(entry: "DeviceEntry") -> "Engine":
     """Make an entry's device and an engine for it; raise DeviceError."""
     from hapkit_studio.haptics.engine import Engine  # numba: only once the first picture is up
@@ -68,9 +43,9 @@ def build_engine(entry: "DeviceEntry") -> "Engine":
 
 
 class Connector(QObject):
-    """Emits ``opened`` with a started engine, or ``failed`` with a DeviceError; only the newest wish counts.
+    """Opens engines in a thread; emits ``opened`` with a started one, or ``failed`` with a DeviceError.
 
-    ``waiting`` says in words what opening waits for.
+    Only the newest request counts. ``waiting`` says in words what opening waits for.
     """
 
     opened = Signal(object)
@@ -82,7 +57,7 @@ class Connector(QObject):
     def __init__(self, build: Build = build_engine, parent: QObject | None = None):
         super().__init__(parent)
         self._build = build
-        self._wish = self._served = 0
+        self._request = self._served = 0
         self._started: list[Engine] = []
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="connect")
         self._finished.connect(self._deliver)
@@ -90,38 +65,38 @@ class Connector(QObject):
 
     @property
     def busy(self) -> bool:
-        """Say whether the newest wish is still being served."""
-        return self._served < self._wish
+        """Say whether the newest request is still being served."""
+        return self._served < self._request
 
     def open(self, entry: "DeviceEntry", old: "Engine | None", ready: Callable[["Engine"], None]) -> None:
         """Close the old engine, then open an entry; ready(engine) runs in the worker before it starts."""
-        self._wish += 1
-        job = self._worker.submit(self._open, entry, old, ready, self._wish)
-        job.add_done_callback(partial(self._finished.emit, self._wish))
+        self._request += 1
+        job = self._worker.submit(self._open, entry, old, ready, self._request)
+        job.add_done_callback(partial(self._finished.emit, self._request))
 
     def leave(self, engine: "Engine") -> None:
         """Close an engine and open none."""
-        self._wish += 1
+        self._request += 1
         job = self._worker.submit(self._leave, engine)
-        job.add_done_callback(partial(self._finished.emit, self._wish))
+        job.add_done_callback(partial(self._finished.emit, self._request))
 
     def close(self, engine: "Engine | None") -> None:
-        """Close an engine and those nobody has taken yet, and wait for them; no wish is served after this."""
-        self._wish += 1
+        """Close an engine and those nobody has taken yet, wait for them, and serve no request any more."""
+        self._request += 1
         if engine is not None:
             self._worker.submit(engine.close)
         self._worker.shutdown(wait=True)
         while self._started:
             self._started.pop().close()
 
-    def _open(self, entry: Any, old: Any, ready: Callable[[Any], None], wish: int) -> "Engine | None":
+    def _open(self, entry: Any, old: Any, ready: Callable[[Any], None], request: int) -> "Engine | None":
         if old is not None:
             old.close()
-        if wish != self._wish:
+        if request != self._request:
             return None
         engine = self._build(entry)
         if hasattr(engine.device, "say"):
-            engine.device.say = partial(self._waits.emit, wish)
+            engine.device.say = partial(self._waits.emit, request)
         ready(engine)
         try:
             engine.start()
@@ -135,22 +110,22 @@ class Connector(QObject):
     def _leave(engine: Any) -> None:
         engine.close()
 
-    def _tell(self, wish: int, words: str) -> None:
-        if wish == self._wish:
+    def _tell(self, request: int, words: str) -> None:
+        if request == self._request:
             self.waiting.emit(words)
 
-    def _deliver(self, wish: int, job: "Future[Engine | None]") -> None:
-        self._served = max(self._served, wish)
+    def _deliver(self, request: int, job: "Future[Engine | None]") -> None:
+        self._served = max(self._served, request)
         error = job.exception()
         if error is not None:
-            if wish == self._wish:
+            if request == self._request:
                 self.failed.emit(_as_device_error(error))
             return
         engine = job.result()
         if engine is None or engine not in self._started:
             return
         self._started.remove(engine)
-        if wish != self._wish:
+        if request != self._request:
             self._worker.submit(engine.close)
         else:
             self.opened.emit(engine)
@@ -164,8 +139,11 @@ def _as_device_error(error: BaseException) -> DeviceError:
     return DeviceError(text)
 
 
-class Linked(Chosen):
-    """Keeps the device in use open; what is chosen outlives every change of it."""
+class DeviceLink(QObject):
+    """Keeps the device in use open and looks for it again when it is gone; ``engine`` is None meanwhile.
+
+    before_start(engine) runs in the worker, configure(engine) in the window once the engine has started.
+    """
 
     engine_changed = Signal()
     link_changed = Signal()
@@ -173,13 +151,17 @@ class Linked(Chosen):
     def __init__(
         self,
         entries: Callable[[], Sequence["DeviceEntry"]],
-        build: Build = build_engine,
+        build: Build,
+        before_start: Callable[["Engine"], None],
+        configure: Callable[["Engine"], None],
         parent: QObject | None = None,
     ):
         super().__init__(parent)
         self.entries = entries
+        self._before_start, self._configure = before_start, configure
+        self.engine: Engine | None = None
         self.entry: DeviceEntry | None = None
-        self.link = Link("preparing")
+        self.link = LinkStatus("preparing")
         self.padding = 0
         self._refusals = 0
         self._connector = Connector(build, self)
@@ -189,14 +171,12 @@ class Linked(Chosen):
         self._again = QTimer(self, interval=LOOK_AGAIN_MS)
         self._again.timeout.connect(self._look_again)
 
-    # what a person wishes
-
     def open(self, entry: "DeviceEntry") -> None:
         """Leave the device in use and open another in the worker; force is zero meanwhile."""
         self.entry = entry
         self._again.stop()
         self._refusals = 0
-        self._set_link(Link("connecting", entry.title))
+        self._set_link(LinkStatus("connecting", entry.title))
         self._open(entry)
 
     def open_simulated(self) -> None:
@@ -212,8 +192,8 @@ class Linked(Chosen):
         """Close the device in use, so that somebody else may have its port; ``reconnect`` takes it back."""
         self._again.stop()
         text = f"In use: {user}" if user else ""
-        self._set_link(Link("idle", self.entry.title if self.entry else "", text))
-        old = self._part()
+        self._set_link(LinkStatus("idle", self.entry.title if self.entry else "", text))
+        old = self._detach()
         if old is not None:
             self._connector.leave(old)
 
@@ -225,20 +205,17 @@ class Linked(Chosen):
             device.padding = size
             device.start_stream()
 
-    # what happens
-
     def note_health(self, health: "Health") -> None:
         """Notice that the device went away."""
         if self.link.state == "running" and not health.connected and self.entry is not None:
             name = getattr(self.engine.device, "name", "") if self.engine is not None else ""
             gone = f"{name or self.entry.title} is gone. Force is zero. Looking again every second."
-            self._set_link(Link("gone", self.entry.title, health.message or gone))
+            self._set_link(LinkStatus("gone", self.entry.title, health.message or gone))
             self._again.start()
 
     def close(self) -> None:
         """Stop the loop and wait for its last zero command."""
         self._again.stop()
-        self.readiness.end()
         engine, self.engine = self.engine, None
         self._connector.close(engine)
 
@@ -246,9 +223,7 @@ class Linked(Chosen):
         """Tell an engine what it must know before it starts; runs in the worker."""
         if hasattr(engine.device, "padding"):
             engine.device.padding = self.padding
-
-    def _take_over(self, engine: "Engine") -> None:
-        """Tell a started engine everything that is chosen."""
+        self._before_start(engine)
 
     def _look_again(self) -> None:
         """Try once more, but never while a board is still starting: that would start it anew for ever."""
@@ -256,9 +231,9 @@ class Linked(Chosen):
             self._open(self.entry)
 
     def _open(self, entry: "DeviceEntry") -> None:
-        self._connector.open(entry, self._part(), self._set_up)
+        self._connector.open(entry, self._detach(), self._set_up)
 
-    def _part(self) -> "Engine | None":
+    def _detach(self) -> "Engine | None":
         old, self.engine = self.engine, None
         if old is not None:
             self.engine_changed.emit()
@@ -268,32 +243,32 @@ class Linked(Chosen):
         """Say what opening waits for; a board that was gone has come back by then."""
         link = self.link
         if link.state == "connecting":
-            self._set_link(Link("connecting", link.title, words))
+            self._set_link(LinkStatus("connecting", link.title, words))
         elif link.state == "gone":
-            self._set_link(Link("gone", link.title, f"{link.title} is back. {words} Force is zero."))
+            self._set_link(LinkStatus("gone", link.title, f"{link.title} is back. {words} Force is zero."))
 
     def _adopt(self, engine: "Engine") -> None:
         self._again.stop()
         self._refusals = 0
         self.engine = engine
-        self._take_over(engine)
+        self._configure(engine)
         latency: Any = getattr(engine.device, "latency", None)
         hint = latency.words if latency is not None and latency.long else ""
         title = getattr(engine.device, "name", engine.device.title)
-        self._set_link(Link("running", title, hint))
+        self._set_link(LinkStatus("running", title, hint))
         self.engine_changed.emit()
 
     def _fail(self, error: DeviceError) -> None:
         """Say why there is no device; one that went away is looked for, and so is what is only in use."""
         if self.link.state in ("gone", "failed") and self._again.isActive():
-            if not self._give_up(error):
+            if not self._gives_up(error):
                 return
         elif isinstance(error, PortGoneError):
             self._again.start()
         title = self.entry.title if self.entry else ""
-        self._set_link(Link("failed", title, error.brief, error.step, error.command))
+        self._set_link(LinkStatus("failed", title, error.brief, error.step, error.command))
 
-    def _give_up(self, error: DeviceError) -> bool:
+    def _gives_up(self, error: DeviceError) -> bool:
         """Tell whether what is looked for has refused often enough; what may end by itself is tried on."""
         if isinstance(error, PortGoneError):
             self._refusals = 0
@@ -306,7 +281,7 @@ class Linked(Chosen):
             self._again.stop()
         return True
 
-    def _set_link(self, link: Link) -> None:
+    def _set_link(self, link: LinkStatus) -> None:
         if link != self.link:
             self.link = link
             self.link_changed.emit()

@@ -2,17 +2,12 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from subprocess import Popen
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.environments import discover
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.parameters import Choice
-
-if TYPE_CHECKING:
-    from hapkit_studio.haptics.engine import Engine
 
 LOOK_MS = 100
 # What a row says instead of its summary.
@@ -21,11 +16,10 @@ WORDS = {
     "next": "Preparing, comes next…",
     "broken": "Its law cannot be compiled",
 }
-_FIRST = "wall"
 
 
-class Shelf:
-    """Environments and their values by key; values are SI."""
+class EnvironmentLibrary:
+    """Every environment that can be chosen and the values it was left with, by key; values are SI."""
 
     def __init__(self, library: Mapping[str, Environment]):
         self.environments = dict(library)
@@ -64,15 +58,15 @@ def carried(old: Environment, values: Mapping[str, float], new: Environment) -> 
 
 
 class Readiness(QObject):
-    """Knows each environment's state: "ready", "preparing", "next" (it is wished for) or "broken".
+    """Knows each environment's state: "ready", "preparing", "next" (it is requested) or "broken".
 
     Nothing is looked at once everything is ready. Where the programs that compile have ended, or died, and a
     law is not there, it is compiled in the window when it is chosen: late rather than never.
-    ``changed``: a state; ``arrived(key)``: the newest wish can be had.
+    ``changed``: a state; ``request_ready(key)``: what was requested last is compiled now.
     """
 
     changed = Signal()
-    arrived = Signal(str)
+    request_ready = Signal(str)
 
     def __init__(self, parent: QObject | None = None):
         super().__init__(parent)
@@ -80,7 +74,7 @@ class Readiness(QObject):
         self._late: dict[str, Environment] = {}
         self._broken: set[str] = set()
         self._programs: Sequence[Popen] | None = None
-        self.wish: str | None = None
+        self.requested: str | None = None
         self._watch = QTimer(self, interval=LOOK_MS)
         self._watch.timeout.connect(self.look)
 
@@ -94,7 +88,7 @@ class Readiness(QObject):
         if key in self._broken:
             return "broken"
         if key in self._waiting:
-            return "next" if key == self.wish else "preparing"
+            return "next" if key == self.requested else "preparing"
         return "ready"
 
     def expect(self, library: Mapping[str, Environment], soon: Collection[str]) -> None:
@@ -109,28 +103,28 @@ class Readiness(QObject):
         self._programs = programs
         self.look()
 
-    def ask(self, key: str) -> bool:
-        """Return whether an environment can be had now; if not, it is the wish instead of an older one."""
+    def request(self, key: str) -> bool:
+        """Return whether an environment is ready; if not, it is requested, in place of an older request."""
         if key in self._late:
             self._compile_here(key)
         ready = self.state(key) == "ready"
-        if not ready or self.wish is not None:
-            self.wish = key if key in self._waiting else None
+        if not ready or self.requested is not None:
+            self.requested = key if key in self._waiting else None
             self.changed.emit()
         return ready
 
-    def forget(self) -> None:
-        """Forget the wish: something else was put in force."""
-        if self.wish is not None:
-            self.wish = None
+    def drop_request(self) -> None:
+        """Drop the request: something else was put in force."""
+        if self.requested is not None:
+            self.requested = None
             self.changed.emit()
 
-    def end(self) -> None:
-        """Wait for nothing any more."""
+    def stop(self) -> None:
+        """Stop waiting."""
         self._watch.stop()
 
     def look(self) -> None:
-        """Look what has been compiled; hand over the wish if it has."""
+        """See what has been compiled; announce the requested one if it has."""
         done = self._programs is not None and all(p.poll() is not None for p in self._programs)
         ready = [key for key, e in self._waiting.items() if e.force.is_compiled()]
         for key in ready:
@@ -141,8 +135,8 @@ class Readiness(QObject):
             self._watch.stop()
         if ready or done:
             self.changed.emit()
-        if self.wish is not None and self.wish not in self._waiting:
-            self.arrived.emit(self.wish)
+        if self.requested is not None and self.requested not in self._waiting:
+            self.request_ready.emit(self.requested)
 
     def _compile_here(self, key: str) -> None:
         environment = self._late.pop(key)
@@ -150,81 +144,3 @@ class Readiness(QObject):
             environment.force.compiled()
         except LawError:
             self._broken.add(key)
-
-
-class Chosen(QObject):
-    """Keeps every environment's values; passes what is chosen on to the engine, if there is one."""
-
-    environment_changed = Signal()
-    values_changed = Signal()
-
-    def __init__(self, parent: QObject | None = None):
-        super().__init__(parent)
-        self.engine: Engine | None = None
-        self._shelf = Shelf(discover())
-        self.environments = self._shelf.environments
-        self.environment = self.environments[
-            _FIRST if _FIRST in self.environments else next(iter(self.environments))
-        ]
-        self.readiness = Readiness(self)
-        self.readiness.arrived.connect(self.choose)
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Return the values in force of the environment in force."""
-        return self._shelf.values[self.environment.key]
-
-    def choose(self, key: str) -> None:
-        """Switch the environment, or as soon as it is ready; its values are those it was left with."""
-        if self.readiness.ask(key) and key != self.environment.key:
-            self._force(self.environments[key])
-
-    def adopt(self, environment: "Environment") -> None:
-        """Take an environment in, or a newer version of it, and put it in force; it is compiled already."""
-        self._shelf.put(environment)
-        self.readiness.forget()
-        self._force(environment)
-
-    def drop(self, key: str) -> None:
-        """Forget an environment; raise KeyError if it is in force."""
-        if key == self.environment.key:
-            raise KeyError(key)
-        self._shelf.drop(key)
-
-    def _force(self, environment: "Environment") -> None:
-        self.environment = environment
-        if self.engine is not None:
-            self.engine.set_environment(environment, self.values)
-        self.environment_changed.emit()
-        self.values_changed.emit()
-
-    def set_value(self, key: str, value: float) -> None:
-        """Change one parameter; raise ParameterError and keep the last good values if it is bad."""
-        self.set_values({key: value})
-
-    def set_values(self, given: Mapping[str, float]) -> None:
-        """Change several parameters at once; raise ParameterError and keep all as they are if one is bad."""
-        self._set_values({**self.values, **given})
-
-    def values_of(self, key: str) -> dict[str, float]:
-        """Return the values an environment has, or would be played with."""
-        return dict(self._shelf.values[key])
-
-    def lay_out(self, key: str, given: Mapping[str, float]) -> None:
-        """Change several parameters of any environment, in force or not; raise ParameterError."""
-        if key == self.environment.key:
-            self.set_values(given)
-        else:
-            numbers = self.environments[key].values({**self._shelf.values[key], **given})
-            self._shelf.values[key].update(numbers)
-
-    def reset_values(self) -> None:
-        """Put every parameter of the environment back to its default, all at once."""
-        self._set_values({})
-
-    def _set_values(self, given: dict[str, float]) -> None:
-        numbers = self.environment.values(given)
-        if self.engine is not None:
-            self.engine.set_environment(self.environment, numbers)
-        self.values.update(numbers)
-        self.values_changed.emit()

@@ -61,7 +61,7 @@ class FlashSheet(FormSheet):
         port, program = self.ports.currentData(), self._program
         self._flashed = None
         if self._own_port() == port:
-            self._studio.let_go("flashing firmware")
+            self._studio.device.let_go("flashing firmware")
 
         def work(progress: Progress) -> Flashed:
             def follow(stage: str, part: float) -> None:
@@ -123,8 +123,8 @@ class FlashSheet(FormSheet):
         self._look_at_job(False)
         port = self.ports.currentData()
         self.verdict.say(f"{result.size:,} bytes written and verified. Starting the board…")
-        entry = next((e for e in self._studio.entries() if e.key == port), None)
-        self._studio.open(
+        entry = next((e for e in self._studio.device.entries() if e.key == port), None)
+        self._studio.device.open(
             entry or DeviceEntry(port, serial_ports.port_name(port), partial(HapkitBoard, port))
         )
 
@@ -156,7 +156,7 @@ class FlashSheet(FormSheet):
         self._say(text, "danger", "triangle")
         self.write.setText("Flash again")
         if self._studio.link.state == "idle":
-            self._studio.reconnect()
+            self._studio.device.reconnect()
 
     def _look_at_job(self, running: bool) -> None:
         busy = running or self._flashed is not None

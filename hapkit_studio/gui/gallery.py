@@ -27,14 +27,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from hapkit_studio.gui import environment_library
+from hapkit_studio.gui import breakpoints, environment_library
 from hapkit_studio.gui.own_environments import OwnEnvironments, OwnFile
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 
-WIDE, RAIL = 228, 64
 ROW, RAIL_ROW = 51, 42
 LEAST_ROW, LEAST_RAIL_ROW = 42, 34
 _ICON, _LEFT, _RIGHT = 10, 41, 30
@@ -45,7 +44,6 @@ _TIGHT = -0.5
 _SIGNS = {"foreign": "lock", "broken": "triangle"}
 _LINES = {"foreign": "From someone else", "broken": "Does not run yet", "checking": "Checking line by line…"}
 _PENCIL, _RING, _LEAST = 30, 28, 120
-__all__ = ["RAIL", "WIDE", "Gallery", "GalleryRow", "icon_name"]
 
 
 def icon_name(scene: str) -> str:
@@ -98,7 +96,7 @@ class GalleryRow(QAbstractButton):
 
     def sizeHint(self) -> QSize:
         if self.rail:
-            return QSize(RAIL - _EDGES, LEAST_RAIL_ROW)
+            return QSize(breakpoints.RAIL - _EDGES, LEAST_RAIL_ROW)
         words = max(self._width("strong", self.title), self._width("hint", self.summary))
         return QSize(_LEFT + words + (_RIGHT if self.key else 8), LEAST_ROW)
 
@@ -285,6 +283,8 @@ class Gallery(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setMinimumWidth(breakpoints.RAIL)
+        self.setMaximumWidth(breakpoints.GALLERY_MOST)
         self.heading, self.own_heading = _heading("Environments"), _heading("Yours")
         self.rows = {
             key: GalleryRow(icon_name(e.scene), e.title, e.summary, e.shortcut)
@@ -303,7 +303,6 @@ class Gallery(QScrollArea):
     def set_rail(self, rail: bool) -> None:
         """Switch between the list and the rail."""
         self.rail = rail
-        self.setFixedWidth(RAIL if rail else WIDE)
         self.heading.setVisible(not rail)
         self.own_heading.setVisible(bool(self.own_rows) and not rail)
         policy = Qt.ScrollBarPolicy
@@ -375,7 +374,11 @@ class Gallery(QScrollArea):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._share_height()
+        rail = self.width() < breakpoints.GALLERY
+        if rail != self.rail:
+            self.set_rail(rail)
+        else:
+            self._share_height()
 
     def _own_row(self, place: int, file) -> OwnRow:
         row = OwnRow(file)

@@ -5,15 +5,12 @@ from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QPushButton, QTabBar, QWidget
 
 from hapkit_studio.devices.hapkit import PACKET
-from hapkit_studio.gui.gallery import WIDE
+from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress, mark
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
 
-_CAP = (
-    "QLabel { color: @TOKEN; border: 1px solid @TOKEN; border-radius: 4px; padding: 0 5px; font-size: 12px; }"
-)
 _DOT = {"running": "ok", "failed": "danger"}  # warn else
 _WORDS = {
     "preparing": "Preparing…",
@@ -24,19 +21,20 @@ _WORDS = {
 }
 _FRAMES = (("As short as they are", 0), ("Filled to whole USB packets", PACKET))
 HEIGHT = 52
-_ROOM_FOR_CAPS = 1300
 
 
 class CapButton(QPushButton):
     """A push button laid out from parts, so that its size follows all of them."""
 
-    word_style = "font-weight: 600;"
+    word_role = "button"
 
     def __init__(self, icon: str, text: str, key: str, height: int = 34, parent: QWidget | None = None):
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setFixedHeight(height)
         self.picture, self.word, self.cap = QLabel(), QLabel(text), QLabel(key)
+        self.word.setProperty("role", self.word_role)
+        self.cap.setProperty("role", "key")
         self._row = row = QHBoxLayout(self)
         row.setContentsMargins(14, 0, 12, 0)
         row.setSpacing(8)
@@ -61,8 +59,8 @@ class CapButton(QPushButton):
     def show_look(self) -> None:
         """Paint the parts in the theme in force."""
         self.picture.setPixmap(icons.pixmap(self._icon, 18, self._color, self.devicePixelRatioF()))
-        dress(self.word, f"QLabel {{ color: @{self._color}; {self.word_style} }}")
-        dress(self.cap, _CAP.replace("TOKEN", self._cap_color))
+        mark(self.word, "ink", self._color)
+        mark(self.cap, "ink", self._cap_color)
 
     def sizeHint(self) -> QSize:
         return QSize(self._row.sizeHint().width() + 4, self.height())
@@ -153,11 +151,11 @@ def fill_menu(menu: QMenu, studio: Studio) -> None:
     device = studio.engine.device if studio.engine is not None else None
     own = studio.entry.key if studio.entry is not None else ""
     here = getattr(device, "port", own)  # a board that came back may have another port than its entry says
-    for entry in studio.entries():
+    for entry in studio.device.entries():
         action = QAction(entry.title, menu)
         action.setCheckable(True)
         action.setChecked(entry.key == (here if "/" in own or own.startswith("COM") else own))
-        action.triggered.connect(lambda _on=False, entry=entry: studio.open(entry))
+        action.triggered.connect(lambda _on=False, entry=entry: studio.device.open(entry))
         menu.addAction(action)
 
 
@@ -168,16 +166,16 @@ def fill_frames_menu(menu: QMenu, studio: Studio) -> None:
     for words, size in _FRAMES:
         action = QAction(words, menu)
         action.setCheckable(True)
-        action.setChecked(studio.padding == size)
+        action.setChecked(studio.device.padding == size)
         action.setEnabled(hasattr(device, "padding"))
-        action.triggered.connect(lambda _on=False, size=size: studio.set_padding(size))
+        action.triggered.connect(lambda _on=False, size=size: studio.device.set_padding(size))
         menu.addAction(action)
 
 
 class StopButton(CapButton):
     """Stops on the press, not on the release of the button; pressed again it does nothing."""
 
-    word_style = "font-size: 15px; font-weight: 700;"
+    word_role = "stop"
     _wide = 120
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
@@ -223,7 +221,7 @@ class Header(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(HEIGHT)
         self.devices = DeviceList(studio)
-        self.devices.setMinimumWidth(WIDE - 24)
+        self.devices.setMinimumWidth(breakpoints.GALLERY - 24)
         self.tabs = QTabBar()
         self.tabs.addTab("Live")
         self.tabs.setDrawBase(False)
@@ -257,6 +255,10 @@ class Header(QWidget):
         self.pause.setAccessibleName("Resume the plots" if paused else "Pause the plots")
 
     def resizeEvent(self, event) -> None:
+        compact = self.width() < breakpoints.TABS_APART
         for button in (self.pause, self.panel):
-            button.set_cap(self.width() >= _ROOM_FOR_CAPS)
+            button.set_cap(self.width() >= breakpoints.KEY_CAPS)
+            button.picture.setHidden(compact)
+        self.devices.setMinimumWidth(0 if compact else breakpoints.GALLERY - 24)
+        mark(self.tabs, "compact", compact)
         super().resizeEvent(event)

@@ -11,7 +11,7 @@ from PySide6.QtGui import QGuiApplication
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.banners import BannerStack, Button, Notice
-from hapkit_studio.gui.device_link import Link
+from hapkit_studio.gui.device_link import LinkStatus
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.panel.limits import Answer
 from hapkit_studio.gui.panel.stability_card import StabilityCard, margin_notice, sign_of
@@ -108,7 +108,7 @@ class Notices(QObject):
         notice = Notice(
             "silence", _DEVICE, "warn", "unplugged", f"{link.title} says hello, but sends no samples.",
             "Force is zero. Press the board's reset button, then try again.",
-            (("Try again", self._studio.reconnect), self._simulated()),
+            (("Try again", self._studio.device.reconnect), self._simulated()),
         )  # fmt: skip
         self._banners.set("silence", notice if silent and link.state == "running" else None)
 
@@ -168,11 +168,11 @@ class Notices(QObject):
             ),
         )
 
-    def _ways_on(self, link: Link) -> tuple[Button, ...]:
+    def _ways_on(self, link: LinkStatus) -> tuple[Button, ...]:
         """Return what a person can do about a device that is not there, the likeliest first."""
         if link.state == "gone":
             return (self._simulated(),)
-        ways: list[Button] = [("Try again", self._studio.reconnect), self._simulated()]
+        ways: list[Button] = [("Try again", self._studio.device.reconnect), self._simulated()]
         if link.command:
             ways.insert(0, ("Copy command", partial(_copy, link.command)))
         if link.step in _STEPS:
@@ -180,7 +180,7 @@ class Notices(QObject):
         return tuple(ways)
 
     def _simulated(self) -> Button:
-        return ("Use simulated Hapkit", self._studio.open_simulated)
+        return ("Use simulated Hapkit", self._studio.device.open_simulated)
 
     def show_limit(self, answer: Answer | None) -> None:
         """Show the limit with its numbers while the rendered impedance is beyond it."""

@@ -15,6 +15,7 @@ from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.app import prepare_all
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 
@@ -94,7 +95,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     application = QApplication.instance() or QApplication(["hapkit-studio"])
     assert isinstance(application, QApplication)
     theme.mode = chosen.theme
-    theme.apply(application)
+    style.apply(application)
     studio = Studio(devices.available)
     window = MainWindow(studio)
     window.resize(*chosen.size)
@@ -103,7 +104,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     keys = chosen.environments or list(studio.environments)
     studio.choose(keys[0])
     Portraits(window, keys, chosen.folder, chosen.seconds)
-    prepare_all(window, keys[0], None, studio.open_simulated)
+    prepare_all(window, keys[0], None, studio.device.open_simulated)
     return application.exec()
 
 

@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -27,6 +27,7 @@ class Field(QWidget):
         self._name = name
         self._sign_name, self._token = "", "ink2"
         self.sign, self.words = QLabel(), plain(QLabel())
+        self.words.setProperty("role", "status")
         self.link = QPushButton()
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -45,19 +46,19 @@ class Field(QWidget):
         row.addWidget(edge)
         theme.changed.connect(self._look)
         self.show_words("…")
+        self._look()
 
     def show_words(self, words: str, sign: str = "", token: str = "ink2") -> None:
         """Show words, a sign before them, and the token both are coloured with."""
         if words != self.words.text():
             self.words.setText(words)
             self.setAccessibleName(f"{self._name}: {words}")
-        if (sign, token) != (self._sign_name, self._token) or not self.words.styleSheet():
+        if (sign, token) != (self._sign_name, self._token):
             self._sign_name, self._token = sign, token
             self._look()
 
     def _look(self) -> None:
-        weight = 600 if self._token in ("ink", "warn", "danger") else 400
-        dress(self.words, f".QLabel {{ color: @{self._token}; font-size: 12px; font-weight: {weight}; }}")
+        mark(self.words, "ink", self._token)
         self.sign.setVisible(bool(self._sign_name))
         if self._sign_name:
             self.sign.setPixmap(icons.pixmap(self._sign_name, 16, self._token, self.devicePixelRatioF()))

@@ -1,27 +1,62 @@
 """What the person has chosen, and the engine that plays it: the window's only way to the engine."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.gui.device_link import Build, Linked, LoopWish, build_engine
+from hapkit_studio.devices.simulated import MODELS
+from hapkit_studio.dynamics.estimators import USUAL
+from hapkit_studio.environments import discover
+from hapkit_studio.gui.device_link import Build, DeviceLink, LinkStatus, build_engine
+from hapkit_studio.gui.environment_library import EnvironmentLibrary, Readiness
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
+    from hapkit_studio.environments.base import Environment
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Fault, Health
 
 ANSWER_MS = 30
 """How often it is looked for what the board says to a law that is being translated for it."""
+_FIRST = "wall"
 
 
-class Studio(Linked):
-    """Keeps every choice over a change of device; values are SI and checked before they are kept."""
+@dataclass(frozen=True)
+class LoopChoice:
+    """The loop as chosen: rate in Hz, added delay in s, estimator key and options, model, controller on.
 
+    where: "computer" or "board" renders; board_rate in Hz, None: as fast as the law allows.
+    """
+
+    rate: float = 1000.0
+    delay: float = 0.0
+    estimator: str = USUAL
+    options: tuple[tuple[str, float], ...] = ()
+    model: str = MODELS[0]
+    controller: bool = False
+    where: str = "computer"
+    board_rate: float | None = None
+
+    @property
+    def spec(self) -> Any:
+        """Return the estimator as the engine takes it."""
+        return (self.estimator, dict(self.options)) if self.options else self.estimator
+
+
+class Studio(QObject):
+    """Keeps every choice over a change of device; values are SI and checked before they are kept.
+
+    ``library`` holds the environments and their values, ``device`` the link to the device in use.
+    """
+
+    environment_changed = Signal()
+    values_changed = Signal()
     loop_changed = Signal()
     stop_changed = Signal()
+    engine_changed = Signal()
+    link_changed = Signal()
 
     def __init__(
         self,
@@ -29,8 +64,17 @@ class Studio(Linked):
         build: Build = build_engine,
         parent: QObject | None = None,
     ):
-        super().__init__(entries, build, parent)
-        self.loop = LoopWish()
+        super().__init__(parent)
+        self.library = EnvironmentLibrary(discover())
+        self.environments = self.library.environments
+        first = _FIRST if _FIRST in self.environments else next(iter(self.environments))
+        self.environment = self.environments[first]
+        self.readiness = Readiness(self)
+        self.readiness.request_ready.connect(self.choose)
+        self.device = DeviceLink(entries, build, self._hold, self._configure, self)
+        self.device.engine_changed.connect(self.engine_changed)
+        self.device.link_changed.connect(self.link_changed)
+        self.loop = LoopChoice()
         self.grip = "medium"
         self.stopped = False
         self._board_said: tuple = ()
@@ -39,21 +83,88 @@ class Studio(Linked):
         for changed in (self.values_changed, self.loop_changed, self.engine_changed):
             changed.connect(self._answer.start)
 
+    def close(self) -> None:
+        """Stop the loop and wait for its last zero command."""
+        self.readiness.stop()
+        self.device.close()
+
+    # environment and values
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Return the values in force of the environment in force."""
+        return self.library.values[self.environment.key]
+
+    def choose(self, key: str) -> None:
+        """Switch the environment, or as soon as it is ready; its values are those it was left with."""
+        if self.readiness.request(key) and key != self.environment.key:
+            self._put_in_force(self.environments[key])
+
+    def adopt(self, environment: "Environment") -> None:
+        """Take an environment in, or a newer version of it, and put it in force; it is compiled already."""
+        self.library.put(environment)
+        self.readiness.drop_request()
+        self._put_in_force(environment)
+
+    def drop(self, key: str) -> None:
+        """Forget an environment; raise KeyError if it is in force."""
+        if key == self.environment.key:
+            raise KeyError(key)
+        self.library.drop(key)
+
+    def _put_in_force(self, environment: "Environment") -> None:
+        self.environment = environment
+        if self.engine is not None:
+            self.engine.set_environment(environment, self.values)
+        self.environment_changed.emit()
+        self.values_changed.emit()
+
+    def set_value(self, key: str, value: float) -> None:
+        """Change one parameter; raise ParameterError and keep the last good values if it is bad."""
+        self.set_values({key: value})
+
+    def set_values(self, changes: Mapping[str, float]) -> None:
+        """Change several parameters at once; raise ParameterError and keep all as they are if one is bad."""
+        self._set_values({**self.values, **changes})
+
+    def values_of(self, key: str) -> dict[str, float]:
+        """Return the values an environment has, or would be played with."""
+        return dict(self.library.values[key])
+
+    def set_values_of(self, key: str, changes: Mapping[str, float]) -> None:
+        """Change several parameters of any environment, in force or not; raise ParameterError."""
+        if key == self.environment.key:
+            self.set_values(changes)
+        else:
+            numbers = self.environments[key].values({**self.library.values[key], **changes})
+            self.library.values[key].update(numbers)
+
+    def reset_values(self) -> None:
+        """Put every parameter of the environment back to its default, all at once."""
+        self._set_values({})
+
+    def _set_values(self, values: dict[str, float]) -> None:
+        numbers = self.environment.values(values)
+        if self.engine is not None:
+            self.engine.set_environment(self.environment, numbers)
+        self.values.update(numbers)
+        self.values_changed.emit()
+
     # loop and hand
 
     def set_loop(self, **changes: Any) -> None:
         """Change rate, delay, estimator, options, model or controller; raise ParameterError if refused."""
-        wish = replace(self.loop, **changes)
+        loop = replace(self.loop, **changes)
         if self.engine is not None:
             plain = ("rate", "delay", "controller")
-            changed: dict[str, Any] = {k: getattr(wish, k) for k in plain if k in changes}
+            changed: dict[str, Any] = {k: getattr(loop, k) for k in plain if k in changes}
             if "estimator" in changes or "options" in changes:
-                changed["estimator"] = wish.spec
+                changed["estimator"] = loop.spec
             self.engine.set_loop(**changed)
-            self.engine.set_model(wish.model)
+            self.engine.set_model(loop.model)
             if "where" in changes or "board_rate" in changes:
-                self.engine.set_where(wish.where, wish.board_rate)
-        self.loop = wish
+                self.engine.set_where(loop.where, loop.board_rate)
+        self.loop = loop
         self.loop_changed.emit()
 
     def set_grip(self, grip: str) -> None:
@@ -95,10 +206,26 @@ class Studio(Linked):
         if self.engine is not None:
             self.engine.clear_fault()
 
-    # devices
+    # the device
+
+    @property
+    def engine(self) -> "Engine | None":
+        """Return the engine of the device in use, None while there is none."""
+        return self.device.engine
+
+    @property
+    def link(self) -> LinkStatus:
+        """Return how the device in use is reached."""
+        return self.device.link
+
+    @property
+    def entry(self) -> "DeviceEntry | None":
+        """Return what was opened last, from the list of devices."""
+        return self.device.entry
 
     def note_health(self, health: "Health") -> None:
-        super().note_health(health)
+        """Notice that the device went away, or what its board answers."""
+        self.device.note_health(health)
         self._hear_board()  # it may have refused what it was sent
 
     def _hear_board(self) -> None:
@@ -146,15 +273,13 @@ class Studio(Linked):
 
     # what the device in use is told
 
-    def _set_up(self, engine: "Engine") -> None:
-        super()._set_up(engine)
-        self._hold(engine)
-
     def _hold(self, engine: "Engine") -> None:
+        """Keep the force at zero from the first tick on if the E-stop is latched."""
         if self.stopped:
             engine.stop()
 
-    def _take_over(self, engine: "Engine") -> None:
+    def _configure(self, engine: "Engine") -> None:
+        """Tell a started engine everything that is chosen."""
         self._hold(engine)
         engine.set_environment(self.environment, self.values)
         loop = self.loop

@@ -30,7 +30,7 @@ class Views(QObject):
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
             self._bar.setTabData(self._bar.addTab(tab.title), key)
-        self._centre.take_page(self._desk.editor)
+        self._centre.add_page(self._desk.editor)
         self._bar.currentChanged.connect(self._follow)
         self._desk.shown.connect(self.show_law)
         self._desk.page.unsaved_changed.connect(self._mark)
@@ -44,7 +44,7 @@ class Views(QObject):
         """Return a tab's page, built if it was not yet."""
         if key not in self._pages:
             page = self._pages[key] = self._library[key].build(self._window.studio, self._window.live)
-            self._centre.take_page(page)
+            self._centre.add_page(page)
             page.marked.connect(lambda words, key=key: self._show_mark(key, words))
         return self._pages[key]
 
@@ -105,8 +105,8 @@ class Views(QObject):
         if page is not None:
             self._centre.show_page(page, scene=self._library[key].scene)
         else:
-            self._centre.show_page(self._desk.editor if key == LAW else None, phase=True)
-        self._window.room.show_side(page.side if page else None)
+            self._centre.show_page(self._desk.editor if key == LAW else None, law=True)
+        self._window.body.show_side(page.side if page else None)
         if page is not None:
             page.set_shown(True)
 

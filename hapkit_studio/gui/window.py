@@ -2,11 +2,11 @@
 
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QMainWindow, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from hapkit_studio.devices.hapkit import PACKET
-from hapkit_studio.gui import actions, gallery
-from hapkit_studio.gui.actions import ActionSet, table
+from hapkit_studio.gui import breakpoints
+from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.collector import Collector
 from hapkit_studio.gui.dialogs import about_sheet, keys_sheet, priority_sheet
@@ -14,38 +14,20 @@ from hapkit_studio.gui.editor.controller import Desk, Files, Watch
 from hapkit_studio.gui.flash_dialog import FlashSheet
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
-from hapkit_studio.gui.live.centre import Centre
+from hapkit_studio.gui.live.centre import Centre, remembered
 from hapkit_studio.gui.live.comparison import BothWays
 from hapkit_studio.gui.live.display import Pictures
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.notices import Notices, Passivity
 from hapkit_studio.gui.own_environments import OwnEnvironments
-from hapkit_studio.gui.panel import parameter_panel
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.stop_filter import StopFilter
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.views import Views
-from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = (800, 560)
-_SHEET = """
-#header, #status, #gallery, #galleryBody, #panel, #panelBody { background: @side; }
-#header { border-bottom: 1px solid @line; }
-#status { border-top: 1px solid @line; }
-#gallery { border-right: 1px solid @line; }
-#panel { border: none; }
-#panelBody { border-left: 1px solid @line; }
-#centre { background: @canvas; }
-QFrame[rule="true"] { background: @line; border: none; }
-QLabel[role="section"] { color: @ink2; font-size: 12px; font-weight: 600; }
-QLabel[role="error"] { color: @danger; font-size: 12px; }
-QPushButton[resume="true"] { background: @accentsoft; border-color: @accent; }
-"""
-_ROOM_FOR_GALLERY = 880
-_ROOM_BESIDE_PANEL = 1100
-_DRAWER_BELOW = (1280, 640)
 
 
 class MainWindow(QMainWindow):
@@ -68,18 +50,17 @@ class MainWindow(QMainWindow):
         studio.setParent(self)  # its signals hold what they are connected to for as long as it lives
         Collector(self)
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
-        studio.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
-        dress(self, _SHEET)  # what comes into a styled window is styled once
-        self.room = Room(self)
+        studio.device.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
+        self.body = WindowLayout(self)
         self.live = Live(studio, self)
         self.own = OwnEnvironments(studio, self)
-        self.header, self.gallery = Header(studio, self.room), Gallery(studio, self.own, self.room)
-        self.centre = Centre(self.room)
+        self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body)
+        self.centre = Centre(self.settings, self.body)
         self.desk = Desk(studio, self.own, self)
         self.files, self.watch = Files(self.desk, self), Watch(studio, self.desk, self)
-        self.panel = ParameterPanel(studio, self.room)
+        self.panel = ParameterPanel(studio, self.body)
         self.loop, self.stability = self.panel.loop, self.panel.stability
-        self.status, self.banners = StatusBar(self.room), BannerStack(self.room)
+        self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.pictures = Pictures(studio, self.live, self.centre, self.status, self.panel.warnings)
         self.notices = Notices(studio, self.live, self.banners, self.stability)
         self.passivity = Passivity(studio, self.live, self.banners)
@@ -88,7 +69,7 @@ class MainWindow(QMainWindow):
         self._arrange()
         self.views = Views(self)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
-        actions.build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
+        build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self._connect()
         self._guard_keys()
 
@@ -107,7 +88,7 @@ class MainWindow(QMainWindow):
     @property
     def panel_open(self) -> bool:
         """Say whether the parameter panel is seen."""
-        return self.room.panel_open
+        return self.body.panel_open
 
     def set_span(self, seconds: float) -> None:
         """Show the last seconds."""
@@ -125,7 +106,7 @@ class MainWindow(QMainWindow):
 
     def toggle_panel(self) -> None:
         """Show or hide the parameter panel."""
-        self.room.open_drawer(not self.panel_open)
+        self.body.open_drawer(not self.panel_open)
 
     def toggle_single_keys(self) -> None:
         """Let keys without modifiers act, or not."""
@@ -169,7 +150,7 @@ class MainWindow(QMainWindow):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.room.share()
+        self.body.share()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -193,7 +174,9 @@ class MainWindow(QMainWindow):
             return
         self.closed.emit()
         self.settings.setValue("geometry", self.saveGeometry())
-        self.settings.setValue("padding", self.studio.padding)
+        self.settings.setValue("padding", self.studio.device.padding)
+        self.body.save(self.settings)
+        self.centre.save(self.settings)
         self.live.stop()
         self.desk.end()
         self.views.end()
@@ -205,8 +188,8 @@ class MainWindow(QMainWindow):
     # putting together
 
     def _arrange(self) -> None:
-        self.room.arrange()
-        self.setCentralWidget(self.room)
+        self.body.arrange()
+        self.setCentralWidget(self.body)
         self.gallery.order()
         self.panel.parameters.order()
 
@@ -221,7 +204,7 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(self.header.show_paused)
         self.live.paused_changed.connect(lambda _on: self.actions_by_key.refresh())
         self.header.panel_pressed.connect(self.toggle_panel)
-        self.banners.changed.connect(self.room.share)
+        self.centre.resized.connect(lambda: self.views.set_room(self.centre.width(), self.centre.height()))
         self.notices.flash.connect(self.show_flash)
         self.gallery.new_pressed.connect(self.desk.begin_new)
         self.gallery.edit_pressed.connect(self.desk.edit)
@@ -240,34 +223,51 @@ class MainWindow(QMainWindow):
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
 
 
-class Room(QWidget):
-    """Holds the parts; the panel is a drawer where the window is small, opened and closed by hand."""
+class WindowLayout(QWidget):
+    """Header, gallery | centre | panel in a splitter, status bar; the panel is a drawer where room is short.
+
+    A person may drag the borders; the widths are remembered.
+    """
 
     def __init__(self, window: "MainWindow"):
         super().__init__(window)
         self._window = window
         self._drawer_open: bool | None = None
-        self._middle = QGridLayout()
+        settings = window.settings
+        self._gallery_width = remembered(settings, "gallery_width", breakpoints.GALLERY)
+        self._panel_width = remembered(settings, "panel_width", breakpoints.PANEL)
+        self.side, self._left = QStackedWidget(self), QWidget(self)
+        self.borders, self._inner = QSplitter(self), QSplitter(self._left)
 
     def arrange(self) -> None:
-        """Give the window's parts their places; each was made inside the room."""
+        """Put the window's parts, each made inside this widget, in their places."""
         window = self._window
-        self._side: QWidget = window.panel
-        left = QHBoxLayout()
-        left.setSpacing(0)
-        left.addWidget(window.gallery)
-        left.addWidget(window.centre, 1)
-        self._middle.setSpacing(0)
-        self._middle.addLayout(left, 1, 0)
-        self._middle.setRowStretch(1, 1)
-        self._middle.setColumnStretch(0, 1)
+        self.side.addWidget(window.panel)
+        self.side.setMinimumWidth(breakpoints.PANEL_NARROW)
+        self.side.setMaximumWidth(breakpoints.PANEL_MOST)
+        for splitter, parts in (
+            (self._inner, (window.gallery, window.centre)),
+            (self.borders, (self._left, self.side)),
+        ):
+            splitter.setHandleWidth(1)
+            splitter.setChildrenCollapsible(False)
+            for part in parts:
+                splitter.addWidget(part)
+            splitter.setStretchFactor(
+                splitter.indexOf(self._left if splitter is self.borders else window.centre), 1
+            )
+        self._beside = QVBoxLayout(self._left)
+        self._column = QVBoxLayout(self)
+        for column in (self._beside, self._column):
+            column.setContentsMargins(0, 0, 0, 0)
+            column.setSpacing(0)
+        self._beside.addWidget(self._inner, 1)
+        self._column.addWidget(window.header)
+        self._column.addWidget(self.borders, 1)
+        self._column.addWidget(window.status)
         self._place_banners(False)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(window.header)
-        column.addLayout(self._middle, 1)
-        column.addWidget(window.status)
+        self._inner.splitterMoved.connect(self._gallery_dragged)
+        self.borders.splitterMoved.connect(self._panel_dragged)
 
     def open_drawer(self, on: bool) -> None:
         """Show or hide the panel, whatever the size."""
@@ -277,41 +277,49 @@ class Room(QWidget):
     @property
     def panel_open(self) -> bool:
         """Say whether the panel, or what a page put in its place, is seen."""
-        return not self._side.isHidden()
+        return not self.side.isHidden()
 
     def show_side(self, side: QWidget | None) -> None:
         """Put a page's own side in the panel's place, None for the panel."""
-        self._side.hide()
-        self._middle.removeWidget(self._side)
-        self._side = side or self._window.panel
+        if side is not None and self.side.indexOf(side) < 0:
+            self.side.addWidget(side)
+        self.side.setCurrentWidget(side or self._window.panel)
         self.share()
 
     def share(self) -> None:
         """Decide what gives way at this size."""
-        parts = self._window
-        width, height = parts.width(), parts.height()
-        small = width < _DRAWER_BELOW[0] or height < _DRAWER_BELOW[1]
+        parts, wide = self._window, self._window.width()
+        small = wide < breakpoints.DRAWER_WIDTH or parts.height() < breakpoints.DRAWER_HEIGHT
+        opened = not small if self._drawer_open is None else self._drawer_open
         parts.header.panel.setVisible(small)
-        rail = width - gallery.WIDE - parameter_panel.WIDE < _ROOM_FOR_GALLERY
-        parts.gallery.set_rail(rail)
-        parts.panel.set_room(rail, height)
-        if self._side is not parts.panel:
-            self._side.setFixedWidth(parts.panel.maximumWidth())
-        wide = not small if self._drawer_open is None else self._drawer_open
-        self._place_banners(width < _ROOM_BESIDE_PANEL and wide)
-        self._side.setVisible(wide)
-        used = parts.gallery.width() + (self._side.width() if wide else 0)
-        bars = parts.menuBar().height() + parts.header.height() + parts.status.height() + parts.banners.room
-        parts.centre.set_room(width - used, height - bars)
-        parts.views.set_room(width - used, height - bars)
-        column = self.layout()
-        if column is not None:
-            column.activate()  # at once: else a frame is painted with parts of two sizes
+        self.side.setVisible(opened)
+        self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
+        self._column.activate()  # at once: else a frame is painted with parts of two sizes
+        gallery = breakpoints.gallery_width(wide, self._gallery_width, self._panel_width)
+        narrow = gallery == breakpoints.RAIL != self._gallery_width
+        panel = breakpoints.PANEL_NARROW if narrow else self._panel_width
+        self.borders.setSizes([wide - panel - 1, panel])
+        self._beside.activate()
+        self._inner.setSizes([gallery, self._left.width() - gallery - 1])
 
-    def _place_banners(self, over_panel: bool) -> None:
-        """Put the banners beside the panel, so that a slider being dragged stays put; above it if narrow."""
-        banners, panel = self._window.banners, self._side
-        for widget in (banners, panel):
-            self._middle.removeWidget(widget)
-        self._middle.addWidget(banners, 0, 0, 1, 2 if over_panel else 1)
-        self._middle.addWidget(panel, int(over_panel), 1, 1 if over_panel else 2, 1)
+    def save(self, settings: QSettings) -> None:
+        """Remember where the borders were dragged to."""
+        settings.setValue("gallery_width", self._gallery_width)
+        settings.setValue("panel_width", self._panel_width)
+
+    def _gallery_dragged(self, place: int, _handle: int) -> None:
+        """Take a width that shows all words, or a rail."""
+        half = (breakpoints.RAIL + breakpoints.GALLERY) // 2
+        self._gallery_width = breakpoints.RAIL if place < half else max(place, breakpoints.GALLERY)
+        self._inner.setSizes([self._gallery_width, self._left.width() - self._gallery_width - 1])
+
+    def _panel_dragged(self, _place: int, _handle: int) -> None:
+        self._panel_width = self.side.width()
+
+    def _place_banners(self, across: bool) -> None:
+        """Put the banners beside the panel, so that a slider being dragged stays put; across if narrow."""
+        banners = self._window.banners
+        if across:
+            self._column.insertWidget(1, banners)
+        else:
+            self._beside.insertWidget(0, banners)

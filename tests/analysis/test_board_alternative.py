@@ -18,6 +18,7 @@ def found(key, **values):
     return board_alternative.find(board_alternative.RefusedRequest(offer, wish)).found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "method"),
     wide(

@@ -63,6 +63,7 @@ def dask(tmp_path):
     made.close()
 
 
+@pytest.mark.slow
 def test_same_numbers_and_nothing_is_lost_with_a_worker(dask):
     setting, damping = Setting(delay=0.4e-3), np.linspace(0.0, 20.0, 7)
     with ThreadPoolExecutor(2) as threads:  # before the workers, so that they find it compiled
@@ -90,6 +91,7 @@ def test_same_numbers_and_nothing_is_lost_with_a_worker(dask):
         assert said[-1] == len(CELLS)
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_dies_is_said_in_one_line(dask, capfd):
     def kill_it(done, of):
         if done:

@@ -97,6 +97,7 @@ ENVIRONMENT = Environment(
 """
 
 
+@pytest.mark.slow
 def test_a_persons_own_file_is_judged_and_written(capsys, tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(OWN, encoding="utf-8")

@@ -27,6 +27,7 @@ print(folder)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 def test_without_a_place_to_write_a_folder_serves_while_the_program_runs():
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}

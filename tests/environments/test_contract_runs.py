@@ -121,6 +121,7 @@ def test_the_live_loop_and_simulate_render_the_same_bits(key):
     assert run.state.tobytes() == np.ascontiguousarray(found[:, rows.STATE : rows.STATE + width]).tobytes()
 
 
+@pytest.mark.slow
 def test_the_cost_of_every_law_is_told(capsys):
     """In ns a tick, beside one whose law is free; no time is asked for, only that none gets out of hand."""
     costs = {key: per_tick(e, e.values()) for key, e in LIBRARY.items()}

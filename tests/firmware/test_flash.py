@@ -71,6 +71,7 @@ def saved_label(port):
     return "Mine"
 
 
+@pytest.mark.slow
 def test_the_boot_loader_of_older_boards_is_reached_at_its_own_speed(start, tmp_path):
     board = start(boot.OLD)
     assert flash(board.port, boot.small_image(tmp_path), speeds=(57600,)).speed == 57600
@@ -93,6 +94,7 @@ def test_what_reads_back_differently_is_said_with_its_place(start, tmp_path):
         flash(board.port, boot.small_image(tmp_path))
 
 
+@pytest.mark.slow
 def test_a_cable_pulled_in_the_middle_leaves_a_board_that_can_be_flashed_again(start, tmp_path):
     board = start(boot.optiboot(tmp_path))
 

@@ -118,6 +118,7 @@ class Flood:
         return [m for m in self.heard if isinstance(m, kind)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sensor", wide(Sensor, lambda sensor: sensor == Sensor.MAGNETORESISTIVE))
 def test_a_full_line_never_keeps_interrupts_off(tmp_path, sensor):
     kit, memory = kits.board(sensor=sensor), tmp_path / "eeprom"

@@ -29,6 +29,7 @@ def elf(archive, tmp_path_factory):
     return sketches.build_folder(SKETCH, archive, tmp_path_factory.mktemp("ide"))
 
 
+@pytest.mark.slow
 def test_it_fits_the_chip(elf):
     said = subprocess.run(["avr-size", "-A", elf], capture_output=True, text=True, check=True).stdout
     size = {line.split()[0]: int(line.split()[1]) for line in said.splitlines() if line.startswith(".")}

@@ -260,13 +260,12 @@ def choices(environment):
     ]
 
 
-LENGTHY = ("mass_spring_damper", "puck")
 LINES = {"exact": 500}
 """More than others: a motion is parted at events there, each searched for."""
 
 
 @needs_ide
-@pytest.mark.parametrize("key", wide(environments.discover(), lambda key: key not in LENGTHY))
+@pytest.mark.parametrize("key", wide(environments.discover(), lambda key: key in ("wall", "detents")))
 def test_every_choice_is_a_short_sketch_without_a_warning(key, archive, tmp_path):
     environment = environments.named(key)
     for given in choices(environment):

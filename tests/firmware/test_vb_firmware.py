@@ -154,6 +154,7 @@ def test_a_pulled_cable_leaves_the_motor_off_and_a_new_one_serves(tmp_path):
     assert json.dumps(board.summary)
 
 
+@pytest.mark.slow
 def test_five_seconds_in_lockstep_lose_no_frame(tmp_path):
     samples, _, summary = session(tmp_path, 5.0, lambda s: 0.3)
     assert [(b.seq - a.seq) & 0xFFFF for a, b in itertools.pairwise(samples)] == [1] * (len(samples) - 1)

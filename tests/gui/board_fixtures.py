@@ -23,7 +23,7 @@ def board_window(make_window, qtbot, monkeypatch, scripted):
     monkeypatch.setattr(drivers, "HOLD_SECONDS", 0.0)
     entry = DeviceEntry("board", "Board", lambda: HapkitBoard(scripted.path))
     window = make_window((SIMULATED, entry))
-    window.studio.open(entry)
+    window.studio.device.open(entry)
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     answered(window, qtbot)
     return window

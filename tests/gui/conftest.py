@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtCore import QCoreApplication, QEvent
 
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 from tests.gui.board_fixtures import board_window, held_board_window, scripted  # noqa: F401
@@ -18,7 +19,7 @@ from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 @pytest.fixture(autouse=True)
 def look(qapp):
     """Dress the application in the light theme."""
-    theme.apply(qapp)
+    style.apply(qapp)
     theme.set_mode("light")
 
 
@@ -72,6 +73,6 @@ def idle_window(make_window) -> MainWindow:
 def window(make_window, qtbot) -> MainWindow:
     """Return a window whose simulated Hapkit runs; frames are taken when a test calls live.tick()."""
     shown = make_window()
-    shown.studio.open(SIMULATED)
+    shown.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: shown.studio.engine is not None, timeout=PATIENCE_MS)
     return shown

@@ -9,8 +9,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QLineEdit
 
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.actions import SPANS, table
+from hapkit_studio.gui.actions import table
 from hapkit_studio.gui.dialogs import Sheet, keys_sheet, native
+from hapkit_studio.gui.live.time_plots import SPANS
 
 TABLE = table(discover().values())
 
@@ -50,6 +51,7 @@ def test_every_action_runs_without_a_device(idle_window):
             assert idle_window.isVisible(), action.key
 
 
+@pytest.mark.slow
 def test_every_action_runs_with_a_device(window):
     for action in TABLE:
         if action.key not in ("session.quit", "device.reconnect"):
@@ -154,6 +156,7 @@ def test_the_time_window_is_set_from_menu_and_list_alike(idle_window):
         assert idle_window.actions_by_key.qt[f"view.span.{seconds:g}"].isChecked()
 
 
+@pytest.mark.slow
 def test_themes_recolour_at_once(idle_window):
     from hapkit_studio.gui.widgets.theme import theme
 

@@ -20,6 +20,7 @@ def waiting_program() -> subprocess.Popen:
     return subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE)
 
 
+@pytest.mark.slow
 def test_it_starts_prepares_once_and_saves_a_picture(tmp_path):
     picture = tmp_path / "window.png"
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}

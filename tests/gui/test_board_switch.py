@@ -69,6 +69,7 @@ def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, q
     assert rates[0] > rates[1] > rates[2]
 
 
+@pytest.mark.slow
 def test_what_is_too_much_for_the_board_says_by_how_much_and_what_feels_the_same(board_window, qtbot):
     switch, studio = board_window.loop.where, board_window.studio
     studio.set_loop(where="board")

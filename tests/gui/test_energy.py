@@ -137,9 +137,9 @@ def alarm(qtbot, clock):
 def strike(alarm, joules):
     """Raise the alarm with an excess."""
     watch, studio, _ = alarm
-    studio.engine = Excess(joules)
+    studio.device.engine = Excess(joules)
     watch.look_at_row(active(), False)
-    studio.engine = None
+    studio.device.engine = None
 
 
 def test_the_alarm_says_how_much_and_what_to_do(alarm):
@@ -211,7 +211,7 @@ def test_the_switch_goes_through_to_the_loop_and_over_a_change_of_device(window,
     box.click()
     assert window.studio.loop.controller
     assert window.studio.engine.loop.controller
-    window.studio.open(SIMULATED)
+    window.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     assert window.studio.engine.loop.controller
     assert box.isChecked()

@@ -82,6 +82,7 @@ def test_a_missing_firmware_is_said_before_anything_is_let_go(window, tmp_path, 
     assert sheet.write.isEnabled()
 
 
+@pytest.mark.slow
 @boot.needs_avrdude
 def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp_path, monkeypatch):
     board = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), firmware=shipped())
@@ -90,7 +91,7 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp
     entry = DeviceEntry(board.port, "Hapkit on port", lambda: HapkitBoard(board.port))
     window = make_window(entries=(SIMULATED, entry))
     try:
-        window.studio.open(entry)
+        window.studio.device.open(entry)
         qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
         sheet, seen = sheet_of(window), []
         assert sheet.ports.currentData() == board.port
@@ -124,7 +125,7 @@ def test_a_flash_that_failed_says_why_and_can_be_repeated(make_window, qtbot, tm
     board = boot.Board(tmp_path, boot.of_another_chip(tmp_path))
     monkeypatch.setattr(serial_ports, "ports", lambda: [Port(board.port, "board", Role.KIT)])
     window = make_window()
-    window.studio.open(SIMULATED)
+    window.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     sheet = sheet_of(window)
     sheet.write.click()

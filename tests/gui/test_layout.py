@@ -13,7 +13,16 @@ from hapkit_studio.gui.gallery import GalleryRow
 from hapkit_studio.gui.panel.rows import ParameterRow
 from tests.wide import wide
 
-SIZES = [(1280, 720), (1366, 768), (1440, 900), (1920, 1080), (2560, 1440), (960, 600), (800, 560)]
+SIZES = [
+    (1280, 720),
+    (1366, 768),
+    (1440, 900),
+    (1920, 1080),
+    (2560, 1440),
+    (1024, 640),
+    (960, 600),
+    (800, 560),
+]
 WORST = "Hapkit on ttyUSB0 is gone."
 LINE = "Force is zero. Nothing is lost. Looking again every second."
 
@@ -155,7 +164,7 @@ def test_the_walls_panel_fits_with_its_map(window, qapp):
 def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
     settle(qapp, window, size)
     before = place(window.centre, window).top()
-    buttons = (("Use simulated Hapkit", window.studio.open_simulated),)
+    buttons = (("Use simulated Hapkit", window.studio.device.open_simulated),)
     window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
     settle(qapp, window, size)
     assert place(window.centre, window).top() == before + 54
@@ -210,6 +219,53 @@ def test_what_gives_way_follows_the_design(window, qapp):
     assert window.header.stop.cap.isVisible()
 
 
+@pytest.mark.parametrize("size", [(1024, 640), (1280, 720), (1920, 1080)])
+def test_the_names_of_all_views_stand_in_the_header(window, qapp, size):
+    resize(qapp, window, size)
+    tabs = window.header.tabs
+    assert tabs.sizeHint().width() <= tabs.width()
+
+
+def test_a_wide_window_gives_its_width_to_the_plots_and_keeps_the_scene_in_proportion(window, qapp):
+    shapes = {}
+    for size in ((1440, 900), (1920, 1080), (2560, 1440)):
+        resize(qapp, window, size)
+        shapes[size] = window.centre.scene.size(), window.centre.phase.width()
+    widths = [phase for _, phase in shapes.values()]
+    assert widths == sorted(widths)
+    assert widths[-1] >= 1.5 * widths[0]
+    ratios = [scene.width() / scene.height() for scene, _ in shapes.values()]
+    assert max(ratios) < 1.5 * min(ratios)
+
+
+def drag(qtbot, splitter, by):
+    """Drag a splitter's border by so many pixels."""
+    handle = splitter.handle(1)
+    at = handle.rect().center()
+    qtbot.mousePress(handle, Qt.MouseButton.LeftButton, pos=at)
+    qtbot.mouseMove(handle, at + by)
+    qtbot.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=at + by)
+
+
+def test_borders_that_were_dragged_stay_there_and_are_remembered(make_window, qapp, qtbot):
+    def sizes(window):
+        centre = window.centre
+        return window.gallery.width(), window.panel.width(), centre.scene.height(), centre.phase.width()
+
+    first = make_window(size=(1920, 1080))
+    drag(qtbot, first.body.borders, QPoint(-60, 0))
+    drag(qtbot, first.centre.rows, QPoint(0, 40))
+    drag(qtbot, first.centre.columns, QPoint(-50, 0))
+    dragged = sizes(first)
+    assert abs(dragged[1] - 360) <= 3
+    resize(qapp, first, (1600, 1000))
+    resize(qapp, first, (1920, 1080))
+    assert sizes(first) == dragged
+    first.close()
+    again = make_window(size=(1920, 1080))
+    assert sizes(again) == dragged
+
+
 def test_every_control_has_a_name_and_a_place_to_hit(window, qapp):
     settle(qapp, window, (1280, 720))
     for button in window.findChildren(QAbstractButton):
@@ -223,12 +279,12 @@ SCALED = """
 import sys
 from PySide6.QtWidgets import QApplication
 app = QApplication([])
-from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.window import MainWindow
 from tests.gui.test_layout import cut_off, overlapping, resize, settle
 from tests.gui.window_support import SIMULATED, build_engine
-theme.apply(app)
+style.apply(app)
 window = MainWindow(Studio(lambda: [SIMULATED], build_engine))
 window.show()
 found = []
@@ -279,7 +335,7 @@ def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
 def test_banners_find_room_in_a_narrow_window_with_the_panel_open(window, qapp):
     settle(qapp, window, (800, 600))
     window.actions_by_key.run("view.panel")
-    buttons = (("Use simulated Hapkit", window.studio.open_simulated),)
+    buttons = (("Use simulated Hapkit", window.studio.device.open_simulated),)
     window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
     settle(qapp, window, (800, 600))
     assert window.banners.banners[0].width() == 800

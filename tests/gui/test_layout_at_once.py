@@ -3,22 +3,22 @@
 import pytest
 
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.panel.limits import Question, answer
-from tests.gui.test_layout import settle
+from tests.gui.test_layout import place, settle
 
 
 def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window, qapp):
     settle(qapp, window, (1280, 720))
     for width, height in ((1440, 900), (1280, 720), (1920, 1080)):
         window.resize(width, height)
-        parts = window.gallery.geometry(), window.centre.geometry(), window.panel.geometry()
-        assert [p.width() for p in parts] == [
-            window.gallery.minimumWidth(),
-            width - window.gallery.minimumWidth() - window.panel.minimumWidth(),
-            window.panel.minimumWidth(),
-        ]
-        assert parts[0].right() < parts[1].left()
-        assert parts[1].right() < parts[2].left()
+        parts = [place(part, window) for part in (window.gallery, window.centre, window.panel)]
+        assert parts[0].width() in (breakpoints.RAIL, breakpoints.GALLERY)
+        assert parts[2].width() in (breakpoints.PANEL, breakpoints.PANEL_NARROW)
+        assert parts[0].left() == 0
+        assert parts[1].left() == parts[0].right() + 2  # a border of 1 px
+        assert parts[2].left() == parts[1].right() + 2
+        assert parts[2].right() + 1 == width
 
 
 def test_a_longer_verdict_squeezes_no_row(window, qapp):

@@ -48,7 +48,7 @@ def peers():
 def failed(make_window, qtbot, error):
     """Return the window and the one banner after a device failed to open."""
     window = make_window((SIMULATED, failing(error)))
-    window.studio.open(failing(error))
+    window.studio.device.open(failing(error))
     qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
     (banner,) = window.banners.banners
     return window, banner
@@ -108,10 +108,10 @@ def test_a_starting_board_is_said_and_never_started_anew(make_window, qtbot, mon
 
     peers.append(FakeBoard(slow))
     window = make_window()
-    window.studio.open(entry_that(make))
+    window.studio.device.open(entry_that(make))
     qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
     said = []
-    window.studio._connector.waiting.connect(said.append)
+    window.studio.device._connector.waiting.connect(said.append)
     plugged.set()
     qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
     assert opened == [1]
@@ -127,7 +127,7 @@ def test_the_header_says_what_it_waits_for(idle_window, qtbot, peers):
         return kit(message)
 
     peers.append(FakeBoard(waits))
-    idle_window.studio.open(entry_that(lambda: HapkitBoard(peers[0].path)))
+    idle_window.studio.device.open(entry_that(lambda: HapkitBoard(peers[0].path)))
     word = idle_window.header.devices.word
     qtbot.waitUntil(lambda: word.text() == "Starting board…", timeout=PATIENCE_MS)
     gate.set()
@@ -139,7 +139,7 @@ def test_a_board_without_samples_is_noticed_until_they_come(make_window, qtbot, 
     monkeypatch.setattr(notices, "NO_DATA_MS", 50)
     peers.append(FakeBoard(FakeKit()))
     window = make_window()
-    window.studio.open(entry_that(lambda: HapkitBoard(peers[0].path)))
+    window.studio.device.open(entry_that(lambda: HapkitBoard(peers[0].path)))
     qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
 
     def shown():
@@ -175,11 +175,11 @@ def test_a_port_that_comes_back_without_rights_is_said_in_the_end_and_tried_on(
         return SimulatedHapkit()
 
     window = make_window()
-    window.studio.open(entry_that(make))
+    window.studio.device.open(entry_that(make))
     qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
     error[0] = errors.PortPermissionError("You may not open ttyUSB0. Run it.", command="x")
     qtbot.waitUntil(lambda: window.studio.link.command == "x", timeout=PATIENCE_MS)
-    assert window.studio._refusals >= device_link.TRIES
+    assert window.studio.device._refusals >= device_link.TRIES
     error[0] = errors.PortGoneError(f"{PORT} is gone. Force is zero. Looking again every second.")
     qtbot.waitUntil(lambda: "is gone" in window.studio.link.text, timeout=PATIENCE_MS)
     error.clear()
@@ -188,12 +188,12 @@ def test_a_port_that_comes_back_without_rights_is_said_in_the_end_and_tried_on(
 
 def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
     engine = window.studio.engine
-    window.studio.let_go()
+    window.studio.device.let_go()
     qtbot.waitUntil(lambda: not engine.health().running, timeout=PATIENCE_MS)
     assert window.studio.engine is None
     assert window.header.devices.word.text() == "Not connected"
     assert window.banners.banners == []
-    window.studio.reconnect()
+    window.studio.device.reconnect()
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
 
 

@@ -51,7 +51,7 @@ def board_window(make_window, qtbot):
     """Return a window on a scripted board, and the board."""
     peer = FakeBoard(FakeKit())
     window = make_window()
-    window.studio.open(DeviceEntry("/dev/ttyUSB0", "Hapkit", lambda: HapkitBoard(peer.path)))
+    window.studio.device.open(DeviceEntry("/dev/ttyUSB0", "Hapkit", lambda: HapkitBoard(peer.path)))
     qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
     yield window, peer
     window.studio.close()
@@ -65,18 +65,18 @@ def test_frames_are_filled_at_once_and_after_every_connection(board_window, qtbo
         return [m.padded for m in list(peer.received) if isinstance(m, Stream) and m.on]
 
     qtbot.waitUntil(lambda: told() == [0], timeout=PATIENCE_MS)
-    window.studio.set_padding(PACKET)
+    window.studio.device.set_padding(PACKET)
     qtbot.waitUntil(lambda: told() == [0, PACKET], timeout=PATIENCE_MS)
-    window.studio.reconnect()
+    window.studio.device.reconnect()
     qtbot.waitUntil(lambda: told() == [0, PACKET, PACKET], timeout=PATIENCE_MS)
 
 
 def test_the_next_start_fills_frames_as_the_last_one_did(make_window):
     first = make_window()
-    assert first.studio.padding == 0
-    first.studio.set_padding(PACKET)
+    assert first.studio.device.padding == 0
+    first.studio.device.set_padding(PACKET)
     first.close()
-    assert make_window().studio.padding == PACKET
+    assert make_window().studio.device.padding == PACKET
 
 
 def test_the_stability_card_says_why_it_is_late_but_not_what_was_added(board_window, qtbot):

@@ -61,7 +61,7 @@ def running(make_window, qtbot, kit):
     window = make_window((SIMULATED, kit.entry))
     window.studio.set_value("stiffness", 300.0)
     window.studio.set_loop(estimator="kalman")
-    window.studio.open(kit.entry)
+    window.studio.device.open(kit.entry)
     until_link(window, qtbot, "running")
     rows_since(window, qtbot, 300)
     return window
@@ -82,7 +82,7 @@ def until_link(window, qtbot, state):
     def reached():
         window.live.look()
         if window.studio.link.state == "failed":
-            window.studio.reconnect()  # it took more than the 4 s of a handshake
+            window.studio.device.reconnect()  # it took more than the 4 s of a handshake
         return window.studio.link.state == state
 
     qtbot.waitUntil(reached, timeout=PATIENCE_MS)

@@ -8,7 +8,7 @@ from PySide6.QtCore import QElapsedTimer, Qt, QTimer
 from PySide6.QtTest import QTest
 
 from hapkit_studio.gui import own_environments as own
-from hapkit_studio.gui.environment_library import Shelf
+from hapkit_studio.gui.environment_library import EnvironmentLibrary
 from hapkit_studio.gui.own_environments import BARE, described, fitting
 from hapkit_studio.workshop import folder, reading
 from hapkit_studio.workshop.functions import Functions
@@ -274,14 +274,14 @@ def test_a_template_has_the_picture_of_its_kind_as_long_as_that_fits(template, t
 def test_values_stay_where_they_still_mean_something(tmp_path):
     moved, narrowed, untouched = number("a", 1.0), number("b", 1.0), number("c", 1.0)
     first = version(tmp_path, moved, narrowed, untouched, choice("left", "right"))
-    shelf = Shelf({first.key: first})
-    shelf.values[first.key].update(a=5.0, b=8.0, side=1.0)
+    library = EnvironmentLibrary({first.key: first})
+    library.values[first.key].update(a=5.0, b=8.0, side=1.0)
     moved, narrowed, untouched = number("a", 2.0), number("b", 2.0, high=6.0), number("c", 3.0)
-    shelf.put(
+    library.put(
         version(tmp_path, moved, narrowed, untouched, choice("middle", "left", "right"), number("e", 4.0))
     )
     # what was never moved follows its default; a choice is kept by its name
-    assert shelf.values[first.key] == {"a": 5.0, "b": 2.0, "c": 3.0, "side": 2.0, "e": 4.0}
+    assert library.values[first.key] == {"a": 5.0, "b": 2.0, "c": 3.0, "side": 2.0, "e": 4.0}
 
 
 @pytest.mark.alone

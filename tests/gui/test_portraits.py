@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from PySide6.QtGui import QImage
 
-from hapkit_studio import catalogue, environments, resources
+from hapkit_studio import environments, resources
+from hapkit_studio.cli import main
 from hapkit_studio.gui import portraits, prepare
 
 LIBRARY = environments.discover()
@@ -68,11 +69,12 @@ def test_the_kept_pictures_are_the_commands_own(folder, key):
         assert kept.size() == QImage(str(folder / name)).size()
 
 
-def test_the_page_about_the_environments_is_up_to_date(monkeypatch):
+def test_the_page_about_the_environments_is_up_to_date(monkeypatch, capsys):
     """``make pictures`` writes it; every picture in it is there."""
     monkeypatch.setattr(environments, "discover", described)
     page = resources.path("docs", "environments.md")
-    wanted = catalogue.markdown()
+    assert main(("environments", "--markdown")) == 0
+    wanted = capsys.readouterr().out
     assert page.read_text(encoding="utf-8") == wanted
     for line in wanted.splitlines():
         if line.startswith("!["):

@@ -48,6 +48,7 @@ def compiled_by(tmp_path, monkeypatch, *words):
     return found, int(done.stdout)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "nice"), reason="No such thing here.")
 def test_the_loop_waits_for_the_law_it_begins_with_alone(tmp_path, monkeypatch):
     assert compiled_by(tmp_path, monkeypatch, "paddle", "damping") == (
@@ -56,6 +57,7 @@ def test_the_loop_waits_for_the_law_it_begins_with_alone(tmp_path, monkeypatch):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "nice"), reason="No such thing here.")
 def test_the_other_laws_give_way(tmp_path, monkeypatch):
     found, nice = compiled_by(tmp_path, monkeypatch, "laws", "damping", "swamp", "detents")

@@ -134,6 +134,7 @@ def test_another_choice_takes_the_wish_back(window, compiler, forced, other):
     assert "puck" not in forced
 
 
+@pytest.mark.slow
 def test_an_own_environment_takes_the_wish_back(home, window, compiler, forced, qtbot):
     path = put(home, "mine.py", spring())
     window.own.refresh()
@@ -141,7 +142,7 @@ def test_an_own_environment_takes_the_wish_back(home, window, compiler, forced, 
     assert wait_for_verdict(window, qtbot, lambda: window.own.choose(path)).ok
     compiler.die()
     assert forced == ["test_spring"]
-    assert window.studio.readiness.wish is None
+    assert window.studio.readiness.requested is None
 
 
 def test_nothing_is_looked_at_once_everything_is_ready(window, compiler, qtbot):

@@ -25,7 +25,7 @@ def kept(window, qtbot, least: int) -> float:
 def test_history_survives_a_reconnection_with_a_gap(window, qtbot, entry, same):
     start = kept(window, qtbot, 100)
     with qtbot.waitSignal(window.studio.engine_changed, timeout=PATIENCE_MS):
-        window.studio.open(entry)
+        window.studio.device.open(entry)
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     before = len(window.live.history)
     assert (before >= 100) == same

@@ -3,12 +3,15 @@
 import math
 import sys
 
+import pytest
+
 from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.window_support import PATIENCE_MS
 
 FRAMES = 100
 
 
+@pytest.mark.slow
 def test_painting_for_long_loses_no_reference(window, qapp, qtbot):
     def frame(number):
         window.studio.move_hand(0.02 * math.sin(0.1 * number))

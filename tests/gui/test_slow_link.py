@@ -58,6 +58,7 @@ def test_a_limit_below_the_stiffness_in_force_offers_the_board_as_long_as_the_co
     qtbot.waitUntil(lambda: WAY_OUT not in str(board_window.banners.get("limit")), timeout=PATIENCE_MS)
 
 
+@pytest.mark.slow
 def test_the_board_is_not_offered_where_it_cannot(board_window, qtbot):
     studio = board_window.studio
     studio.choose("mass_spring_damper")

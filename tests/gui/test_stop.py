@@ -149,7 +149,7 @@ def test_a_stop_while_connecting_holds_for_the_device_that_comes(make_window, qt
         return SimulatedHapkit()
 
     window = make_window()
-    window.studio.open(DeviceEntry("slow", "Slow Hapkit", slowly))
+    window.studio.device.open(DeviceEntry("slow", "Slow Hapkit", slowly))
     press_esc()
     assert window.studio.stopped
     gate.set()

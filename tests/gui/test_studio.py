@@ -33,10 +33,10 @@ def failing(error: Exception) -> DeviceEntry:
 @pytest.mark.parametrize("error", FAILURES, ids=lambda e: type(e).__name__)
 def test_each_failure_says_its_own_line_and_leaves_no_force(make_window, qtbot, error):
     window = make_window((SIMULATED, failing(error)))
-    window.studio.open(SIMULATED)
+    window.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     before = window.studio.engine
-    window.studio.open(failing(error))
+    window.studio.device.open(failing(error))
     qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
     (banner,) = window.banners.banners
     assert f"{banner.title.text()} {banner.text.text()}".startswith(str(error))
@@ -50,7 +50,7 @@ def test_each_failure_says_its_own_line_and_leaves_no_force(make_window, qtbot, 
 
 def test_an_unforeseen_failure_is_one_line_too(make_window, qtbot):
     window = make_window()
-    window.studio.open(failing(ZeroDivisionError("division by zero")))
+    window.studio.device.open(failing(ZeroDivisionError("division by zero")))
     qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
     assert "\n" not in window.studio.link.text
 
@@ -63,7 +63,7 @@ def test_the_window_goes_on_while_a_port_takes_its_time(make_window, qtbot):
         return SimulatedHapkit()
 
     window = make_window()
-    window.studio.open(DeviceEntry("slow", "Slow Hapkit", slowly))
+    window.studio.device.open(DeviceEntry("slow", "Slow Hapkit", slowly))
     assert window.header.devices.word.text() == "Connecting…"
     timer = QTimer(window, interval=1)
     timer.timeout.connect(lambda: beats.append(1))
@@ -88,9 +88,9 @@ def test_of_two_wishes_the_newest_wins(make_window, qtbot):
         return SimulatedHapkit(mass=0.1)
 
     window = make_window(build=build)
-    window.studio.open(DeviceEntry("slow", "Slow Hapkit", slowly))
+    window.studio.device.open(DeviceEntry("slow", "Slow Hapkit", slowly))
     assert begun.wait(PATIENCE_MS / 1000)
-    window.studio.open(SIMULATED)
+    window.studio.device.open(SIMULATED)
     gate.set()
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     assert window.studio.engine.device.mass == 0.044
@@ -118,7 +118,7 @@ def test_a_device_that_went_away_is_looked_for_until_it_is_back(make_window, qtb
 
     entry = DeviceEntry("/dev/ttyUSB0", "Hapkit on ttyUSB0", make)
     window = make_window((SIMULATED, entry), build=lambda e: Pluggable(e.make(), realtime=False))
-    window.studio.open(entry)
+    window.studio.device.open(entry)
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     plugged.clear()
     window.live.look()
@@ -145,7 +145,7 @@ def test_a_port_that_never_was_there_is_looked_for_as_its_banner_says(make_windo
         return SimulatedHapkit()
 
     window = make_window()
-    window.studio.open(DeviceEntry("/dev/ttyUSB0", "Hapkit on ttyUSB0", make))
+    window.studio.device.open(DeviceEntry("/dev/ttyUSB0", "Hapkit on ttyUSB0", make))
     qtbot.waitUntil(lambda: len(tries) >= 3, timeout=PATIENCE_MS)
     assert window.studio.link.state == "failed"
     (banner,) = window.banners.banners
@@ -153,14 +153,14 @@ def test_a_port_that_never_was_there_is_looked_for_as_its_banner_says(make_windo
     plugged.set()
     qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
     assert window.banners.banners == []
-    assert not window.studio._again.isActive()
+    assert not window.studio.device._again.isActive()
 
 
 def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_window, qtbot):
     scene = idle_window.centre.scene
     first = scene._fraction
     qtbot.waitUntil(lambda: first < scene._fraction < 1.0, timeout=PATIENCE_MS)
-    idle_window.studio.open(SIMULATED)
+    idle_window.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: idle_window.studio.engine is not None, timeout=PATIENCE_MS)
     assert scene._fraction is None
     assert not idle_window.pictures._bar.isActive()

@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QStyleHints
 from PySide6.QtWidgets import QPushButton
 
-from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets import icons, style
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import MODES, TOKENS, luminance, table
 
@@ -102,7 +102,7 @@ def test_every_token_has_three_colours():
 @pytest.mark.parametrize("mode", MODES)
 def test_the_style_sheet_has_no_gaps(qapp, mode):
     theme.set_mode(mode)
-    sheet = theme.stylesheet()
+    sheet = style.stylesheet()
     assert "@" not in sheet
     assert "%" not in sheet
     assert theme.c.accent in sheet
@@ -147,7 +147,7 @@ def test_every_icon_draws_something_in_the_colour_asked_for(qapp, name):
 def test_the_theme_follows_the_system_until_it_is_set(qapp, monkeypatch):
     scheme = {"now": Qt.ColorScheme.Light}
     monkeypatch.setattr(QStyleHints, "colorScheme", lambda self: scheme["now"])
-    theme.apply(qapp)
+    style.apply(qapp)
     theme.set_mode("system")
     assert theme.name == "light"
     scheme["now"] = Qt.ColorScheme.Dark

@@ -39,7 +39,7 @@ def opened(make_window, qtbot, board):
     """Return a window that runs a board."""
     entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)
     window = make_window((SIMULATED, entry))
-    window.studio.open(entry)
+    window.studio.device.open(entry)
     qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
     return window
 
@@ -110,7 +110,7 @@ def test_a_pulled_cable_is_said_and_the_window_goes_on(board_window, board, qtbo
     qtbot.waitUntil(gone, timeout=PATIENCE_MS)
     (banner,) = window.banners.banners
     assert "is gone." in banner.title.text()
-    window.studio.open_simulated()
+    window.studio.device.open_simulated()
     qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
     assert window.studio.simulated
     assert window.banners.banners == []

@@ -102,10 +102,12 @@ def hammered(shared):
     writer.join()
 
 
+@pytest.mark.slow
 def test_a_reader_sees_whole_blocks_in_order(hammered):
     assert listen(*hammered, *block.new_block(), WANTED) == (0, 0)
 
 
+@pytest.mark.slow
 def test_the_loop_never_works_with_a_torn_block(hammered):
     assert adopt_many(arrays.new_arrays(*hammered), WANTED // 10) == 0
 

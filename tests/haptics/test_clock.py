@@ -86,6 +86,7 @@ def test_sleep_holds_no_gil():
     assert counted_while_asleep == 1000
 
 
+@pytest.mark.slow
 def test_caller_is_found_in_the_cache_by_a_second_process(tmp_path):
     script = tmp_path / "caller.py"
     script.write_text(CALLER)
@@ -100,6 +101,7 @@ def test_caller_is_found_in_the_cache_by_a_second_process(tmp_path):
     assert outputs[1] == ["(0, -1, 9)", "hits 1 misses 0 signatures 1"]
 
 
+@pytest.mark.slow
 def test_runs_uncompiled():
     code = (
         "from hapkit_studio.haptics import clib, clock; t = clock.now() + 0.01; clock.until(t);"

@@ -126,6 +126,7 @@ def test_bad_settings_leave_the_last_good_ones(started):
     np.testing.assert_allclose(out[50:, rows.ASKED], -400.0 * depth[50:], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_rows_go_on_under_garbage_collection(started):
     engine = started()
     reader = engine.reader()
@@ -250,6 +251,7 @@ def test_the_loop_has_a_thread_with_a_name(started):
     assert not engine.health().running
 
 
+@pytest.mark.slow
 def test_starting_and_closing_leaks_nothing():
     def life():
         engine = Engine(SimulatedHapkit(), realtime=True)

@@ -99,6 +99,7 @@ def test_processors_are_kept_awake_only_while_obtained(tmp_path, monkeypatch):
     assert in_thread(realtime_linux.keep_processors_awake) is False
 
 
+@pytest.mark.slow
 @linux_only
 @pytest.mark.skipif(shutil.which("setpriv") is None, reason="needs setpriv of util-linux")
 def test_without_rights_the_words_say_so_and_how_to_get_more(tmp_path):

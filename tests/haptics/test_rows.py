@@ -81,6 +81,7 @@ def test_what_was_read_does_not_change_any_more():
     np.testing.assert_array_equal(block[:, 5], np.arange(10))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("capacity", "pause"), [(64, 10), (256, 300), (4096, 300)])
 def test_a_writer_that_never_rests(capacity, pause):
     out = new_ring(capacity)

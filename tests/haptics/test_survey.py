@@ -63,6 +63,7 @@ def render_nothing(r, body, flat, made) -> None:
     survey.run(r, body, flat, made, np.zeros(3), none, EVERY, np.zeros(rows.ROW_WIDTH), found)
 
 
+@pytest.mark.slow
 def test_a_rig_brought_back_is_a_new_one():
     """Every array of loop and plant, after a hand and an over-speed fault, is as the scene made it."""
     scene = replace(scene_of(*SCENES[2][:2]), max_speed=1e-9)

@@ -108,6 +108,7 @@ def test_energy_is_that_of_the_force_in_effect():
     assert np.abs(given).max() > 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="this is the interpreted run")
 def test_the_tick_runs_interpreted():
     here = Path(__file__)

@@ -88,6 +88,7 @@ def test_random_laws(machine, tmp_path, seeds):
     hold(run(machine, tmp_path, seeds, Plain), len(seeds))
 
 
+@pytest.mark.slow
 def test_random_laws_compiled(machine, tmp_path):
     assert run(machine, tmp_path, range(1, 3), Compiled).laws >= 1
 

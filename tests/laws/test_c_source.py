@@ -89,6 +89,7 @@ def check(jobs, folder, monkeypatch):
         assert found == pytest.approx(wanted, rel=1e-6, abs=1e-8, nan_ok=True), job.values
 
 
+@pytest.mark.slow
 def test_every_environment_with_every_choice(tmp_path, monkeypatch):
     time = np.arange(1500) * PERIOD
     x = 0.02 * np.sin(5.0 * time) + 0.006 * np.sin(20.0 * time)
@@ -103,6 +104,7 @@ def test_every_environment_with_every_choice(tmp_path, monkeypatch):
     check(jobs, tmp_path, monkeypatch)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seeds", [range(6), pytest.param(range(6, 40), marks=pytest.mark.slow)])
 def test_random_laws(tmp_path, monkeypatch, seeds):
     jobs = []

@@ -39,6 +39,7 @@ def cache(request, tmp_path):
     return {request.param: str(tmp_path / "kept")}
 
 
+@pytest.mark.slow
 def test_it_is_known_in_another_program(cache, tmp_path):
     assert said(tmp_path, cache, "2.0", "compile") == ["False", "True"]
     assert said(tmp_path, cache, "2.0") == ["True"]

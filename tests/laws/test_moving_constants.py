@@ -11,7 +11,8 @@ from hapkit_studio.laws.machine import FIRST, MOST_CYCLES, Refusal
 from hapkit_studio.laws.specialise import Specialiser
 from tests.laws.board_laws import ENVIRONMENTS
 from tests.laws.machine_pc import Machine, build, needs_compiler
-from tests.laws.test_board_environments import KEYS, PERIOD, TOO_SLOW, motion, options, settings
+from tests.laws.test_board_environments import PERIOD, TOO_SLOW, motion, options, settings
+from tests.wide import wide
 
 STEPS = 30  # of 1 ms
 
@@ -48,7 +49,7 @@ def programs(environment, chosen, rng, count, outcomes) -> list[tuple[tuple[bool
     return made
 
 
-@pytest.mark.parametrize("key", KEYS)
+@pytest.mark.parametrize("key", wide(ENVIRONMENTS, lambda key: key in ("wall", "friction")))
 def test_only_conditions_on_parameters_decide_what_the_code_is(key, rng, outcomes):
     environment = ENVIRONMENTS[key]
     for chosen in options(environment):
@@ -60,7 +61,7 @@ def test_only_conditions_on_parameters_decide_what_the_code_is(key, rng, outcome
 
 
 @needs_compiler
-@pytest.mark.parametrize("key", KEYS)
+@pytest.mark.parametrize("key", wide(ENVIRONMENTS, lambda key: key in ("wall", "friction")))
 def test_constants_on_the_move(key, machine, rng, outcomes):
     environment, rows = ENVIRONMENTS[key], motion(120).astype(np.float32)
     moved = 0

@@ -209,6 +209,7 @@ def test_two_laws_in_one_process_are_two_addresses(tmp_path):
     assert [call(c, (0.0, 0.0, 0.0), 0.0, 0.0)[0] for c in (one, two, one)] == [1.0, 2.0, 1.0]
 
 
+@pytest.mark.slow
 def test_an_edited_helper_or_constant_is_another_file(tmp_path):
     sources, forces = set(), []
     for gain in (1.0, 2.0):

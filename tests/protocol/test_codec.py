@@ -124,6 +124,7 @@ def test_agrees_with_the_plain_codec_on_anything(parts, cut):
     assert reader.state[codec.OTHER_FRAMES] == len(found) - len(expected)
 
 
+@pytest.mark.slow
 def test_damage_gives_no_false_sample(rng):
     """A CRC-16 lets damage pass once in 65536 by chance: 0.3 expected here."""
     wrong = 0
@@ -204,6 +205,7 @@ def test_crc_is_the_plain_one(data):
     assert crc == crc16(data)
 
 
+@pytest.mark.slow
 def test_same_results_without_compilation():
     program = """
 import numpy as np

@@ -113,6 +113,7 @@ def test_what_it_prints_disturbs_no_answer(tmp_path):
     assert own.check({**VALUES, "stiffness": 123.5}) == "odd"
 
 
+@pytest.mark.slow
 def test_the_program_ends_with_the_environment(tmp_path):
     own = made(tmp_path)
     own.check(VALUES)
@@ -123,6 +124,7 @@ def test_the_program_ends_with_the_environment(tmp_path):
     assert process.poll() is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [5.0, 123.5], ids=["idle", "in a loop"])
 def test_the_program_ends_where_nobody_is_left_to_end_it(tmp_path, stiffness):
     tried = saved(tmp_path, with_functions(with_check("while True: pass")))

@@ -143,6 +143,7 @@ def test_it_has_low_priority(tmp_path):
     assert int(nice.read_text(encoding="ascii")) >= min(os.nice(0) + 10, 19)
 
 
+@pytest.mark.slow
 def test_the_law_it_compiled_is_loaded_without_compiling(tmp_path):
     whole = text("a = 0.0\nfor i in range(50):\n    a += math.sin(a + 0.5 * x)\nreturn -a")
     path = write(tmp_path, whole)

@@ -17,19 +17,19 @@ from PySide6.QtWidgets import (
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import theme
 
 Button = tuple[str, Callable[[], object]]
 
 _HEIGHT = 40
-# tone: sign, colour of sign and words, ground
+# tone: sign, colour of sign and words
 _TONES = {
-    "": ("", "ink2", "side"),
-    "ok": ("check", "ok", "oksoft"),
-    "warn": ("info", "warn", "warnsoft"),
-    "danger": ("cross", "danger", "dangersoft"),
+    "": ("", "ink2"),
+    "ok": ("check", "ok"),
+    "warn": ("info", "warn"),
+    "danger": ("cross", "danger"),
 }
 DRAFT_MS = 800
 CYCLES, CYCLES_KEY = "Cycles by line", "Ctrl+Shift+C"
@@ -72,7 +72,7 @@ class Strip(QWidget):
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
-        self.setObjectName("strip")
+        self.setObjectName("messageLine")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setMinimumHeight(_HEIGHT)
         self.tone = ""
@@ -112,11 +112,12 @@ class Strip(QWidget):
         return button
 
     def _show_tone(self) -> None:
-        sign, color, ground = _TONES[self.tone]
+        sign, color = _TONES[self.tone]
         self.sign.setVisible(bool(sign))
         if sign:
             self.sign.setPixmap(icons.pixmap(sign, 20, color, self.devicePixelRatioF()))
-        dress(self, f"#strip {{ background: @{ground}; }} #strip > QLabel {{ color: @{color}; }}")
+        mark(self, "tone", self.tone)
+        mark(self.words, "ink", color)
 
 
 def law_line(text: str) -> int:

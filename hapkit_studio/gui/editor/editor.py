@@ -23,7 +23,6 @@ from hapkit_studio.gui.gallery import GalleryRow, icon_name
 from hapkit_studio.gui.own_environments import declared_words
 from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.workshop import folder
@@ -33,13 +32,6 @@ from hapkit_studio.workshop.source import Source
 _SIDE = 16
 _ICONS = {"two_walls": "wall", "mass_on_a_spring": "mass_spring_damper"}
 _ASK = "It is a program and may do what any program may. Run it only if you know where it comes from."
-_SHEET = """
-#code {
-  background: @surface; color: @ink;
-  selection-background-color: @accent; selection-color: @onaccent;
-}
-#code::corner { background: @surface; }
-"""
 
 
 class Chooser(QWidget):
@@ -172,7 +164,6 @@ class SourcePage(QWidget):
         words.addWidget(self.ask)
         head = QWidget()
         head.setObjectName("foreign")
-        dress(head, "#foreign { background: @warnsoft; border-left: 5px solid @warn; }")
         row = QHBoxLayout(head)
         row.setContentsMargins(12, 8, 12, 8)
         row.setSpacing(12)
@@ -195,7 +186,6 @@ class Editor(QFrame):
         super().__init__(parent)
         self.setProperty("card", True)
         self.chooser, self.page, self.source = Chooser(templates), CodePage(), SourcePage()
-        dress(self, _SHEET)
         self.stack = QStackedWidget(self)
         for page in (self.chooser, self.page, self.source):
             self.stack.addWidget(page)

@@ -1,27 +1,26 @@
 """The middle of the Live view: scene on top, time plots and force–position below."""
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QFrame,
     QHBoxLayout,
     QPushButton,
+    QSplitter,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
-from hapkit_studio.gui.actions import SPANS
+from hapkit_studio.gui import breakpoints
+from hapkit_studio.gui.breakpoints import GAP
 from hapkit_studio.gui.live.phase_plot import ForcePosition
-from hapkit_studio.gui.live.time_plots import TimePlots
+from hapkit_studio.gui.live.time_plots import SPANS, TimePlots
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.segmented import Segmented
 
-GAP = 12
-PHASE_WIDTH = 348
-NARROW = 720
-WIDE = 1240  # room for a law and the force–position plot side by side
 _EDGE = 1  # the card's line
 _VIEWS = ("Time", "Force–position")
 
@@ -39,6 +38,12 @@ def _filled(widget: QWidget, parent: QWidget) -> QFrame:
     column.setContentsMargins(0, 0, 0, 0)
     column.addWidget(widget)
     return frame
+
+
+def remembered(settings: QSettings, name: str, usual: int) -> int:
+    """Return a size in px that was kept, or the usual one."""
+    size = settings.value(name, usual, int)
+    return size if isinstance(size, int) else usual
 
 
 class Toolbar(QWidget):
@@ -76,61 +81,81 @@ class Toolbar(QWidget):
 
 
 class Centre(QWidget):
-    """Scene and plots; ``set_room`` decides what gives way."""
+    """Scene above, plots below: the borders between them can be dragged, and are remembered.
 
-    def __init__(self, parent: QWidget | None = None):
+    ``resized`` after the parts have taken another size.
+    """
+
+    resized = Signal()
+
+    def __init__(self, settings: QSettings, parent: QWidget | None = None):
         super().__init__(parent)
         self.scene, self.time, self.phase = SceneView(), TimePlots(), ForcePosition()
         self.toolbar = Toolbar()
+        self.rows, self.columns = QSplitter(Qt.Orientation.Vertical, self), QSplitter()
         self.scene_card = _filled(self.scene, self)
         self.time_card, self.phase_card = card(self), _filled(self.phase, self)
         self.stack = QStackedWidget(self.time_card)
         self._narrow = False
         self._page: QWidget | None = None
-        self._page_wants: tuple[bool, bool] = (True, False)
-        self._room = (0, 0)
+        self._shows_scene, self._is_law = True, False
+        self._scene_height = remembered(settings, "scene_height", 0)  # 0: nobody dragged it
+        self._phase_width = remembered(settings, "phase_width", 0)
         self._arrange()
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
+        self.rows.splitterMoved.connect(self._scene_dragged)
+        self.columns.splitterMoved.connect(self._phase_dragged)
 
-    def set_room(self, width: int, height: int) -> None:
-        """Lay out for the room there is, margins included."""
-        self._room = width, height
-        narrow = width < NARROW
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.give_way()
+        self.resized.emit()
+
+    def give_way(self) -> None:
+        """Share out the room; another scene may want another height."""
+        width, page = self.width(), self._page is not None
+        narrow = width < breakpoints.PLOTS_BESIDE
         if narrow != self._narrow:
             self._narrow = narrow
             self._move_phase()
-        free = height - 3 * GAP
-        wants_scene, wants_phase = self._page_wants
-        scene = self.scene.wanted_height if free >= 680 else 180 if free >= 480 else 150
-        if self._page is not None:
-            scene = 180 if free >= 680 and wants_phase else 150
-        self.scene_card.setFixedHeight(scene + 2 * _EDGE)
-        self.scene_card.setVisible(wants_scene)
-        self.time_card.setVisible(self._page is None)
+        free = self.height() - 3 * GAP
+        law = self._is_law if page else None
+        height = breakpoints.scene_height(self.scene.wanted_height, width, free, law)
+        if self._scene_height and not page:
+            height = self._scene_height
+        self.scene_card.setVisible(self._shows_scene)
+        self.time_card.setVisible(not page)
         if not narrow:
-            self.phase_card.setVisible(self._page is None or (wants_phase and width >= WIDE))
+            self.phase_card.setVisible(not page or (self._is_law and width >= breakpoints.LAW_BESIDE))
+        self.rows.setSizes([height + 2 * _EDGE, free - height - 2 * _EDGE])
+        if not narrow:
+            phase = self._phase_width or breakpoints.phase_width(width)
+            others = self.columns.count() - 1
+            self.columns.setSizes([self.columns.width() - GAP - phase] * others + [phase])
 
-    def refit(self) -> None:
-        """Lay out anew: another scene may want another height."""
-        self.set_room(*self._room)
+    def save(self, settings: QSettings) -> None:
+        """Remember where the borders were dragged to."""
+        settings.setValue("scene_height", self._scene_height)
+        settings.setValue("phase_width", self._phase_width)
 
-    def take_page(self, page: QWidget) -> None:
+    def add_page(self, page: QWidget) -> None:
         """Give a page its place beside the plots', out of sight for now."""
         page.hide()
-        self._lower.insertWidget(0, page, 1)
+        self.columns.insertWidget(0, page)
+        self.columns.setStretchFactor(0, 1)
 
-    def show_page(self, page: QWidget | None, scene: bool = True, phase: bool = False) -> None:
-        """Show a page that was taken in the plots' place, None for the plots.
+    def show_page(self, page: QWidget | None, scene: bool = True, law: bool = False) -> None:
+        """Show a page that was added in the plots' place, None for the plots.
 
-        scene, phase: whether the scene, and where there is room the force–position plot, stay in sight.
+        scene: the scene stays in sight; law: so does the force–position plot where there is room.
         """
         if self._page is not None and self._page is not page:
             self._page.hide()
-        self._page, self._page_wants = page, (scene, phase)
+        self._page, self._shows_scene, self._is_law = page, scene, law
         if page is not None:
             page.show()
-        self.refit()
+        self.give_way()
 
     def refresh(self) -> None:
         """Draw the newest data into the plots that are seen."""
@@ -139,19 +164,23 @@ class Centre(QWidget):
         if self.phase.isVisible():
             self.phase.refresh()
 
+    def _scene_dragged(self, _place: int, _handle: int) -> None:
+        if self._page is None:
+            self._scene_height = self.scene_card.height() - 2 * _EDGE
+
+    def _phase_dragged(self, _place: int, _handle: int) -> None:
+        self._phase_width = self.phase_card.width()
+
     def _move_phase(self) -> None:
+        """Put the force–position plot behind the switch, or back beside the time plots."""
         self.toolbar.views.setVisible(self._narrow)
+        self.phase_card.setProperty("card", not self._narrow)
         if self._narrow:
-            self.phase_card.setMinimumWidth(0)
-            self.phase_card.setMaximumWidth(16777215)
-            self.phase_card.setProperty("card", False)
             self.stack.addWidget(self.phase_card)
             self.stack.setCurrentIndex(self.toolbar.views.index)
         else:
             self.stack.removeWidget(self.phase_card)
-            self.phase_card.setProperty("card", True)
-            self.phase_card.setFixedWidth(PHASE_WIDTH)
-            self._lower.addWidget(self.phase_card)
+            self.columns.addWidget(self.phase_card)
             self.phase_card.show()
         self.phase_card.style().unpolish(self.phase_card)
         self.phase_card.style().polish(self.phase_card)
@@ -167,16 +196,20 @@ class Centre(QWidget):
         inside.addWidget(line)
         self.stack.addWidget(self.time)
         inside.addWidget(self.stack, 1)
-        self.phase_card.setFixedWidth(PHASE_WIDTH)
-        self._lower = QHBoxLayout()
-        self._lower.setSpacing(GAP)
-        self._lower.addWidget(self.time_card, 1)
-        self._lower.addWidget(self.phase_card)
+        self.scene_card.setMinimumHeight(breakpoints.SCENE_LEAST + 2 * _EDGE)
+        for splitter, parts in (
+            (self.columns, (self.time_card, self.phase_card)),
+            (self.rows, (self.scene_card, self.columns)),
+        ):
+            splitter.setHandleWidth(GAP)
+            splitter.setChildrenCollapsible(False)
+            for part in parts:
+                splitter.addWidget(part)
+        self.columns.setStretchFactor(0, 1)
+        self.rows.setStretchFactor(1, 1)
         column = QVBoxLayout(self)
         column.setContentsMargins(GAP, GAP, GAP, GAP)
-        column.setSpacing(GAP)
-        column.addWidget(self.scene_card)
-        column.addLayout(self._lower, 1)
+        column.addWidget(self.rows)
         self.setAutoFillBackground(False)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setObjectName("centre")

@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.held import SAMPLE
 from hapkit_studio.gui.live.plots.declared import TimePlot
-from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -89,7 +88,7 @@ class Header(QWidget):
         self.value.setFont(theme.font("readout"))
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.value.setToolTip(plot.traces[-1].help)
-        dress(self.value, f".QLabel {{ color: @{plot.traces[-1].color}; }}")  # tooltips are QLabels too
+        self.value.setProperty("ink", plot.traces[-1].color)
         row.addWidget(self.value)
         self.show_surface("")
         self.show_held("")
@@ -97,7 +96,7 @@ class Header(QWidget):
 
     def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
         parts: list[QWidget] = [Sample(token, width, dash), plain(QLabel(text))]
-        dress(parts[1], ".QLabel { color: @axis; }")
+        parts[1].setProperty("ink", "axis")
         for part in parts:
             part.setToolTip(help)
             self._row.addWidget(part)

@@ -26,7 +26,7 @@ _PALE = 0.45  # of a trace's colour while the device is gone
 _SAME = 0.3  # px: closer than this, two lines are one
 _WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px of the value axis, without and with a unit
 _EMPTY = Window(np.empty(0), {}, False)
-SPANS = (1.0, 60.0)
+SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
 _READOUT_MS = 100
 _AXIS = 22
 _FOLD_BELOW = 3 * HEIGHT + _AXIS + 160
@@ -261,7 +261,7 @@ class TimePlots(QWidget):
             column.addWidget(canvas)
             canvas.fit_wanted.connect(self.fit)
             canvas.pointed.connect(self._point)
-            canvas.view.setLimits(xMin=-SPANS[1], xMax=0.0, minXRange=0.005)
+            canvas.view.setLimits(xMin=-SPANS[-1], xMax=0.0, minXRange=0.005)
         for canvas in self.canvases[:-1]:
             canvas.view.setXLink(self.canvases[-1].view)
         self.canvases[-1].view.sigXRangeChanged.connect(self._moved)
@@ -297,7 +297,7 @@ class TimePlots(QWidget):
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""
-        if not SPANS[0] <= seconds <= SPANS[1]:
+        if not SPANS[0] <= seconds <= SPANS[-1]:
             raise ParameterError(f"The time window goes from 1 to 60 s, not {seconds:g}.")
         self.span = float(seconds)
         self._show_span()

@@ -124,11 +124,12 @@ class Table(QTableView):
         self.setFrameShape(QFrame.Shape.NoFrame)
         up = QSizePolicy.Policy.Expanding if cells else QSizePolicy.Policy.Fixed
         self.setSizePolicy(QSizePolicy.Policy.Expanding, up)
-        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        if not cells:  # as tall as its rows
+            self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.horizontalHeader().setMinimumSectionSize(_GAP)
         self.horizontalHeader().setHighlightSections(cells)
         self.verticalHeader().hide()
-        self.verticalHeader().setMinimumSectionSize(_GAP if cells else _ROW)
+        self.verticalHeader().setMinimumSectionSize(_ROW)
         if cells:
             self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         dress(self, _LOOK + (_CELLS if cells else ""))

@@ -5,6 +5,7 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QPushButton, QVBox
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.panel.rendering import WhereSwitch
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.gui.studio import Studio
@@ -35,9 +36,6 @@ GRIP = Choice(
 )  # fmt: skip
 CONTROLLER = "Adds damping only while the scene gives energy."
 UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
-_ROOM_FOR_SLIDERS, _ROOM_FOR_ROWS = 1000, 885
-_ROOM_FOR_WAYS = 262
-"""What the switch, its facts and a longer verdict take in addition, where there is a board."""
 _LEAST_TARGET = 24
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
 
@@ -76,7 +74,7 @@ class LoopPanel(QWidget):
         self.controller_words.setWordWrap(True)
         self.folded = False
         self._by_hand = self._low = False
-        self._height, self._board = _ROOM_FOR_SLIDERS, False
+        self._height, self._board = breakpoints.LOOP_SLIDERS, False
         self._arrange()
         self._connect()
         self.show_state()
@@ -88,24 +86,26 @@ class LoopPanel(QWidget):
         self.where.set_folded(self._low and (folded or not self._by_hand))
         self.show_state()
 
-    def set_room(self, narrow: bool, height: int) -> None:
-        """Give way in a low window: first the sliders, then all rows until a person unfolds them."""
+    def give_way(self, narrow: bool, height: int) -> None:
+        """Give way in a low panel: first the sliders, then all rows until a person unfolds them."""
         filters = [row for rows in self.options.values() for row in rows]
         for row in (self.rate, self.delay, *filters):
             row.set_narrow(narrow)
-            row.set_compact(height < _ROOM_FOR_SLIDERS)
+            row.set_compact(height < breakpoints.LOOP_SLIDERS)
         for choice in (self.estimator, self.grip):
-            choice.set_compact(height < _ROOM_FOR_SLIDERS)
-        self._low, self._height = height < _ROOM_FOR_SLIDERS, height
-        self._give_way()
+            choice.set_compact(height < breakpoints.LOOP_SLIDERS)
+        self._low, self._height = height < breakpoints.LOOP_SLIDERS, height
+        self._fold_or_unfold()
 
-    def _give_way(self) -> None:
+    def _fold_or_unfold(self) -> None:
         """Fold by the room there is, until a person does; a device that is away changes nothing."""
         engine = self._studio.engine
         if engine is not None:
             self._board = not engine.device.simulated
         if not self._by_hand:
-            self.set_folded(self._height < _ROOM_FOR_ROWS + (_ROOM_FOR_WAYS if self._board else 0))
+            self.set_folded(
+                self._height < breakpoints.LOOP_ROWS + (breakpoints.RENDERING_ROWS if self._board else 0)
+            )
 
     def _turn(self) -> None:
         self._by_hand = True
@@ -186,7 +186,7 @@ class LoopPanel(QWidget):
 
     def _connect(self) -> None:
         self._studio.loop_changed.connect(self.show_state)
-        self._studio.engine_changed.connect(self._give_way)
+        self._studio.engine_changed.connect(self._fold_or_unfold)
         self._studio.engine_changed.connect(self.show_state)
         for signal in (self._studio.environment_changed, self._studio.values_changed):
             signal.connect(self._note_rate)

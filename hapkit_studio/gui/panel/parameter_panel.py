@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolBut
 from hapkit_studio.devices.simulated import MODELS, OPTIONAL, TERMS
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.gallery import icon_name
 from hapkit_studio.gui.panel.loop import LoopPanel
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
@@ -15,18 +16,16 @@ from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.text import plain, rich
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice
 
 _SMALLEST = 14  # px: below that a title rather takes two lines
 _OPTIONS = ("As needed", "Everything")
-WIDE, NARROW = 300, 272
 _SIDE, _TOP = 16, 10
 _ROW_HIGH, _CHOICE_HIGH, _WORDS_HIGH = 53, 34, 34
-_USUAL_ROWS, _USUAL_HEIGHT = 3 * _ROW_HIGH + 2 * _CHOICE_HIGH, 900
-"""The rows of the wall, for which the loop's own heights are; a window to begin with."""
+_USUAL_ROWS = 3 * _ROW_HIGH + 2 * _CHOICE_HIGH
+"""The rows of the wall, for which the loop's own breakpoints are."""
 
 Row = ParameterRow | ChoiceRow
 
@@ -261,7 +260,6 @@ class ParameterPanel(QScrollArea):
         self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
         body = self._body = QWidget(self.viewport())
         body.setObjectName("panelBody")
-        dress(body, "QLabel:disabled { color: @ink3; }")
         column = self._column = QVBoxLayout(body)
         column.setContentsMargins(_SIDE, _TOP, _SIDE, _TOP)
         column.setSpacing(6)
@@ -271,7 +269,6 @@ class ParameterPanel(QScrollArea):
         for signal in (studio.environment_changed, studio.engine_changed, studio.loop_changed):
             signal.connect(self._show_model)
         self._show_model()
-        self._room = False, _USUAL_HEIGHT
         studio.environment_changed.connect(self._share_room)
         environment = (self.title, rule(), self.parameters, self.warnings)
         for part in (*environment, rule(), self.loop, self.model, rule(), self.stability):
@@ -295,17 +292,15 @@ class ParameterPanel(QScrollArea):
         bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
         self._column.setContentsMargins(_SIDE, _TOP, max(_SIDE - bar, 0), _TOP)
 
-    def set_room(self, narrow: bool, height: int) -> None:
-        """Give way in a narrow or low window."""
-        self._room = narrow, height
-        self.setFixedWidth(NARROW if narrow else WIDE)
-        self.parameters.set_narrow(narrow)
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.parameters.set_narrow(self.width() < breakpoints.PANEL)
         self._share_room()
 
     def _share_room(self) -> None:
         """Let the loop give way to an environment of many rows, so that the map stays in sight."""
-        narrow, height = self._room
         environment = self._studio.environment
         rows = sum(_CHOICE_HIGH if isinstance(p, Choice) else _ROW_HIGH for p in environment.parameters)
         words = _WORDS_HIGH if environment.drives else 0
-        self.loop.set_room(narrow, height - max(rows + words - _USUAL_ROWS, 0))
+        narrow = self.width() < breakpoints.PANEL
+        self.loop.give_way(narrow, self.height() - max(rows + words - _USUAL_ROWS, 0))

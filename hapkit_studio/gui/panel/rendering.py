@@ -12,7 +12,7 @@ from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.rows import ChoiceRow
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.gui.widgets.style import dress, mark
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.parameters import Choice
@@ -38,7 +38,6 @@ HINTS = (
 )
 UNKNOWN = "–"
 NAMES = "Computer", "Board"
-_SHEET = 'QLabel[on="true"] { color: @accent; font-weight: 650; } QLabel { font-size: 12px; }'
 TIP = (
     "Who computes the force. The computer: a sample goes up, a force comes down, with the delay of the USB "
     "line. The board: parameters go down once, its own processor runs the same law."
@@ -166,12 +165,13 @@ class Facts(QWidget):
         for column, (head, values) in enumerate(zip(self.heads, self.values, strict=True), start=1):
             for row, label in enumerate((head, *values)):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                label.setProperty("role", "fact")
                 grid.addWidget(label, row, column)
         for row, (name, hint) in enumerate(zip(ROWS, HINTS, strict=True), start=1):
             label = QLabel(name)
             label.setToolTip(hint)
+            label.setProperty("role", "fact")
             grid.addWidget(label, row, 0)
-        dress(self, _SHEET)
 
     def show_way(self, column: int, texts: tuple[str, ...], on: bool) -> None:
         """Show one way's texts in the order of ROWS; on: it renders now."""
@@ -197,8 +197,8 @@ class Lines(QWidget):
                 side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
                 label.setAlignment(side | Qt.AlignmentFlag.AlignVCenter)
                 label.setToolTip(("", HINTS[0], HINTS[2])[column])
+                label.setProperty("role", "fact")
                 grid.addWidget(label, row, column)
-        dress(self, _SHEET)
 
     def show_way(self, row: int, texts: tuple[str, ...], on: bool) -> None:
         """Show a way's delay and limit; on: it renders now."""

@@ -15,7 +15,7 @@ from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.panel.limits import Answer, LoopFacts, Question, answer
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -230,6 +230,7 @@ class StabilityCard(QWidget):
         self.heading.setProperty("role", "section")
         self.sign, self.headline, self.words = QLabel(), plain(QLabel()), plain(QLabel())
         self.headline.setWordWrap(True)
+        self.headline.setProperty("role", "headline")
         self.words.setWordWrap(True)
         self.words.setProperty("role", "hint")
         self.drives = plain(QLabel())
@@ -351,8 +352,7 @@ class StabilityCard(QWidget):
     def _look(self) -> None:
         name, token = self._sign
         self.sign.setPixmap(icons.pixmap(name, 18, token, self.devicePixelRatioF()))
-        ink = "danger" if token == "danger" else "ink"
-        dress(self.headline, f"QLabel {{ color: @{ink}; font-size: 14px; font-weight: 650; }}")
+        mark(self.headline, "ink", "danger" if token == "danger" else "ink")
 
     def _arrange(self) -> None:
         row = QHBoxLayout()

@@ -8,7 +8,6 @@ from hapkit_studio.environments.base import Conditions
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -23,10 +22,10 @@ class WarningLine(QWidget):
         super().__init__(parent)
         self.setObjectName("warning")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        dress(self, "#warning { background: @warnsoft; border-radius: 6px; } QLabel { color: @warn; }")
         self.sign, self.words = QLabel(), plain(QLabel(text))
         self.sign.setPixmap(icons.pixmap("triangle", _SIGN, "warn", self.devicePixelRatioF()))
         self.words.setWordWrap(True)
+        self.words.setProperty("ink", "warn")
         row = QHBoxLayout(self)
         row.setContentsMargins(8, 6, 8, 6)
         row.setSpacing(8)

@@ -1,11 +1,33 @@
-"""Style for single widgets, beside the application's sheet: tokens by @name, following the theme."""
+"""The application's style sheet, and the properties its rules select by; both follow the theme."""
 
 import re
 
 from PySide6.QtCore import QObject, Qt
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
+from hapkit_studio import resources
+from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.theme import theme
+
+
+def apply(app: QApplication) -> None:
+    """Give the application the theme and the style sheet, and keep both up to date."""
+    if app.property("styled") is None:
+        app.setProperty("styled", True)
+        theme.changed.connect(lambda: app.setStyleSheet(stylesheet()))
+    theme.apply(app)
+
+
+def stylesheet() -> str:
+    """Return assets/style.qss with the tokens (@name) and icons (%name%) of the theme in force filled in."""
+    text = resources.path("style.qss").read_text(encoding="utf-8")
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    text = _with_tokens(text)
+    return re.sub(r"%(\w+)%", lambda match: icons.file(match[1], "ink2"), text)
+
+
+def _with_tokens(sheet: str) -> str:
+    return re.sub(r"@(\w+)", lambda match: theme.tokens[match[1]], sheet)
 
 
 class _Dress(QObject):
@@ -18,7 +40,7 @@ class _Dress(QObject):
         self.refresh()
 
     def refresh(self) -> None:
-        sheet = re.sub(r"@(\w+)", lambda match: theme.tokens[match[1]], self.sheet)
+        sheet = _with_tokens(self.sheet)
         if sheet != self.widget.styleSheet():
             self.widget.setStyleSheet(sheet)
 

@@ -1,13 +1,11 @@
-"""The look in force: colours by token, fonts by role, the style sheet; follows the system."""
+"""The look in force: colours by token, fonts by role; follows the system."""
 
-import re
 from types import SimpleNamespace
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QPalette
 from PySide6.QtWidgets import QApplication
 
-from hapkit_studio import resources
 from hapkit_studio.formatting import MINUS, number
 from hapkit_studio.palette import table
 
@@ -61,12 +59,12 @@ class Theme(QObject):
         return QColor.fromRgbF(*(share * a + (1.0 - share) * b for a, b in parts))
 
     def apply(self, app: QApplication) -> None:
-        """Dress the application and follow the system from now on."""
+        """Give the application this look, and follow the system from now on."""
         if self._app is None:
             self._app = app
             app.setStyle("Fusion")
             app.styleHints().colorSchemeChanged.connect(self._follow)
-            self.name = ""  # nothing is dressed yet
+            self.name = ""  # nothing has this look yet
         self.set_mode(self.mode)
 
     def set_mode(self, mode: str) -> None:
@@ -95,7 +93,6 @@ class Theme(QObject):
         if self._app is not None:
             self._app.setPalette(self.palette())
             self._app.setFont(self.font("body"))
-            self._app.setStyleSheet(self.stylesheet())
         self.changed.emit()
 
     def palette(self) -> QPalette:
@@ -131,15 +128,6 @@ class Theme(QObject):
         font.setWeight(QFont.Weight(weight))
         font.setFeature(QFont.Tag("tnum"), 1)
         return font
-
-    def stylesheet(self) -> str:
-        """Return the application's style sheet: assets/style.qss with its tokens and icons filled in."""
-        from hapkit_studio.gui.widgets import icons
-
-        text = resources.path("style.qss").read_text(encoding="utf-8")
-        text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
-        text = re.sub(r"@(\w+)", lambda match: self.tokens[match[1]], text)
-        return re.sub(r"%(\w+)%", lambda match: icons.file(match[1], "ink2"), text)
 
 
 def family() -> str:

@@ -110,7 +110,7 @@ class BoardDialog(QDialog):
 
     def begin(self) -> None:
         """Take the board over."""
-        self.studio.let_go(self.windowTitle())
+        self.studio.device.let_go(self.windowTitle())
         self.setFocus()  # not the E-stop: an Enter too many would latch it
         self.board.start()
         self._frames.start()
@@ -161,7 +161,7 @@ class BoardDialog(QDialog):
         self.studio.stop_changed.disconnect(self._stop_changed)
         self.studio.link_changed.disconnect(self._link_changed)
         if self.studio.link.state == "idle":
-            self.studio.reconnect()
+            self.studio.device.reconnect()
         super().closeEvent(event)
 
     def _header(self) -> QWidget:

@@ -330,7 +330,7 @@ class SetupDialog(BoardDialog):
             step.completeChanged.connect(self._complete_changed)
             step.job_started.connect(self._job_started)
         self.save_step.undone.connect(self._undone)
-        self.connect_step.padding_chosen.connect(self.studio.set_padding)
+        self.connect_step.padding_chosen.connect(self.studio.device.set_padding)
         theme.changed.connect(self._show_results)
 
     def _choose(self, index: int) -> None:

@@ -9,6 +9,7 @@ from hapkit_studio.cli import main
 KEYS = {"chart", "scene", "method", "step_s", "error", "ns_per_simulated_s", "pareto"}
 
 
+@pytest.mark.slow
 def test_one_object_with_a_row_a_point(capsys):
     assert main(["accuracy", "servo", "--scene", "stiffness", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -28,6 +29,7 @@ def test_one_object_with_a_row_a_point(capsys):
     assert answer["default"]["rate_Hz"] == 1000.0
 
 
+@pytest.mark.slow
 def test_an_answer_that_rests_on_a_tie_says_so(capsys):
     assert main(["accuracy", "velocity", "--scene", "tremor", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

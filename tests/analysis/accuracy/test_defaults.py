@@ -47,6 +47,7 @@ def test_the_charts_and_their_scenes():
     assert len(SCENES) == len(set(SCENES)) == 16
 
 
+@pytest.mark.slow
 def test_progress_tells_every_scene_and_may_stop_the_work():
     told = []
     found = accuracy.compute(["servo"], progress=lambda done, of: told.append((done, of)))

@@ -6,7 +6,7 @@ import pytest
 
 from hapkit_studio.analysis.accuracy import velocity
 from hapkit_studio.analysis.accuracy.velocity import PLAN
-from hapkit_studio.gui.device_link import LoopWish
+from hapkit_studio.gui.studio import LoopChoice
 
 SCENES = ("tremor", "slow", "steady", "swing", "shake", "reversal")
 # RMS and largest error in mm/s in each scene, lag in ms at 8 Hz
@@ -57,7 +57,7 @@ def test_a_first_order_filters_lag_follows_from_its_coefficient():
 
 
 def test_the_windows_loop_starts_with_the_charts_default():
-    assert {scene.default.method for scene in PLAN.scenes} == {LoopWish().estimator}
+    assert {scene.default.method for scene in PLAN.scenes} == {LoopChoice().estimator}
 
 
 def test_the_default_alone_is_within_the_tolerance_in_every_motion():

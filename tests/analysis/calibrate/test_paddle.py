@@ -24,6 +24,7 @@ def kit_of(seed):
     return PaddleKit(mass=mass, viscous=viscous, coulomb=coulomb, magnet=rng.uniform(0.0, 900.0))
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_in_nine_of_ten():
     held = []
     for seed in SEEDS:

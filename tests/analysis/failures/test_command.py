@@ -17,6 +17,7 @@ def run(capsys, *words):
     return code, out, err
 
 
+@pytest.mark.slow
 def test_without_a_key_it_is_a_table_of_all(capsys):
     code, out, err = run(capsys)
     assert (code, err) == (0, "")

@@ -11,7 +11,7 @@ from hapkit_studio.analysis.failures.base import MEASURED, OTHER, THEORY, show
 from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.device_link import LoopWish
+from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics.settings_writer import LoopSettings
 
 KEYS = list(failures())
@@ -112,7 +112,7 @@ def test_what_is_felt_live_can_be_set_by_a_person(key):
         for value in (failure.knob.low, failure.knob.default, failure.knob.high):
             live = failure.live(value, case)
             assert environments.named(live.environment).values(live.values)
-            wish = LoopWish(**live.loop)
+            wish = LoopChoice(**live.loop)
             LoopSettings().changed(wish.rate, wish.delay, wish.spec)
             assert live.grip in GRIPS
             assert live.advice

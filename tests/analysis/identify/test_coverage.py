@@ -12,6 +12,7 @@ from tests.wide import wide
 TRUTH = np.array([0.094, 0.5, 0.10])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("quantum", "rate", "delay", "first"),
     wide(
@@ -70,6 +71,7 @@ def told(hand, scene, values, estimator):
     return [(abs(e.value - truth[e.key]) / e.half, e.holds(truth[e.key])) for e in part.estimates if e.told]
 
 
+@pytest.mark.slow
 def test_what_is_told_is_true():
     found = {
         hand: [x for i, scene in enumerate(SCENES) for x in told(hand, *scene, ("difference", "iir")[i % 2])]

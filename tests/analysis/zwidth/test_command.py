@@ -84,6 +84,7 @@ def measured(monkeypatch):
     return asked
 
 
+@pytest.mark.slow
 def test_a_device_gets_what_was_asked_and_is_closed(capsys, measured):
     words = "--device simulated --damping 0,1 --mass 0.06 --rate 500 --delay 2e-3 --estimator iir:cutoff=20"
     words += " --hand firm --max-force 1.5 --push 0.5 --speed 0.05"

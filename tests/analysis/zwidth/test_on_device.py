@@ -75,6 +75,7 @@ def after(calls, act):
     return progress
 
 
+@pytest.mark.slow
 def test_the_live_device_agrees_with_the_simulation(running):
     engine, arrived = running(), []
     limits = TrialLimits(softest=1600.0, raised=1.6, precision=0.3)

@@ -174,6 +174,7 @@ def test_a_table_has_one_unit_and_tells_rates_apart(page):
     assert (first, second) == (("1 kHz", "48", "80"), ("2 kHz, 1 ms later", "91", "159"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(960, 600), (1280, 720), (1440, 900), (1920, 1080)])
 def test_nothing_is_cut_off(idle_window, page, qapp, size):
     page.show_result(made_up("verlet"))

@@ -164,6 +164,7 @@ def test_tiny_traces_have_ticks_that_can_be_read(most, factor, power):
     assert found[1] == power
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("share", "swings"), wide([(0.99, False), (1.9, True)], lambda share, swings: swings)
 )

@@ -118,6 +118,7 @@ def test_space_presses_no_button_and_controls_have_names(seen):
         assert part.accessibleName()
 
 
+@pytest.mark.slow
 def test_nothing_is_cut_off(seen, idle_window, qapp):
     for size in ((1280, 720), (1366, 768), (1440, 900), (1920, 1080)):
         for key in ("grows", "refuses", "step"):

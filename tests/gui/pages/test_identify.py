@@ -107,6 +107,7 @@ def test_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
         assert not page.chart.pale
 
 
+@pytest.mark.slow
 def test_in_a_low_window_the_upper_charts_keep_their_axes(page, found, idle_window, qapp):
     page.show_result(found)
     for size, shown in (((960, 600), False), ((1440, 900), True)):
@@ -118,6 +119,7 @@ def test_in_a_low_window_the_upper_charts_keep_their_axes(page, found, idle_wind
         assert outside(page.chart) == []
 
 
+@pytest.mark.slow
 def test_it_is_drawn_in_every_theme(page, found):
     page.show_result(found)
     for mode in ("dark", "contrast", "light"):
@@ -161,6 +163,7 @@ def test_the_hand_shakes_about_the_surface_within_the_rail(page):
     assert 0.015 < places.max() < 0.05
 
 
+@pytest.mark.slow
 def test_shaking_ends_in_what_was_rendered(window, qtbot):
     window.live.start()
     window.studio.choose("spring")

@@ -179,6 +179,7 @@ def test_an_environment_without_stiffness_has_no_dot(page, window, qtbot):
     assert page.verdict_column.headline.text() == "No limit applies"
 
 
+@pytest.mark.slow
 def test_an_adaptive_window_has_no_exact_limit_and_can_be_measured(page, window, qtbot):
     window.studio.set_loop(estimator="foaw", options=())
     follow(page, qtbot)
@@ -212,13 +213,13 @@ def test_without_a_device_nothing_is_judged(idle_window):
 
 
 def test_a_device_that_goes_leaves_the_map_paler(page, window, qtbot):
-    engine, window.studio.engine = window.studio.engine, None
+    engine, window.studio.device.engine = window.studio.engine, None
     window.studio.engine_changed.emit()
     assert page.lines is None
     assert page.chart.pale
     assert page.verdict_column.headline.text() == "Not judged yet"
     drawn(page.chart)
-    window.studio.engine = engine
+    window.studio.device.engine = engine
     window.studio.engine_changed.emit()
     follow(page, qtbot)
     assert not page.chart.pale
@@ -235,6 +236,7 @@ def test_out_of_sight_nothing_is_asked(page, window, qtbot, monkeypatch):
     assert follow(page, qtbot).margin.stiffness == 900.0
 
 
+@pytest.mark.slow
 def test_the_regions_have_their_colours_in_every_theme(page):
     for mode in ("light", "dark", "contrast"):
         theme.set_mode(mode)
@@ -322,6 +324,7 @@ def test_a_class_is_that_of_its_cell_and_none_is_told_beyond_the_axes():
     assert kind_at(measured, 2.0, 2001.0) is None
 
 
+@pytest.mark.slow
 def test_beyond_what_was_measured_with_friction_there_is_no_colour(judging_page):
     width, top = judging_page.lines.plane.width, judging_page.lines.plane.top
     judging_page.real.setChecked(True)

@@ -239,6 +239,7 @@ def test_it_is_saved_as_numbers(page, tmp_path):
     assert found["conditions"]["push"] == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 900), (1920, 1080)])
 def test_nothing_is_cut_off(page, window, qapp, size):
     page.show_result(made_up())

@@ -16,7 +16,7 @@ class Played:
     def __init__(self, kind, window, qtbot, kit=None, **truth):
         self.kit = kit or PaddleKit(pace=PACE, **truth)
         self.qtbot, self.window = qtbot, window
-        window.studio.entry = DeviceEntry("kit", "Hapkit on test", lambda: self.kit)
+        window.studio.device.entry = DeviceEntry("kit", "Hapkit on test", lambda: self.kit)
         self.dialog = kind.open_over(window)
         self.wait()
 

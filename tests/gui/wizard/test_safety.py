@@ -229,7 +229,7 @@ def test_enter_in_a_number_starts_nothing(played, qtbot):
 def test_another_device_chosen_meanwhile_gets_the_window_back(played, qtbot):
     play = played()
     studio = play.window.studio
-    studio.open(studio.entries()[0])
+    studio.device.open(studio.device.entries()[0])
     assert play.kit.hello is None
     qtbot.waitUntil(lambda: studio.engine is not None, timeout=PATIENCE_MS)
 

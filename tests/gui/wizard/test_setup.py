@@ -18,6 +18,7 @@ from tests.gui.wizard.support import PACE
 PLACES = (0.0, -0.02, 0.02, 0.0)
 
 
+@pytest.mark.slow
 def test_a_kit_with_everything_wrong_is_set_up(played, tmp_path):
     play = played(sense=-1, direction=-1, magnet=700.0, torque=0.7 * 0.0183)
     dialog, kit = play.dialog, play.kit

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.device_link import LoopWish
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.studio import LoopChoice, Studio
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures import Live
@@ -30,10 +29,10 @@ class Feel(QObject):
         self._studio = studio
         self.live: Live | None = None
         self.key = ""
-        self._before: tuple[str, LoopWish, str] | None = None
+        self._before: tuple[str, LoopChoice, str] | None = None
         self._values: dict[str, dict[str, float]] = {}
         self._waiting = self._busy = False
-        self._put: tuple[dict[str, float], LoopWish] | None = None
+        self._put: tuple[dict[str, float], LoopChoice] | None = None
         studio.environment_changed.connect(self._arrive)
         for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
             signal.connect(self._look)
@@ -59,7 +58,7 @@ class Feel(QObject):
         self._values.setdefault(live.environment, studio.values_of(live.environment))
         self.live, self.key, self._busy, self._put = live, key, True, None
         try:
-            studio.lay_out(live.environment, live.values)
+            studio.set_values_of(live.environment, live.values)
             studio.choose(live.environment)
             self._waiting = True
             self._go_on()
@@ -80,7 +79,7 @@ class Feel(QObject):
         if environment in studio.environments:
             studio.choose(environment)
         for key, values in self._values.items():
-            studio.lay_out(key, values)
+            studio.set_values_of(key, values)
         self._values = {}
         studio.set_loop(**asdict(loop))
         studio.set_grip(grip)

@@ -1,0 +1,58 @@
+"""What gives way where the window is small, in this order; every breakpoint stands here.
+
+All sizes are device-independent pixels.
+"""
+
+GAP = 12
+"""Between cards, and around them."""
+
+# 1. a centre narrower than this makes the gallery a rail of icons and keys, and the panel narrow
+CENTRE = 880
+GALLERY, RAIL, GALLERY_MOST = 228, 64, 320
+PANEL, PANEL_NARROW, PANEL_MOST = 300, 272, 440
+
+# 2. panel height: below the first the loop's rows have no sliders, below the second they fold into one line
+LOOP_SLIDERS, LOOP_ROWS = 890, 775
+RENDERING_ROWS = 262
+"""What the choice between computer and board takes in addition, where there is a board."""
+
+# 3. scene height, with this much free below the banners
+SCENE_LEAST, SCENE_LOW = 150, 180
+_FREE_FOR_SCENE, _FREE_FOR_LOW_SCENE = 680, 480
+# in a wide and high window the scene grows with its width, so that it keeps its proportions
+_FREE_FOR_TALL_SCENE, _USUAL_CENTRE, _MOST_GROWN = 880, 1100, 1.75
+
+# 4. header width: below the first its key caps go, below the second its icons, and its tabs stand closer
+KEY_CAPS, TABS_APART = 1300, 1180
+
+# 5. a centre narrower than this shows the force–position plot behind a switch; a law needs more beside it
+PLOTS_BESIDE, LAW_BESIDE = 720, 1240
+PHASE, _PHASE_SHARE, _PHASE_MOST = 348, 0.32, 680
+
+# 6. a window smaller than this has its panel in a drawer; above a narrow one banners take the whole width
+DRAWER_WIDTH, DRAWER_HEIGHT = 1280, 640
+BANNERS_BESIDE_PANEL = 1100
+
+
+def gallery_width(window: int, gallery: int, panel: int) -> int:
+    """Return the gallery's width, given what gallery and panel should have: a rail where room is short."""
+    return RAIL if window - max(gallery, GALLERY) - max(panel, PANEL) < CENTRE else gallery
+
+
+def scene_height(usual: int, width: int, free: int, law: bool | None) -> int:
+    """Return the scene's height in a centre of so much width and free height.
+
+    law: a page is in the plots' place, True for the law; None: no page is.
+    """
+    if law is not None:
+        return SCENE_LOW if free >= _FREE_FOR_SCENE and law else SCENE_LEAST
+    if free < _FREE_FOR_SCENE:
+        return SCENE_LOW if free >= _FREE_FOR_LOW_SCENE else SCENE_LEAST
+    if free < _FREE_FOR_TALL_SCENE:
+        return usual
+    return round(usual * min(max(width / _USUAL_CENTRE, 1.0), _MOST_GROWN))
+
+
+def phase_width(width: int) -> int:
+    """Return the force–position plot's width in a centre of so much width."""
+    return min(max(PHASE, round(_PHASE_SHARE * width)), _PHASE_MOST)
