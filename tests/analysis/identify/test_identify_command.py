@@ -35,7 +35,7 @@ def test_one_object_and_a_picture(csv, capsys, tmp_path):
     assert picture.stat().st_size > 20_000
     setup = found["setup"]
     assert (setup["Environment"], setup["Stiffness"], setup["Rate"]) == (
-        "Virtual wall",
+        "Wall",
         "300 N/m",
         "1,000 Hz",
     )
