@@ -1,17 +1,18 @@
-"""Runs a board from plain Python: every sample is answered with a bounded force, zero if in doubt."""
+"""Runs a board from plain Python: each sample is answered with a bounded force, zero if anything is wrong."""
 
+import contextlib
 import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from hapkit_studio.devices.profiles import full_force, of_settings, readings
-from hapkit_studio.errors import DeviceError
+from hapkit_studio.errors import DeviceError, NoDataError
 from hapkit_studio.protocol.messages import Board, BoardFlag, Force, MotorMap, Release, Sample, Settings, Stop
 
 Motion = Callable[[float, float, float], float]
@@ -38,7 +39,7 @@ class CancelledError(DeviceError):
 
 
 class AbortedError(DeviceError):
-    """Something is not as it must be, so the force went to zero."""
+    """Something was wrong, so the force went to zero."""
 
 
 class LateError(AbortedError):
@@ -241,40 +242,54 @@ class BoardRunner:
 
     def idle(self, until: Callable[[], bool]) -> None:
         """Keep the motor at zero and show the samples as ``recent``, keep no others; raise DeviceError."""
-        self.read_settings()
-        self.board.start_stream()
-        try:
-            for sample in self.board.samples():
-                self.recent.append(sample)
+        with contextlib.closing(self.samples()) as samples:
+            for sample in samples:
                 self._send(sample, 0.0)
                 if until():
                     break
+
+    def samples(self, silence: float = 1.0) -> Generator[Sample, None, None]:
+        """Read the settings, then yield samples and keep them as ``recent``; once closed, the motor is off.
+
+        Raise NoDataError after so many s of silence. A board may miss one order to stream: it is repeated.
+        """
+        self.read_settings()  # what was still on its way is read away with it
+        heard = False
+        try:
+            for last in (False, True):
+                self.board.start_stream()
+                try:
+                    for sample in self.board.samples(silence):
+                        heard = True
+                        self.recent.append(sample)
+                        yield sample
+                except NoDataError:
+                    if heard or last:
+                        raise
         finally:
             self.board.stop_stream()
 
     def _run(self, motion: Motion | None, seconds: float, limits: Limits, until: Callable[[], bool]) -> Track:
-        self.read_settings()  # what was still on its way is read away with it
-        handle, kept = _Handle(self.settings.quantum), []
+        handle, kept = None, []
         deadline = time.monotonic() + _SLOWEST * seconds + _SPARE_SECONDS
-        self.board.start_stream()
         try:
-            for sample in self.board.samples():
-                handle.take(sample)
-                kept.append(sample)
-                self.recent.append(sample)
-                self.progress = handle.t, seconds
-                self._answer(sample, motion, handle, limits)
-                if handle.t >= seconds or until():
-                    break
-                if time.monotonic() > deadline:
-                    raise AbortedError("The board answers too slowly. Force is zero. Connect it again.")
+            with contextlib.closing(self.samples()) as samples:
+                for sample in samples:
+                    handle = handle or _Handle(self.settings.quantum)
+                    handle.take(sample)
+                    kept.append(sample)
+                    self.progress = handle.t, seconds
+                    self._answer(sample, motion, handle, limits)
+                    if handle.t >= seconds or until():
+                        break
+                    if time.monotonic() > deadline:
+                        raise AbortedError("The board answers too slowly. Force is zero. Connect it again.")
         finally:
             self.progress = 0.0, 0.0
-            self.board.stop_stream()
         return track_of(kept, of_settings(self.settings))
 
     def _answer(self, sample: Sample, motion: Motion | None, handle: _Handle, limits: Limits) -> None:
-        """Send the force that answers a sample; stop at once at any doubt."""
+        """Send the force that answers a sample; stop at once if anything is wrong."""
         if motion is None:
             self._check_cancelled()
             self._send(sample, 0.0)
@@ -297,11 +312,11 @@ def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:
     """Raise AbortedError where the handle is too far or too fast, or the board refuses."""
     if sample.flags & (BoardFlag.STOPPED | BoardFlag.OVER_SPEED):
         raise AbortedError("The board has switched its motor off. Force is zero. Hold the handle, try again.")
-    gone = abs(handle.x - handle.start)
-    if gone > limits.travel:
+    distance = abs(handle.x - handle.start)
+    if distance > limits.travel:
+        limit = f"(limit {1e3 * limits.travel:.0f} mm)"
         raise AbortedError(
-            f"The handle is {1e3 * gone:.0f} mm from where it began (limit {1e3 * limits.travel:.0f} mm). "
-            "Force is zero."
+            f"The handle is {1e3 * distance:.0f} mm from where it began {limit}. Force is zero."
         )
     if abs(handle.v) > limits.speed:
         raise AbortedError(

@@ -1,4 +1,4 @@
-"""The runner: every force bounded, zero at any doubt and at the end, E-stop from another thread."""
+"""The runner: every force bounded, zero if anything is wrong and at the end, E-stop from another thread."""
 
 import math
 import threading
@@ -18,6 +18,7 @@ from hapkit_studio.devices.board_runner import (
     track_of,
 )
 from hapkit_studio.devices.profiles import default
+from hapkit_studio.errors import NoDataError
 from hapkit_studio.protocol.messages import Sample
 from tests.devices.paddle_kit import PaddleKit
 
@@ -42,7 +43,7 @@ def test_a_force_beyond_the_limit_is_cut(runner):
         (lambda t, x, v: 1.0, Limits(1.0, 1.0, 0.2), "0.20 m/s"),
     ],
 )
-def test_a_doubt_ends_the_run_with_the_motor_off(runner, move, limits, words):
+def test_what_is_wrong_ends_the_run_with_the_motor_off(runner, move, limits, words):
     with pytest.raises(AbortedError, match=words):
         runner.run(move, 5.0, limits)
     assert runner.board.pwm == 0
@@ -159,4 +160,27 @@ def test_idle_keeps_the_motor_off_and_no_more_samples_than_are_drawn(runner):
     runner.idle(lambda: runner.board.seq >= 12_000)
     assert set(runner.board.forces) == {0.0}
     assert len(runner.recent) == board_runner.RECENT_SAMPLES
+    assert not runner.board.streaming
+
+
+class DeafKit(PaddleKit):
+    """A kit that misses so many orders to stream."""
+
+    deaf = 0
+
+    def samples(self, silence=1.0):
+        if self.deaf:
+            self.deaf -= 1
+            raise NoDataError("Silent.")
+        yield from super().samples(silence)
+
+
+def test_one_order_to_stream_may_be_missed():
+    runner = BoardRunner(DeafKit())
+    runner.open()
+    runner.board.deaf = 1
+    assert len(runner.record(0.05)) > 40
+    runner.board.deaf = 2
+    with pytest.raises(NoDataError):
+        runner.record(0.05)
     assert not runner.board.streaming

@@ -1,5 +1,6 @@
 """Test my Hapkit: the wizard's checks again, in half a minute, without changing anything on the board."""
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -29,7 +30,6 @@ from hapkit_studio.devices.board_runner import (
     StoppedError,
 )
 from hapkit_studio.devices.profiles import numbered, quantum_of
-from hapkit_studio.errors import NoDataError
 from hapkit_studio.protocol.messages import BoardFlag, Force, Origin, Release, Sample, Stop
 
 SECONDS = 30.0
@@ -78,7 +78,7 @@ def settings(runner: BoardRunner) -> CheckResult:
             "Run Set up my Hapkit, step Zero and scale.",
         )
     if now.origin != Origin.STORED:
-        words = "Nothing is stored on the board: it takes itself for the usual kit."
+        words = "Nothing is stored on the board: it uses the numbers of the usual kit."
         return warn("not stored", words, "Run Set up my Hapkit.")
     return passed(f"“{now.label}”, {kit.title if kit else 'a kit of its own'}, stored on the board.")
 
@@ -104,7 +104,6 @@ def sensor(runner: BoardRunner) -> CheckResult:
 
 def stopping(runner: BoardRunner) -> CheckResult:
     """See the motor go off after the E-stop, and after silence of the computer; the force is 0.05 N."""
-    runner.read_settings()
     stop_flags, stop_pwm = _flags_after(runner, silent=False)
     silence_flags, silence_pwm = _flags_after(runner, silent=True)
     if stop_pwm or not stop_flags & BoardFlag.STOPPED:
@@ -122,20 +121,19 @@ def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
     Time counts from when the board heard of it: the computer may have sent it late.
     """
     board, answers = runner.board, _Answers()
-    board.start_stream()
     try:
-        for sample in board.samples(_PATIENCE):
-            runner.check_stopped()
-            answers.take(sample)
-            if answers.time < _PUSHED_SECONDS:
-                board.tell(Force(sample.seq, 0, 0.05))
-            elif not silent:
-                answers.stopped_at = sample.seq if answers.stopped_at is None else answers.stopped_at
-                board.tell(Stop(), Force(sample.seq, 0, 0.05))
-            if answers.time > _SILENCE_SECONDS and answers.enough(silent):
-                break
+        with contextlib.closing(runner.samples(_PATIENCE)) as samples:
+            for sample in samples:
+                runner.check_stopped()
+                answers.take(sample)
+                if answers.time < _PUSHED_SECONDS:
+                    board.tell(Force(sample.seq, 0, 0.05))
+                elif not silent:
+                    answers.stopped_at = sample.seq if answers.stopped_at is None else answers.stopped_at
+                    board.tell(Stop(), Force(sample.seq, 0, 0.05))
+                if answers.time > _SILENCE_SECONDS and answers.enough(silent):
+                    break
     finally:
-        board.stop_stream()
         board.tell(Release())
     if not answers.obeyed:
         raise LateError
@@ -207,7 +205,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
             "mass", stored, "The motor's strength or the handle has changed: run Strength and Friction."
         )
     stored = f"{1e3 * now.mass:.0f} g, {now.viscous:.2f} N·s/m, {now.coulomb:.2f} N"
-    return passed(f"{words}; stored, and near enough: {stored}.")
+    return passed(f"{words}; close to what is stored: {stored}.")
 
 
 def spring(runner: BoardRunner) -> CheckResult:
@@ -262,12 +260,12 @@ class Report:
     def words(self) -> str:
         """Return the whole in one line."""
         if self.good:
-            return "Your Hapkit is well."
+            return "Your Hapkit works as it should."
         left_out = self._titles(SKIP)
         rest = f" Not tested until then: {left_out}." if left_out else ""
         if self.dangerous:
-            return f"Do not use this Hapkit yet. Mend first: {self._titles(FAIL)}.{rest}"
-        rest = rest or (" All else is well." if self._titles(PASS) else "")
+            return f"Do not use this Hapkit yet. Repair first: {self._titles(FAIL)}.{rest}"
+        rest = rest or (" Everything else is fine." if self._titles(PASS) else "")
         return f"Look at: {self._titles(WARN)}.{rest}"
 
     def _titles(self, level: str) -> str:
@@ -303,7 +301,7 @@ def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
     """Return a check's result; what aborted it is one. Where the computer was late, try again."""
     for _ in range(_TRIES):
         try:
-            return _twice_without_data(check, runner)
+            return check.run(runner)
         except LateError:
             continue
         except (StoppedError, CancelledError):
@@ -313,11 +311,3 @@ def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
             return warn("aborted", str(error), remedy)
     words = f"This computer was late, {_TRIES} times: the board switched its motor off, as it must."
     return warn("late", words, "No fault of the kit. Close other programs, then test again.")
-
-
-def _twice_without_data(check: Check, runner: BoardRunner) -> CheckResult:
-    """Run a check; where samples stop coming, once more: a board may miss one order to stream."""
-    try:
-        return check.run(runner)
-    except NoDataError:
-        return check.run(runner)

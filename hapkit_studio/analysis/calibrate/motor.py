@@ -49,7 +49,7 @@ class Direction:
 
 def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
     """Judge pulses (force N, displacement m) of both signs."""
-    moved = [(force, gone) for force, gone in pulses if abs(gone) >= MOVED]
+    moved = [(force, moved_by) for force, moved_by in pulses if abs(moved_by) >= MOVED]
     rights, lefts = ([m for m in moved if m[0] * sign > 0.0] for sign in (1.0, -1.0))
     pushed = max((abs(force) for force, _ in pulses), default=0.0)
     if not moved:
@@ -59,12 +59,12 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
             "Is the handle free? If all that is so, look for a dead band."
         )
         return Direction(tuple(pulses), None, warn("no motion", words, remedy))
-    signs = {np.sign(force * gone) for force, gone in moved}
+    signs = {np.sign(force * moved_by) for force, moved_by in moved}
     if len(signs) > 1 or not rights or not lefts:
         words = "The handle did not follow the pulses both ways."
         remedy = "Level the kit, let the handle go in the middle, keep the hands off. Then push again."
         return Direction(tuple(pulses), None, warn("one way", words, remedy))
-    farthest = 1e3 * max(abs(gone) for _, gone in moved)
+    farthest = 1e3 * max(abs(moved_by) for _, moved_by in moved)
     if signs == {-1.0}:
         words = f"A push to the right moved the handle to the left, {farthest:.1f} mm."
         remedy = "Nothing to do: the motor's direction is reversed now, and pushed again."
@@ -78,7 +78,7 @@ def push_both_ways(runner: BoardRunner) -> Direction:
     for size in motions.PULSES:
         for force in (size, -size):
             pulses.append((force, displacement(motions.pulse(runner, force), AVERAGED)))
-        if any(abs(gone) >= MOVED for _, gone in pulses[-2:]):
+        if any(abs(moved_by) >= MOVED for _, moved_by in pulses[-2:]):
             break
     return judge_pulses(pulses)
 
@@ -151,7 +151,7 @@ def carrying_force(track: Track, board: Board) -> tuple[float, float]:
     duty = size[carrying]
     if stuck and float(np.mean(duty == duty.max())) > _AT_LIMIT:
         most = abs(float(force[carrying].mean()))
-        raise ParameterError(f"The motor carries no more than {most:.1f} N by its settings. Hang less on.")
+        raise ParameterError(f"The motor carries no more than {most:.1f} N by its settings. Use less mass.")
     held = 0.5 * float(np.ptp(force[carrying])) if stuck else 0.0
     return float(np.mean(means)), 2.0 * float(np.ptp(means)) / len(means) + 0.25 * step + held
 

@@ -31,7 +31,7 @@ def warn(key: str, words: str, remedy: str) -> CheckResult:
 
 
 def failed(key: str, words: str, remedy: str) -> CheckResult:
-    """Return the result of a check that found a danger: nothing may be rendered before it is mended."""
+    """Return the result of a check that found a danger: nothing may be rendered before it is repaired."""
     return CheckResult(FAIL, words, remedy, key)
 
 

@@ -71,7 +71,7 @@ def periods(raw: np.ndarray) -> np.ndarray:
             continue
         before, after = raw[at - 2 * n : at].astype(float), raw[at : at + 2 * n].astype(float)
         if max(np.ptp(before), np.ptp(after)) > 0.4 * reach:
-            continue  # it turned round in the jump
+            continue  # the handle reversed within the jump
         index = np.arange(2 * n)
         last = np.polyval(np.polyfit(index, before, 1), 2 * n - 0.5)
         first = np.polyval(np.polyfit(index, after, 1), -0.5)

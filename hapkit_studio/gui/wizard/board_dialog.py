@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent, QShowEvent
+from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QDialog,
+    QFrame,
     QHBoxLayout,
     QLabel,
     QProgressBar,
@@ -185,43 +186,43 @@ class BoardDialog(QDialog):
 
 
 _BACKGROUND = {"ok": "oksoft", "warn": "warnsoft", "danger": "dangersoft"}
-_SIDE, _MARGIN, _GAP, _ICON, _SPACE = 14, 9, 4, 22, 12
-_BAR_HEIGHT, _BAR_STEPS = 5, 1000
+_ICON, _BAR_HEIGHT, _BAR_STEPS = 22, 5, 1000
 
 
-class ResultBox(QWidget):
-    """An icon, what was found, and below it what to do; in the margin, how far something is."""
+class ResultBox(QFrame):
+    """An icon, what was found, and below it what to do; at the bottom, how far something is."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("resultBox")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.icon, self.words, self.remedy = QLabel(), QLabel("one line"), QLabel("one line")
+        self.icon, self.words, self.remedy, self.bar = QLabel(), QLabel(), QLabel(), QProgressBar()
         dress(self.words, "QLabel { font-size: 15px; font-weight: 650; }")
         dress(self.remedy, "QLabel { font-size: 14px; }")
-        for label in (self.words, self.remedy):
-            label.setWordWrap(True)
-        self._two_lines = self.words.sizeHint().height() + self.remedy.sizeHint().height()
-        column = QVBoxLayout()
-        column.setSpacing(_GAP)
-        column.addStretch(1)
-        column.addWidget(self.words)
-        column.addWidget(self.remedy)
-        column.addStretch(1)
-        self.bar = QProgressBar(self)  # not in the layout: its coming moves nothing
         self.bar.setRange(0, _BAR_STEPS)
         self.bar.setTextVisible(False)
         self.bar.setFixedHeight(_BAR_HEIGHT)
         self.bar.setAccessibleName("Progress")
+        kept = self.bar.sizePolicy()
+        kept.setRetainSizeWhenHidden(True)  # its coming moves nothing
+        self.bar.setSizePolicy(kept)
         self.bar.hide()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(_SIDE, _MARGIN, _SIDE, _MARGIN)
-        row.setSpacing(_SPACE)
+        column, row, text = QVBoxLayout(self), QHBoxLayout(), QVBoxLayout()
+        column.setContentsMargins(14, 7, 14, 4)
+        column.setSpacing(2)
+        row.setSpacing(12)
+        text.setSpacing(4)
+        text.addStretch(1)
+        for label in (self.words, self.remedy):
+            label.setWordWrap(True)
+            text.addWidget(label)
+        text.addStretch(1)
         row.addWidget(self.icon, 0, Qt.AlignmentFlag.AlignVCenter)
-        row.addLayout(column, 1)
+        row.addLayout(text, 1)
+        column.addLayout(row, 1)
+        column.addWidget(self.bar)
+        self.setMinimumHeight(66)  # two lines: most results move nothing
         self._look = NEUTRAL
         theme.changed.connect(self._paint)
-        self.show_text("")
 
     def show_text(self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL) -> None:
         """Show words and what to do, with an icon and its colour."""
@@ -231,7 +232,6 @@ class ResultBox(QWidget):
         self._look = look
         self.setAccessibleName(f"{words} {remedy}".strip())
         self._paint()
-        self._fit()
 
     def show_result(self, result: CheckResult) -> None:
         """Show the result of a check."""
@@ -251,22 +251,6 @@ class ResultBox(QWidget):
         if shown:
             self.bar.setValue(round(_BAR_STEPS * passed / seconds))
         self.bar.setVisible(shown)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._fit()
-
-    def _fit(self) -> None:
-        """Be as high as the words need at this width, at least two lines: most results then move nothing."""
-        bar_top = self.height() - _BAR_HEIGHT - 3
-        self.bar.setGeometry(_SIDE, bar_top, self.width() - 2 * _SIDE, _BAR_HEIGHT)
-        width = self.width() - 2 * _SIDE - _ICON - _SPACE
-        height = sum(part.heightForWidth(width) for part in (self.words, self.remedy) if part.text())
-        self.setMinimumHeight(max(height, self._two_lines) + 2 * _MARGIN + _GAP)
 
     def _paint(self) -> None:
         name, color = self._look

@@ -28,13 +28,15 @@ class BoardThread(QObject):
     """Opens a board in its own thread; ``run_job`` hands it a job on what ``prepare`` made of the runner.
 
     Signals are emitted in the window's thread. ``refused``: a job ended without a result, the board is there.
-    ``failed``: the board is gone, nothing will run any more until ``restart``.
+    ``failed``: the board is gone, nothing will run any more until ``start``. ``progressed``: what a job
+    told by ``report_progress`` while it runs.
     """
 
     opened = Signal(object)
     done = Signal(object)
     refused = Signal(str)
     failed = Signal(str)
+    progressed = Signal(object)
 
     def __init__(
         self, make_board: Callable[[], Any], prepare: Callable[[BoardRunner], Any], parent: QObject
@@ -58,7 +60,10 @@ class BoardThread(QObject):
         """Open the board; after a failure anew, with nothing kept of the time before."""
         if self._thread.ident is not None:
             self._thread.join(JOIN_SECONDS)
-        if self._thread.is_alive() or self._quit.is_set():
+        if self._quit.is_set():
+            return
+        if self._thread.is_alive():
+            self._report("failed", "The board is still being closed.")
             return
         self.runner = self.subject = self._job = self._after = None
         self.busy = True
@@ -170,6 +175,10 @@ class BoardThread(QObject):
         except OSError as error:  # of a file; a port's are a DeviceError
             self._report("refused", f"{error.strerror}: {error.filename}.")
 
+    def report_progress(self, what: object) -> None:
+        """Emit ``progressed`` in the window's thread; a job calls this."""
+        self._report("progressed", what)
+
     def _report(self, kind: str, what: object) -> None:
         self._reports.put((kind, what))
 
@@ -178,8 +187,9 @@ class BoardThread(QObject):
     def _read_reports(self) -> None:
         while not self._reports.empty():
             kind, what = self._reports.get()
-            self.busy = kind == "failed"
-            after, self._after = self._after, None
-            if kind == "done" and after is not None:
-                after(what)
+            if kind != "progressed":
+                self.busy = kind == "failed"
+                after, self._after = self._after, None
+                if kind == "done" and after is not None:
+                    after(what)
             getattr(self, kind).emit(what)

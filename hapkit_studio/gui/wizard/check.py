@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, Report, run_all
+from hapkit_studio.analysis.calibrate.checks import CHECKS, Report, run_all
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
 from hapkit_studio.gui.pages.measuring import PRIMARY
 from hapkit_studio.gui.widgets import icons
@@ -35,7 +35,6 @@ class CheckDialog(BoardDialog):
     """A row a check; one line for the whole."""
 
     title = "Test my Hapkit"
-    _reported = Signal(str, object)
 
     def __init__(self, studio: "Studio", parent: QWidget) -> None:
         super().__init__(studio, parent)
@@ -51,7 +50,7 @@ class CheckDialog(BoardDialog):
         self.column.addLayout(self._body(), 1)
         self.test.clicked.connect(self.run)
         self.close_button.clicked.connect(self.close_or_cancel)
-        self._reported.connect(self._show_check)
+        self.board.progressed.connect(self._show_check)
         self.board.opened.connect(self._opened)
         self.board.refused.connect(self._refused)
         self.board.failed.connect(self._failed)
@@ -64,11 +63,10 @@ class CheckDialog(BoardDialog):
             icon.clear()
             dress(words, _WAITING)
             words.setText(check.about)
-
-        def report(check: Check, result: CheckResult | None) -> None:
-            self._reported.emit(check.key, result)
-
-        if self.board.run_job(lambda runner: run_all(runner, report), self._finished):
+        report = self.board.report_progress
+        if self.board.run_job(
+            lambda runner: run_all(runner, lambda check, result: report((check.key, result))), self._finished
+        ):
             self.test.setEnabled(False)
             self.close_button.setText("Cancel")
             self._finished_checks = 0
@@ -95,7 +93,8 @@ class CheckDialog(BoardDialog):
         self.test.setFocus()
         self.box.show_text(_BEGIN)
 
-    def _show_check(self, key: str, result: CheckResult | None) -> None:
+    def _show_check(self, progress: tuple[str, CheckResult | None]) -> None:
+        key, result = progress
         icon, words = self.rows[key]
         dress(words, _SAID)
         name, color = ("circle", "accent") if result is None else SIGNS.get(result.level, NEUTRAL)

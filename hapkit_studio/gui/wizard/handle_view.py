@@ -14,6 +14,7 @@ REACH = 0.050
 _HEIGHT, _TALLEST = 150, 236
 """Pixels: of the view at least, and of what is drawn in a taller one."""
 _PER_NEWTON = 90.0
+_HINT, _SHORT_HINT = "Drag: the virtual hand. It holds on until you let go.", "Drag: virtual hand"
 _BESIDE = 8
 """Pixels that the button keeps from the edges."""
 
@@ -104,6 +105,8 @@ class HandleView(QWidget):
             pen = stage.pen("ok", 2) if taken else stage.pen("accent", 2, (4, 4))
             stage.line(x, 8 * stage.u, x, stage.rail, pen)
         stage.axis()
+        if self.hand is not None:
+            stage.taken.append(QRectF(self.let_go.geometry()).translated(0.0, -self._top()))
         self._draw_handle(stage)
         for place, taken in self.marks:
             x, y = stage.x(1e3 * place), 20 * stage.u
@@ -113,7 +116,8 @@ class HandleView(QWidget):
         if self.hand_enabled:
             y = stage.rail - 8 * stage.u
             places = [(10, y, 1), (self.width() - 10, y, -1)]
-            stage.say("Drag: the virtual hand. It holds on until you let go.", places, "accent")
+            if not stage.say(_HINT, places, "accent"):
+                stage.say(_SHORT_HINT, places, "accent")
 
     def _draw_handle(self, stage: Stage) -> None:
         """Draw handle, force and hand, as far as they are known, and keep words off them."""

@@ -12,14 +12,14 @@ _LEAST = 12
 
 
 class KitDrawing(QWidget):
-    """Draws the kit; usb, supply: True connected, False to be left out.
+    """Draws the kit, USB plugged in; supply: whether the motor's supply is to be plugged in too.
 
     ``show_weight``: it lies on its side, a mass hangs at its handle; ``show_scale``: it pushes on a scale.
     """
 
-    def __init__(self, usb: bool, supply: bool, parent: QWidget | None = None):
-        super().__init__(parent)
-        self.usb, self.supply = usb, supply
+    def __init__(self, supply: bool) -> None:
+        super().__init__()
+        self.supply = supply
         self.weight: str | None = None
         self.scale = False
         self._zoom = 1.0
@@ -96,7 +96,7 @@ class KitDrawing(QWidget):
         painter.setBrush(theme.color("mat2"))
         painter.drawRoundedRect(QRectF(60, 196, 100, 34), 5, 5)
         self._words(painter, QRectF(60, 196, 100, 34), "board", "ink")
-        self._plug(painter, 204.0, "USB", self.usb, "green light")
+        self._plug(painter, 204.0, "USB", True, "green light")
         self._plug(painter, 222.0, "12 V supply", self.supply, "on")
 
     def _plug(self, painter: QPainter, y: float, name: str, on: bool, when: str) -> None:

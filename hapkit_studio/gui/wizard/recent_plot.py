@@ -23,7 +23,7 @@ class RecentPlot(pg.PlotWidget):
     def __init__(self, title: str, name: str) -> None:
         super().__init__(enableMenu=False)
         self.values = np.empty(0)
-        self._title = f"{title}, last {SECONDS:g} s"
+        self._title = title
         self._lines: list[tuple[pg.InfiniteLine, str]] = []
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(280, 150)
@@ -34,7 +34,7 @@ class RecentPlot(pg.PlotWidget):
         self.hideButtons()
         self.curve = self.plot()
         self.setXRange(-SECONDS, 0.0, padding=0.01)
-        self.hideAxis("bottom")
+        self.getAxis("bottom").setStyle(showValues=False)
         self.getAxis("left").setWidth(52)
         self.getPlotItem().setContentsMargins(0, 4, 12, 8)
         theme.changed.connect(self._paint)
@@ -68,11 +68,14 @@ class RecentPlot(pg.PlotWidget):
         self.setBackground(theme.color("plot"))
         self.setTitle(self._title, color=theme.color("ink"), size="13px", bold=True, justify="left")
         self.curve.setPen(pg.mkPen(theme.color("position"), width=2))
-        axis = self.getAxis("left")
-        axis.setStyle(tickLength=0)
-        axis.setPen(theme.color("grid"))
-        axis.setTextPen(theme.color("axis"))
-        axis.setTickFont(theme.font("tick"))
+        self.setLabel(
+            "bottom", f"last {SECONDS:g} s", color=theme.color("axis").name(), **{"font-size": "12px"}
+        )
+        for axis in (self.getAxis("left"), self.getAxis("bottom")):
+            axis.setStyle(tickLength=0)
+            axis.setPen(theme.color("grid"))
+            axis.setTextPen(theme.color("axis"))
+            axis.setTickFont(theme.font("tick"))
         for line, color in self._lines:
             line.setPen(pg.mkPen(theme.color(color), width=1.3, style=Qt.PenStyle.DashLine))
             if hasattr(line, "label"):
@@ -108,7 +111,7 @@ class PositionPlot(RecentPlot):
     """m from which distances count; None: from the next sample on."""
 
     def __init__(self) -> None:
-        super().__init__("Distance from the start, mm", "Position over time")
+        super().__init__("Distance from start, mm", "Position over time")
         for side in (-1, 1):
             self.add_line("danger", pos=side * self.LIMIT)
         self.set_scale((-self.LIMIT, 0.0, self.LIMIT), 0.2 * self.LIMIT)

@@ -87,9 +87,10 @@ class SetupDialog(BoardDialog):
         self.setMinimumSize(*_SMALLEST)
         self.resize(*_SIZE)
         board = self.board
-        self.connect_step, self.save_step = ConnectStep(board), SaveStep(board, self.notes)
+        self.connect_step, self.direction_step = ConnectStep(board), DirectionStep(board)
+        self.save_step = SaveStep(board, self.notes)
         self.steps: list[StepPage] = [
-            self.connect_step, SensorStep(board), ScaleStep(board), DirectionStep(board),
+            self.connect_step, SensorStep(board), ScaleStep(board), self.direction_step,
             StrengthStep(board), FrictionStep(board), self.save_step,
         ]  # fmt: skip
         self._skipped: dict[int, CheckResult] = {}
@@ -258,9 +259,9 @@ class SetupDialog(BoardDialog):
 
     def _complete_changed(self) -> None:
         """Show what became of the steps, and go on with the keyboard where this one is done."""
-        direction = self.steps[3]
-        if direction.result is not None and self.board.subject and self.board.subject.direction is None:
-            direction.reset()  # what was changed since has reversed force or position
+        tried, work = self.direction_step, self.board.subject
+        if tried.result is not None and work is not None and work.direction is None:
+            tried.reset()  # what was changed since has reversed force or position
         self._show_results()
         self._update_buttons()
         if self.step.result is not None and self.step.result.good:
@@ -281,7 +282,7 @@ class SetupDialog(BoardDialog):
         """Offer what can be done now, and say what Skip means."""
         step, busy = self.step, self.board.busy
         last, done = step is self.save_step, step.result is not None and step.result.good
-        step.hint.setText("" if done or last else f"Skipped, it is assumed: {step.if_skipped}.")
+        step.hint.setText("" if done or last else f"If skipped, the studio assumes: {step.if_skipped}.")
         self.list.setEnabled(not busy)
         self.next.setEnabled(step.isComplete())
         self.back.setEnabled(self.index > 0 and not busy)

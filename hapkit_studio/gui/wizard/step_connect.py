@@ -19,7 +19,7 @@ class ConnectStep(StepPage):
     padding_chosen = Signal(int)
     name = "Connect"
     heading = "Connect, and choose your kit"
-    if_skipped = "the kit that the board takes itself for"
+    if_skipped = "the kit that the board is set to"
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
@@ -29,7 +29,7 @@ class ConnectStep(StepPage):
             "2. Leave the motor's 12 V supply unplugged until the step Direction.\n"
             "3. Choose your kit."
         )
-        self.column.addWidget(KitDrawing(usb=True, supply=False), 1)
+        self.column.addWidget(KitDrawing(supply=False), 1)
         self.kits = QComboBox()
         self.kits.setProperty("tall", True)
         self.kits.setAccessibleName("Kit")
@@ -48,7 +48,7 @@ class ConnectStep(StepPage):
         self._show_note()
 
     def enter(self) -> None:
-        """Show the kit that the board takes itself for."""
+        """Show the kit that the board is set to."""
         if self.board.subject is None or self.result is not None:
             return
         now = self.calibration.original

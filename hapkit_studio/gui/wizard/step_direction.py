@@ -22,7 +22,7 @@ class DirectionStep(StepPage):
             "pulses of 0.1\u00a0N, 0.3\u00a0N at most, 80 ms long. A wrong sign would make a spring run away."
         )
         self.handle = self.with_hand(HandleView())
-        self.add_pictures(KitDrawing(usb=True, supply=True), self.handle)
+        self.add_pictures(KitDrawing(supply=True), self.handle)
         self.push = self.button("Push", self.start, primary=True, motor=True)
         self.find_dead_band = self.button("Look for a dead band", self.raise_force, motor=True)
         self.find_dead_band.setToolTip(

@@ -33,7 +33,7 @@ class FrictionStep(StepPage):
         self.add_text(
             "Stand the kit upright again. Handle in the middle, hands off, then press Sweep: for "
             "a quarter to half a minute the motor moves the handle by itself, within ±\u00a025\u00a0mm and "
-            f"{motions.SWEEP_LIMITS.force:g}\u00a0N. It stops at any doubt."
+            f"{motions.SWEEP_LIMITS.force:g}\u00a0N. It stops if anything looks wrong."
         )
         self.plot, self.handle = PositionPlot(), self.with_hand(HandleView())
         self.add_pictures(self.plot, self.handle)
@@ -91,7 +91,7 @@ def _cell(words: str, value: QLabel) -> QVBoxLayout:
     """Return a number below its name."""
     name = QLabel(words)
     name.setProperty("role", "axis")
-    dress(value, "QLabel { font-size: 17px; font-weight: 650; min-width: 190px; }")
+    dress(value, "QLabel { font-size: 16px; font-weight: 650; min-width: 190px; }")
     value.setAccessibleName(words)
     cell = QVBoxLayout()
     cell.setSpacing(0)

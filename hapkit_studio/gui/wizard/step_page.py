@@ -145,7 +145,9 @@ class StepPage(QWizardPage):
         dress(made, PRIMARY + "QPushButton { font-size: 14px; }" if primary else "* { font-size: 14px; }")
         return made
 
-    def run_job(self, words: str, job: Callable[["Calibration"], object], after: Callable) -> bool:
+    def run_job(
+        self, words: str, job: Callable[["Calibration"], object], after: Callable[..., object]
+    ) -> bool:
         """Hand the board's thread a job, say meanwhile what it does, then call after(result)."""
         if not self.board.run_job(job, after):
             return False

@@ -117,8 +117,8 @@ class SaveStep(StepPage):
         """Ask before everything that was found is dropped."""
         self._show_question(True)
         self.box.show_warning(
-            "Put back what the board had when this window opened?",
-            "All that the steps found is forgotten. A saved file stays.",
+            "Restore the settings that the board had when this window opened?",
+            "Everything that the steps found is lost. A saved file stays.",
         )
         self.keep.setFocus()
 
@@ -132,7 +132,7 @@ class SaveStep(StepPage):
 
     def undo_everything(self) -> None:
         """Put back what the board had at the start."""
-        self.run_job("Putting back…", lambda work: work.undo(), lambda _none: self.undone.emit())
+        self.run_job("Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit())
 
     def _show_question(self, asked: bool) -> None:
         self.undo.setVisible(not asked)

@@ -44,7 +44,7 @@ class StrengthStep(StepPage):
         self.add_row(self.method)
         self.words = self.add_text("")
         self.handle = self.with_hand(HandleView())
-        self.drawing = KitDrawing(usb=True, supply=True)
+        self.drawing = KitDrawing(supply=True)
         self.add_pictures(self.drawing, self.handle)
         self.mass = ThousandthsBox("Mass", "g", 0.0, 200.0, 1)
         self.carry = self.button("Carry", self.start_carrying, primary=True, motor=True)

@@ -27,7 +27,7 @@ def checked(**kit):
 def test_a_kit_that_is_well_passes_everything_in_half_a_minute():
     report, kit = checked()
     assert report.good, report.words
-    assert report.words == "Your Hapkit is well."
+    assert report.words == "Your Hapkit works as it should."
     assert list(report.results) == [check.key for check in CHECKS]
     assert kit.time < 30.0
     assert report.as_json()["pass"] is True
@@ -85,7 +85,7 @@ def test_an_encoder_is_too_coarse_for_mass_and_friction_and_no_fault():
 def test_a_mass_that_passes_says_what_is_stored_too():
     words = checked(mass=0.050)[0].results["paddle"].words
     assert "Mass 5" in words
-    assert "stored, and near enough: 44 g, 0.50 N·s/m, 0.10 N" in words
+    assert "close to what is stored: 44 g, 0.50 N·s/m, 0.10 N" in words
 
 
 def test_what_moves_by_itself_is_left_out_where_the_direction_is_wrong():

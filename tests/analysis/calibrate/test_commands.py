@@ -102,7 +102,7 @@ def test_check_says_a_result_for_each(capsys, monkeypatch):
     assert cli.main(["check", "port"]) == check_hapkit.DANGER
     text = capsys.readouterr().out
     assert "Direction          FAIL" in text
-    assert "Do not use this Hapkit yet. Mend first: direction. " in text
+    assert "Do not use this Hapkit yet. Repair first: direction. " in text
     assert "Not tested until then: mass and friction, spring." in text
 
 
@@ -113,4 +113,4 @@ def test_what_is_no_danger_ends_well(capsys, monkeypatch):
     assert code == 0
     assert found["checks"]["settings"]["level"] == "look"
     cli.main(["check", "port"])
-    assert "Look at: settings. All else is well." in capsys.readouterr().out
+    assert "Look at: settings. Everything else is fine." in capsys.readouterr().out

@@ -10,7 +10,7 @@ from tests.gui.window_support import PATIENCE_MS
 
 
 @pytest.mark.parametrize(("truth", "good"), [({}, True), ({"direction": -1}, False)])
-def test_every_check_has_its_verdict_in_words(checked, qtbot, truth, good):
+def test_every_check_has_its_result_in_words(checked, qtbot, truth, good):
     play = checked(**truth)
     play.kit.origin = Origin.STORED
     dialog = play.dialog

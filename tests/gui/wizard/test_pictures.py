@@ -63,7 +63,7 @@ def test_words_of_a_drawing_are_never_small(qtbot, wide, monkeypatch):
     from PySide6.QtGui import QPainter
 
     sizes = []
-    drawing = KitDrawing(usb=True, supply=True)
+    drawing = KitDrawing(supply=True)
     qtbot.addWidget(drawing)
     drawing.resize(wide, wide // 2)
     draw = QPainter.drawText
@@ -85,22 +85,22 @@ def test_a_long_run_shows_its_bar_and_a_short_or_endless_one_does_not(qtbot):
     box.show()
     box.show_text("Sweeping. Hands off…")
     qtbot.wait(10)
-    low, hint = box.minimumHeight(), box.sizeHint()
+    low, hint = box.height(), box.sizeHint()
     box.show_progress(3.0, 12.0)
     assert box.bar.isVisible()
     assert box.bar.value() == 0.25 * box.bar.maximum()
-    assert box.minimumHeight() == low
+    assert box.height() == low
     assert box.sizeHint() == hint
     assert box.rect().contains(box.bar.geometry())
     assert box.bar.geometry().top() > box.words.geometry().bottom()
     box.show_text("Found.", "Next: hang 50 g on it.", SIGNS["pass"])
     qtbot.wait(10)
-    assert box.minimumHeight() == low
+    assert box.height() == low
     assert box.bar.geometry().top() > box.remedy.geometry().bottom()
     for passed, seconds in ((1.0, 0.9 * LONG_SECONDS), (20.0, math.inf), (0.0, 0.0)):
         box.show_progress(passed, seconds)
         assert not box.bar.isVisible()
-        assert box.minimumHeight() == low
+        assert box.height() == low
 
 
 def test_the_sweeps_limits_lie_about_its_start(qtbot):

@@ -6,10 +6,11 @@ import pytest
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
 from hapkit_studio.devices import calibration_file, profiles
+from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.errors import NoDataError
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.protocol.messages import Force, Sensor
@@ -44,6 +45,20 @@ def test_a_key_held_down_presses_nothing(played):
         )
         QApplication.sendEvent(play.dialog, enter)
         assert play.dialog.index == step
+
+
+def test_esc_stops_wherever_the_keyboard_is(played, qtbot):
+    play = played()
+    dialog, studio = play.dialog, play.window.studio
+    for index in range(7):
+        dialog.go(index)
+        for widget in (dialog, dialog.list, dialog.skip, *dialog.step.findChildren(QWidget)):
+            if widget.isVisible() and widget.focusPolicy() != Qt.FocusPolicy.NoFocus:
+                qtbot.keyClick(widget, Qt.Key.Key_Escape)
+                assert studio.stopped, widget
+                assert dialog.isVisible()
+                assert dialog.pages.isVisible()
+                studio.release_stop()
 
 
 def test_strength_and_sweep_wait_for_the_direction(played):
@@ -337,3 +352,25 @@ def test_a_board_whose_owner_is_destroyed_is_let_go(qtbot):
     qtbot.waitUntil(lambda: board.runner is not None)
     shiboken6.delete(owner)
     qtbot.waitUntil(lambda: kit.hello is None)
+
+
+@pytest.mark.skipif(not built(), reason="the virtual board is not built")
+def test_on_the_real_firmware_a_sweep_is_cancelled_stopped_and_begun_again(played, qtbot):
+    board = VirtualBoard("lockstep")
+    dialog = (play := played(kit=board)).dialog
+    dialog.go(3)
+    play.press(dialog.step.push)
+    assert dialog.step.result.good
+    dialog.go(5)
+    for button, words in ((dialog.close_button, "Cancelled"), (dialog.stop, "Stopped")):
+        dialog.step.sweep.click()
+        qtbot.waitUntil(lambda: dialog.board.runner.progress[0] > 0.05)
+        button.click()
+        play.wait()
+        assert words in dialog.step.box.words.text()
+        assert dialog.board.samples()[-1].pwm == 0
+    dialog.release.click()
+    dialog.step.sweep.click()
+    qtbot.waitUntil(lambda: any(sample.pwm for sample in dialog.board.samples()[-20:]))
+    dialog.close()
+    assert board.summary

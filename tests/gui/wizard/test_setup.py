@@ -217,7 +217,7 @@ def test_how_to_switch_on_depends_on_the_sensor(played, kit, words):
     assert words in play.dialog.save_step.box.words.text()
 
 
-def test_the_drawing_is_of_the_way_that_is_chosen(played):
+def test_the_drawing_is_of_the_method_that_is_chosen(played):
     play = played()
     play.direct()
     play.dialog.go(4)
