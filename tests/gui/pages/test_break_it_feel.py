@@ -133,7 +133,7 @@ def test_an_environment_that_is_still_compiled_gets_its_loop_when_it_is_there(id
     before = state(studio)
     feel = Feel(studio)
     ready = []
-    monkeypatch.setattr(studio.readiness, "ask", lambda key: key in ready)
+    monkeypatch.setattr(studio.readiness, "request", lambda key: key in ready)
     feel.put("grows", live(198.0, {"damping": 2.0}))
     assert studio.environment.key == before[0]
     assert studio.loop == before[2]
