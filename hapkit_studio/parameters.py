@@ -98,6 +98,30 @@ class Choice:
         return self.words[int(value)]
 
 
+def check_number(
+    value: object,
+    name: str,
+    unit: str,
+    *,
+    low: float = 0.0,
+    above: bool = False,
+    high: float = math.inf,
+    endless: bool = False,
+) -> None:
+    """Raise ParameterError unless a value is a number from low (above: beyond it) to high.
+
+    For what no person sets with a slider, and so is no Parameter. endless: infinity is a number too.
+    """
+    number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    if not (math.isfinite(number) or (endless and number == math.inf)):
+        raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
+    if number < low or (above and number == low):
+        bound = f"more than {low:g}" if above else f"{low:g} or more"
+        raise ParameterError(f"The {name} must be {bound} {unit}, not {number:g} {unit}.")
+    if number > high:
+        raise ParameterError(f"The {name} must be {high:g} {unit} or less, not {number:g} {unit}.")
+
+
 AnyParameter = Parameter | Choice
 
 

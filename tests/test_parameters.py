@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.parameters import Choice, Parameter, resolve
+from hapkit_studio.parameters import Choice, Parameter, check_number, resolve
 
 STIFFNESS = Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0)
 RATIO = Parameter("ratio", "Ratio", "", 1.8, 1.0, 3.0)
@@ -98,3 +98,28 @@ def test_an_option_reads_as_its_label_and_is_checked_by_its_name():
 def test_every_option_wants_a_label_or_none_has_one(labels):
     with pytest.raises(ParameterError, match=r"^Rule takes one label for each of its 2 options\.$"):
         Choice("rule", "Rule", ("a", "b"), labels=labels)
+
+
+@pytest.mark.parametrize(
+    ("value", "limits", "said"),
+    [
+        ("much", {}, "The mass takes a number in kg, not 'much'."),
+        (True, {}, "The mass takes a number in kg, not True."),
+        (math.nan, {"endless": True}, "The mass takes a number in kg, not nan."),
+        (math.inf, {}, "The mass takes a number in kg, not inf."),
+        (-1.0, {}, "The mass must be 0 or more kg, not -1 kg."),
+        (0.0, {"above": True}, "The mass must be more than 0 kg, not 0 kg."),
+        (3, {"high": 2.0}, "The mass must be 2 kg or less, not 3 kg."),
+    ],
+)
+def test_a_number_that_no_slider_sets_is_refused_with_its_unit(value, limits, said):
+    with pytest.raises(ParameterError) as error:
+        check_number(value, "mass", "kg", **limits)
+    assert str(error.value) == said
+
+
+@pytest.mark.parametrize(
+    ("value", "limits"), [(0, {}), (-3.5, {"low": -math.inf}), (math.inf, {"endless": True})]
+)
+def test_a_number_within_its_limits_passes(value, limits):
+    check_number(value, "mass", "kg", **limits)

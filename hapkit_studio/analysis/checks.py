@@ -1,6 +1,5 @@
 """Checks of arguments: single numbers, delays, and rows of numbers."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,17 +13,6 @@ STIFFNESS = Parameter("stiffness", "The stiffness", "N/m", 0.0, 0.0, MOST)
 DAMPING = Parameter("damping", "The virtual damping", "N·s/m", 0.0, 0.0, MOST)
 # Periods from a sample to its force: so many turns of the phase are looked at one by one.
 MOST_LATE = 2000.0
-
-
-def check_number(value: object, name: str, unit: str, above: bool) -> None:
-    """Raise ParameterError unless a value is a number from 0, or above it, to 1e9."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-        raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
-    if not math.isfinite(value) or value < 0.0 or (above and value == 0.0):
-        bound = "more than 0" if above else "0 or more"
-        raise ParameterError(f"The {name} must be {bound} {unit}, not {value:g} {unit}.")
-    if value > MOST:
-        raise ParameterError(f"The {name} must be {MOST:g} {unit} or less, not {value:g} {unit}.")
 
 
 def check_delay(rate: float, delay: float) -> None:

@@ -120,7 +120,7 @@ def _render(environment: Environment, removed: Iterable[str], name: str) -> _Run
         gone.discard("mass")
     scene = _scene(environment, gone, thrown=hand.release <= 0.0)
     seconds = SECONDS.get(name, OTHER_SECONDS)
-    made = headless.stage(scene, hand, round(seconds * scene.loop.rate) + 1)
+    made = headless.prepare_run(scene, hand, round(seconds * scene.loop.rate) + 1)
     made.out.fill(0.0)  # so that the time is the loop's, not the memory's
     begin = time.perf_counter_ns()
     made.run()

@@ -31,11 +31,11 @@ def environments(options: argparse.Namespace) -> Result:
             limits = " | ".join(p.options) if p.discrete else f"{p.low:g} to {p.high:g} {p.unit}"  # type: ignore[union-attr]
             lines.append(f"    {p.key:<19} {p.text(p.default):<12} [{limits}]")
         listed.append({"key": e.key, "title": e.title, "summary": e.summary, "parameters": described})
-    text = _page().rstrip() if options.markdown else "\n".join(lines)
+    text = page().rstrip() if options.markdown else "\n".join(lines)
     return Result(text, {"environments": listed})
 
 
-def _page() -> str:
+def page() -> str:
     """Return the page of every discovered environment, in Markdown."""
     known = library.discover().values()
     rows = [_row(e) for e in known]

@@ -51,7 +51,7 @@ def flash_and_greet(port: str, image: str | None, program: str | None) -> Result
     """Write an image to the board on a port; return what was done and what it says; raise StudioError."""
     try:
         done = flash.flash(port, image, program, show)
-        hello = flash.greet(port, show)
+        hello = flash.read_hello(port, show)
     except KeyboardInterrupt:
         raise DeviceError(f"{serial_ports.port_name(port)}: ended in the middle. {_HALF}") from None
     finally:

@@ -216,7 +216,7 @@ class BoardRunner:
     def check_stopped(self) -> None:
         """Raise StoppedError or CancelledError where the motor must be off; the board hears of the first."""
         if self.stopped:
-            self.board.tell(Stop())
+            self.board.send_messages(Stop())
             raise StoppedError("Stopped. Force is zero.")
         self._check_cancelled()
 
@@ -237,7 +237,7 @@ class BoardRunner:
         """
         if self.stopped:
             raise StoppedError("Stopped. Force is zero. Release the E-stop, then try again.")
-        self.board.tell(Release())
+        self.board.send_messages(Release())
         return self._run(motion, seconds, limits, until)
 
     def idle(self, until: Callable[[], bool]) -> None:
@@ -305,7 +305,7 @@ class BoardRunner:
         self._send(sample, min(max(force, -limits.force), limits.force))
 
     def _send(self, sample: Sample, force: float) -> None:
-        self.board.tell(Force(sample.seq, 0, force))
+        self.board.send_messages(Force(sample.seq, 0, force))
 
 
 def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:

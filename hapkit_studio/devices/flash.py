@@ -36,7 +36,10 @@ class HexImage:
 
 
 def read_image(path: str | Path) -> HexImage:
-    """Return the image in a file; raise ParameterError that names what is wrong with it, OSError."""
+    """Return the image in an Intel hex file, checked before anything is touched.
+
+    Raise ParameterError that names what is wrong with it, OSError.
+    """
     path = Path(path)
     memory: dict[int, int] = {}
     base, ended = 0, False
@@ -143,7 +146,7 @@ def flash(
     return Flashed(len(checked.data), speed, time.monotonic() - begin)
 
 
-def greet(port: str, progress: Progress = no_progress) -> Hello:
+def read_hello(port: str, progress: Progress = no_progress) -> Hello:
     """Return what the firmware on a port says about itself; raise DeviceError."""
     progress(STARTING, 0.0)
     board = HapkitBoard(port)

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import serial
 
 from hapkit_studio.devices import DeviceEntry, DeviceKind, messaging, serial_ports
-from hapkit_studio.devices.low_latency import Latency, shorten
+from hapkit_studio.devices.low_latency import Latency, shorten_latency
 from hapkit_studio.devices.port_errors import gone, no_answer, settings_refused, unopened
 from hapkit_studio.devices.serial_ports import NOWHERE, Identity, Port, Role, at, port_name
 from hapkit_studio.errors import DeviceError
@@ -37,7 +37,11 @@ from hapkit_studio.protocol.messages import (
 
 
 def _claim(line: Any) -> None:
-    """Let the system refuse whoever else opens the port, but root; where it cannot, nothing changes."""
+    """Let the system refuse whoever else opens the port, but root; where it cannot, nothing changes.
+
+    A serial monitor would take half of the frames and restart the board; pyserial's own lock is only heeded
+    by those who ask for it.
+    """
     _set_exclusive(line, "TIOCEXCL")
 
 
@@ -88,7 +92,7 @@ class HapkitBoard:
         self.title = title or f"Hapkit on {port_name(self.port)}"
         self.identity = identity
         self.latency = Latency()
-        self.say: Callable[[str], object] = lambda words: None
+        self.on_status: Callable[[str], object] = lambda words: None
         """Is told what open waits for; runs in the thread that opens."""
         self._serial: Any = None
         self._hello: Hello | None = None
@@ -131,8 +135,8 @@ class HapkitBoard:
         self._serial = _open_port(self.port)
         _claim(self._serial)
         try:
-            self.latency = shorten(self._serial, self.port, self.identity)
-            self.say("Starting board…")
+            self.latency = shorten_latency(self._serial, self.port, self.identity)
+            self.on_status("Starting board…")
             self._hello = messaging.handshake(self._serial, self.port, handshake_time)
             self._serial.write(encode(Stream(0, 0)) + encode(Release()))
         except (serial.SerialException, OSError) as error:
@@ -146,7 +150,7 @@ class HapkitBoard:
         """Follow the board to the name it has now; without it, raise PortGoneError: another is not it."""
         if self.identity.vendor is None:
             return
-        found = serial_ports.found_again(self.identity, serial_ports.ports())
+        found = serial_ports.find_same_board(self.identity, serial_ports.ports())
         if found is None:
             raise gone(self.port)
         if found.path != self.port:
@@ -172,18 +176,18 @@ class HapkitBoard:
     # --- samples, outside the loop
     def start_stream(self, padded: int | None = None) -> None:
         """Switch the samples on, each filled to padded bytes, by default ``padding``; raise PortGoneError."""
-        self.tell(Stream(1, self.padding if padded is None else padded))
+        self.send_messages(Stream(1, self.padding if padded is None else padded))
 
     def stop_stream(self) -> None:
         """Set the force to zero and switch samples and motor off; raise PortGoneError."""
-        self.tell(Force(0, 0, 0.0), Stream(0, 0))
+        self.send_messages(Force(0, 0, 0.0), Stream(0, 0))
 
     def samples(self, silence: float = 1.0) -> Iterator[Sample]:
         """Yield what comes after start_stream; raise NoDataError after that many s of silence."""
         with self._line() as line:
             yield from messaging.samples(line, self.port, silence)
 
-    def tell(self, *messages: Message) -> None:
+    def send_messages(self, *messages: Message) -> None:
         """Send messages that have no answer; raise PortGoneError."""
         with self._line() as line:
             line.write(b"".join(map(encode, messages)))

@@ -57,7 +57,7 @@ def remedy(port: str) -> str:
     return f"{here}, fill frames to whole USB packets, or render on the board."
 
 
-def shorten(line: Any, port: str, identity: Identity) -> Latency:
+def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:
     """Ask for the shortest latency of an open port; return what holds then. Never fails."""
     with contextlib.suppress(Exception):  # each system and driver refuses in its own way, all harmless
         line.set_low_latency_mode(True)

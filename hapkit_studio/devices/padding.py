@@ -61,7 +61,7 @@ def _answered(board: HapkitBoard, seconds: float) -> list[Sample]:
         new = [m for m in decoder.feed(_read(board)) if isinstance(m, Sample)]
         if not new:
             continue
-        board.tell(Force(new[-1].seq, 0, 0.0))
+        board.send_messages(Force(new[-1].seq, 0, 0.0))
         taken += new
         silent = time.monotonic() + 1.0
         if len(taken) >= seconds * board.rate:

@@ -25,7 +25,7 @@ RULES = "/etc/udev/rules.d/60-hapkit.rules"
 
 
 def permission_remedy(path: str, port: Port | None) -> tuple[str, str]:
-    """Return what to do in words, and the line to run, which may be none."""
+    """Return what to do in words, and the line to run for this port and person, which may be none."""
     if sys.platform != "linux":
         return "Ask for the right to use it.", ""
     group = _group(path)

@@ -111,7 +111,7 @@ def at(path: str) -> Port | None:
     return next((port for port in ports() if port.path == path), None)
 
 
-def found_again(wanted: Identity, among: Iterable[Port]) -> Port | None:
+def find_same_board(wanted: Identity, among: Iterable[Port]) -> Port | None:
     """Return the same board, whatever its path is now: by serial number, else place, else the only one."""
     alike = [port for port in among if port.identity[:3] == wanted[:3]]
     here = [port for port in alike if port.identity.place == wanted.place]
@@ -145,7 +145,10 @@ STUDIO = "Hapkit Studio"
 
 
 def holder(port: str) -> str:
-    """Return the name and number of another program that has a port open; nothing where nobody can tell."""
+    """Return the name and number of another program that has a port open; nothing where nobody can tell.
+
+    Linux shows what one's own programs have open.
+    """
     real, own = os.path.realpath(port), str(os.getpid())
     for process in _processes():
         if process.name != own and any(_leads_to(file, real) for file in _files(process)):

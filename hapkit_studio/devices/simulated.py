@@ -15,6 +15,7 @@ from hapkit_studio.devices import DeviceEntry, DeviceKind
 from hapkit_studio.dynamics import paddle
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import check_number
 
 # The hand's mass alone, to twelve digits; the paddle's equations divide by the mass.
 NO_MASS = 1e-13
@@ -85,13 +86,13 @@ class SimulatedHapkit:
     simulated: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        _check("mass", self.mass, "kg", above=True)
-        _check("damping", self.damping, "N·s/m")
-        _check("Coulomb friction", self.coulomb_force, "N")
-        _check("sensor quantum", self.quantum, "m")
-        _check("force limit", self.max_force, "N", above=True, endless=True)
-        _check("initial position", self.initial_position, "m", low=-math.inf)
-        _check("initial velocity", self.initial_velocity, "m/s", low=-math.inf)
+        check_number(self.mass, "device's mass", "kg", above=True)
+        check_number(self.damping, "device's damping", "N·s/m")
+        check_number(self.coulomb_force, "device's Coulomb friction", "N")
+        check_number(self.quantum, "device's sensor quantum", "m")
+        check_number(self.max_force, "device's force limit", "N", above=True, endless=True)
+        check_number(self.initial_position, "device's initial position", "m", low=-math.inf)
+        check_number(self.initial_velocity, "device's initial velocity", "m/s", low=-math.inf)
 
     @property
     def viscous(self) -> float:
@@ -113,19 +114,6 @@ class SimulatedHapkit:
         return self.without(key for key in OPTIONAL if key not in needed) if needed else self
 
 
-def _check(
-    name: str, value: float, unit: str, low: float = 0.0, above: bool = False, endless: bool = False
-) -> None:
-    """Raise ParameterError unless value is a number from (or above) low, finite if not endless."""
-    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if number and (math.isfinite(value) or (endless and value == math.inf)):
-        if value > low or (value == low and not above):
-            return
-        bound = "more than 0" if above else "0 or more"
-        raise ParameterError(f"The device's {name} must be {bound} {unit}, not {value:g} {unit}.")
-    raise ParameterError(f"The device's {name} takes a number in {unit}, not {value!r}.")
-
-
 def new_state(position: float = 0.0, velocity: float = 0.0, periods: int = 1022) -> tuple:
     """Return (dev, queue) at rest with the motor off, for delays of up to `periods` sample periods."""
     dev = np.zeros(_WIDTH)
@@ -136,13 +124,24 @@ def new_state(position: float = 0.0, velocity: float = 0.0, periods: int = 1022)
 
 
 @compiled
-def quantise(position, quantum):
+def quantise(position: float, quantum: float) -> float:
     """Return what a sensor of `quantum` m reads; 0 is an ideal sensor."""
     return quantum * math.floor(position / quantum) if quantum > 0.0 else position
 
 
 @compiled
-def configure(dev, queue, mass, viscous, coulomb, hand_mass, hand_damping, hand_stiffness, period, delay):
+def configure(
+    dev: np.ndarray,
+    queue: np.ndarray,
+    mass: float,
+    viscous: float,
+    coulomb: float,
+    hand_mass: float,
+    hand_damping: float,
+    hand_stiffness: float,
+    period: float,
+    delay: float,
+) -> None:
     """Take new constants; motion and pending commands stay. A hand of zeros has let go.
 
     delay is any time from a sample to its force; what exceeds the queue's room is cut to it.
@@ -184,7 +183,7 @@ def _retime(dev, queue, period, delay):
 
 
 @compiled
-def command(dev, queue, force):
+def command(dev: np.ndarray, queue: np.ndarray, force: float) -> None:
     """Issue a force in N at the present sample instant; it acts one delay later."""
     queue[int(dev[_SAMPLE]) & (queue.size // 2 - 1)] = force
 
@@ -195,7 +194,7 @@ def _map(dev, at):
 
 
 @compiled
-def advance(dev, queue, target0, target1):
+def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) -> None:
     """Move to the next sample while the hand's target goes linearly from target0 to target1 in m.
 
     Without a new ``command`` there, the last one holds on. dev[EFFECT] is the mean motor force on the way.

@@ -29,7 +29,10 @@ END_TIME = 5.0
 
 
 class BoardProgram:
-    """Runs from construction to ``end``; raises DeviceError with the program's own words if it fails."""
+    """The virtual board's program as a child process: commands in, lines out, both with a time-out.
+
+    It runs from construction to ``end``; raises DeviceError with the program's own words if it fails.
+    """
 
     def __init__(self, words: Sequence[str]):
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115

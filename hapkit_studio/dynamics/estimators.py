@@ -3,7 +3,6 @@
 To add one: its coefficients in ``filter_design``, a code and a branch in ``filters.step``, an entry here.
 """
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -13,7 +12,7 @@ from hapkit_studio.dynamics import filter_design, filters
 from hapkit_studio.dynamics.filters import COEFFICIENTS, MEMORY, reset, resume, step
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.parameters import Parameter, resolve
+from hapkit_studio.parameters import Parameter, check_number, resolve
 
 __all__ = ["COEFFICIENTS", "ESTIMATORS", "MEMORY", "Estimator", "Spec", "design", "estimate_velocity"]
 __all__ += ["parse", "reset", "resume", "step"]
@@ -127,12 +126,8 @@ def design(spec: Spec, rate: float, quantum: float = 0.0) -> tuple[int, np.ndarr
 
     Raise ParameterError as ``parse``, for a rate that is no positive number and a quantum below 0.
     """
-    if not isinstance(rate, int | float | np.number):
-        raise ParameterError(f"The rate takes a number in Hz, not {rate!r}.")
-    if not (math.isfinite(rate) and rate > 0.0):
-        raise ParameterError(f"The rate must be more than 0 Hz, not {rate:g} Hz.")
-    if not (isinstance(quantum, int | float | np.number) and math.isfinite(quantum) and quantum >= 0.0):
-        raise ParameterError(f"The quantum must be 0 m or more, not {quantum!r}.")
+    check_number(rate, "rate", "Hz", above=True)
+    check_number(quantum, "quantum", "m")
     estimator, options = parse(spec)
     return estimator.code, estimator.design(rate, quantum, **options)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import check_number
 
 
 def _still(t):
@@ -31,11 +32,7 @@ class Hand:
 
     def __post_init__(self) -> None:
         for name, unit in (("mass", "kg"), ("damping", "N·s/m"), ("stiffness", "N/m")):
-            value = getattr(self, name)
-            if not isinstance(value, int | float | np.number):
-                raise ParameterError(f"The hand's {name} takes a number in {unit}, not {value!r}.")
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ParameterError(f"The hand's {name} must be 0 {unit} or more, not {value:g} {unit}.")
+            check_number(getattr(self, name), f"hand's {name}", unit)
         if not (isinstance(self.release, int | float | np.number) and self.release >= 0.0):
             raise ParameterError(f"The hand lets go at 0 s or later, not {self.release!r} s.")
 

@@ -180,7 +180,18 @@ _NUMBERS = {
 _MOST_STEPS = 100_000_000
 
 
-def integrate(method, *, mass, damping, stiffness, x0, v0, dt, seconds, force=0.0):
+def integrate(
+    method: str,
+    *,
+    mass: float,
+    damping: float,
+    stiffness: float,
+    x0: float,
+    v0: float,
+    dt: float,
+    seconds: float,
+    force: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (t, x, v), each (n,), of m x'' = force - damping x' - stiffness x by one of INTEGRATORS.
 
     Row k is at t = k dt, row 0 the start; n = round(seconds / dt) + 1. What grows beyond all numbers ends as

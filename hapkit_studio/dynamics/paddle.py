@@ -33,7 +33,7 @@ def _responses(alpha, beta, t):
 
 
 @compiled
-def transition(mass, damping, stiffness, h):
+def transition(mass: float, damping: float, stiffness: float, h: float) -> tuple[float, ...]:
     """Return the exact map (a, b, c, d, g0, h0, g1, h1) of m x'' + c x' + k x = F + F' t over h seconds.
 
     x1 = a x + b v + g0 F + h0 F', v1 = c x + d v + g1 F + h1 F'. Series on h / 2^s, then s doublings of the
@@ -73,7 +73,7 @@ def transition(mass, damping, stiffness, h):
 
 
 @compiled
-def apply(m, x, v, force, force_rate):
+def apply(m: tuple[float, ...], x: float, v: float, force: float, force_rate: float) -> tuple[float, float]:
     """Return (x, v) after one map of ``transition``."""
     return (
         m[0] * x + m[1] * v + m[4] * force + m[5] * force_rate,
@@ -190,7 +190,18 @@ def _advance_with_friction(x, v, force, rate, coulomb, mass, damping, stiffness,
 
 
 @compiled
-def advance(x, v, force, force_rate, coulomb, mass, damping, stiffness, h, map8):
+def advance(
+    x: float,
+    v: float,
+    force: float,
+    force_rate: float,
+    coulomb: float,
+    mass: float,
+    damping: float,
+    stiffness: float,
+    h: float,
+    map8: tuple[float, ...],
+) -> tuple[float, float]:
     """Return (x, v) after h seconds with Coulomb friction; map8 is ``transition`` over the same h."""
     if coulomb == 0.0:
         return apply(map8, x, v, force, force_rate)

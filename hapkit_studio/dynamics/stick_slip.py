@@ -6,6 +6,7 @@ it sticks. Options stand in numbers in the order of the model's parameters.
 """
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -193,7 +194,7 @@ MODELS: dict[str, tuple[int, tuple[Parameter, ...]]] = {
 }
 
 
-def _checked(model: object, given: dict[str, object], options: dict[str, object]):
+def _checked(model: object, given: Mapping[str, object], options: Mapping[str, object]):
     """Return (code, numbers by name, options in order); raise ParameterError."""
     if not isinstance(model, str) or model not in MODELS:
         raise ParameterError(f"The friction model is one of {', '.join(MODELS)}, not {model!r}.")
@@ -209,8 +210,19 @@ def _checked(model: object, given: dict[str, object], options: dict[str, object]
 
 
 def slide(
-    model, applied, *, mass, static, kinetic, viscous=0.0, spring=0.0, x0=0.0, v0=0.0, dt=1e-3, **options
-):
+    model: str,
+    applied: np.ndarray,
+    *,
+    mass: float,
+    static: float,
+    kinetic: float,
+    viscous: float = 0.0,
+    spring: float = 0.0,
+    x0: float = 0.0,
+    v0: float = 0.0,
+    dt: float = 1e-3,
+    **options: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (t, x, v), each (n,), of a mass under applied forces (n,) in N, a fixed spring and friction.
 
     Row k is at t = k dt, row 0 the start; applied[k] acts from there to the next row. Models and their
@@ -232,7 +244,17 @@ def slide(
 
 
 def stick_slip(
-    model, *, mass, spring, static, kinetic, viscous=0.0, speed, dt, seconds, **options
+    model: str,
+    *,
+    mass: float,
+    spring: float,
+    static: float,
+    kinetic: float,
+    viscous: float = 0.0,
+    speed: float,
+    dt: float,
+    seconds: float,
+    **options: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return (t, x, v, force), each (n,): a resting mass drawn by a spring, slack at first, at `speed` m/s.
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from hapkit_studio.environments.base import Environment, no_terms
+from hapkit_studio.environments.base import Environment, Values, no_terms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -53,7 +53,7 @@ def _top(values):
     return COSINE_TOP if values["profile"] else GAUSSIAN_TOP
 
 
-def height(values, x):
+def height(values: Values, x: np.ndarray) -> np.ndarray:
     """Return the relief in m (n,) that is drawn at x (n,) in m, the flat ground at 0.
 
     `same` is the relief that the gradient law renders for a weight of 1 N, `opposite` its mirror image.
@@ -68,7 +68,7 @@ def height(values, x):
     return np.where(inside, scale * sign * rise, 0.0)
 
 
-def impedance(values):
+def impedance(values: Values) -> tuple[float, float]:
     """Return the steepest slope of the force, at the centre for the gradient; no damping."""
     per_width = values["peak_force"] / values["width"]
     if values["law"]:

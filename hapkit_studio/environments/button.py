@@ -1,9 +1,11 @@
 """Button: the force rises, gives way at the snap and meets a stop; coming out it follows a lower curve."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from hapkit_studio.dynamics.friction import tether
-from hapkit_studio.environments.base import Environment, ForceTerms
+from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -44,7 +46,7 @@ def force(p, s, x, v, dt):
     return pull * min(depth / FADE, 1.0) - push
 
 
-def check(values):
+def check(values: Values) -> str:
     """Return why the snap cannot start where it does, "" if it can."""
     start, travel = 1e3 * values["snap_start"], 1e3 * values["travel"]
     if start < travel:
@@ -52,7 +54,7 @@ def check(values):
     return f"The snap starts before the end of the travel: below {travel:g} mm, not at {start:g} mm."
 
 
-def warnings(values, conditions):
+def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell when nothing snaps."""
     if values["snap_force"] >= values["peak_force"]:
         yield (
@@ -61,7 +63,7 @@ def warnings(values, conditions):
         )
 
 
-def over_position(values, x):
+def over_position(values: Values, x: np.ndarray) -> np.ndarray:
     """Return the way in and the way out (2, n) in N over x (n,) in m."""
     names = ("peak_force", "snap_force", "snap_start", "travel", "stop_stiffness")
     numbers = [values[name] for name in names]
@@ -71,7 +73,7 @@ def over_position(values, x):
     return np.array([-push - play, -push + play])
 
 
-def impedance(values):
+def impedance(values: Values) -> tuple[float, float]:
     """Return the steepest slope of the curve; the play adds its stiffness only within its few counts."""
     first = 2.0 * values["peak_force"] / values["snap_start"]
     drop = abs(values["peak_force"] - values["snap_force"]) / (values["travel"] - values["snap_start"])

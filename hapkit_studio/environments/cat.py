@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio.dynamics.friction import tether
-from hapkit_studio.environments.base import Environment, no_terms
+from hapkit_studio.environments.base import Environment, Values, no_terms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -117,12 +117,12 @@ def force(p, s, x, v, dt):
     return fur + blow + hum
 
 
-def impedance(p):
+def impedance(p: Values) -> tuple[float, float]:
     """Return the (stiffness, damping) of hairs that bend, where their ripple is steepest."""
     return FUR_STIFFNESS + p["hair"] * TURN / HAIR_SPACING, p["fur_damping"]
 
 
-def over_position(p, x):
+def over_position(p: Values, x: np.ndarray) -> np.ndarray:
     """Return the force in N, (2, n), where the fur slips with the nap and against it, without its tufts."""
     return np.outer((-p["fur_friction"], p["fur_friction"] * p["nap_ratio"]), np.ones_like(x))
 

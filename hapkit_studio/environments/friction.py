@@ -5,12 +5,13 @@ anchor, which is dragged along when the spring pulls beyond the level of frictio
 """
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.dynamics.friction import banded, bristle, sticking_tether, stribeck, tether
-from hapkit_studio.environments.base import Environment, ForceTerms
+from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -69,7 +70,7 @@ def force(p, s, x, v, dt):
     return dry - p.viscous * v
 
 
-def unused(values):
+def unused(values: Values) -> dict[str, str]:
     """Tell what the chosen model does not know."""
     model = int(values["model"])
     without = {
@@ -81,13 +82,13 @@ def unused(values):
     return {key: f"Not used by {LABELS[model]}" for key, models in without.items() if model in models}
 
 
-def levels(values):
+def levels(values: Values) -> tuple[float, float]:
     """Return the (static, kinetic) friction in N as the law takes them."""
     kinetic = max(values["kinetic_force"], LEAST)
     return max(values["static_force"], kinetic), kinetic
 
 
-def over_velocity(values, v):
+def over_velocity(values: Values, v: np.ndarray) -> np.ndarray:
     """Return the force (n,) in N of a steady slide at v (n,) in m/s; at rest what holds, whichever way."""
     static, kinetic = levels(values)
     model = values["model"]
@@ -102,20 +103,20 @@ def over_velocity(values, v):
     return -level * share - values["viscous"] * v
 
 
-def over_position(values, x):
+def over_position(values: Values, x: np.ndarray) -> np.ndarray:
     """Return the force (2, n) in N of a slow slide to the right, and back."""
     static, kinetic = levels(values)
     level = static if values["model"] in (STRIBECK, LUGRE, KARNOPP) else kinetic
     return np.array([np.full_like(x, -level), np.full_like(x, level)])
 
 
-def impedance(values):
+def impedance(values: Values) -> tuple[float, float]:
     """Return the stiffness of what holds, or the damping as which a friction by speed alone begins.
 
     Plain Coulomb friction is judged by the slowest speed that a usual sensor shows: a count per period.
     """
     kinetic, viscous = levels(values)[1], values["viscous"]
-    by_speed = {
+    by_speed: dict[float, float] = {
         COULOMB: USUAL_QUANTUM / USUAL_PERIOD,
         SMOOTHED: values["stick_velocity"],
         KARNOPP: values["stick_velocity"],
@@ -125,7 +126,7 @@ def impedance(values):
     return stiffness, viscous + (kinetic / by_speed[model] if model in by_speed else 0.0)
 
 
-def terms(values):
+def terms(values: Values) -> ForceTerms:
     """Return viscous and kinetic friction, and how far a turn goes until friction is all there."""
     model = values["model"]
     held = model not in (COULOMB, SMOOTHED)
@@ -139,7 +140,7 @@ def terms(values):
     )
 
 
-def warnings(values, conditions):
+def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell which model is beyond its limit."""
     model, period = values["model"], conditions.period
     kinetic = levels(values)[1]

@@ -4,8 +4,9 @@ The ringing is a decaying sinusoid scaled by the speed of entry (Okamura, Cutkos
 """
 
 import math
+from collections.abc import Iterable
 
-from hapkit_studio.environments.base import Environment, ForceTerms
+from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -66,7 +67,7 @@ def force(p, s, x, v, dt):
     return -push - min(max(tap, -p.limit), p.limit)
 
 
-def unused(values):
+def unused(values: Values) -> dict[str, str]:
     """Tell what a material sets by itself."""
     if not values["material"]:
         return {}
@@ -79,7 +80,7 @@ def unused(values):
     }
 
 
-def warnings(values, conditions):
+def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell when a cycle of the ringing gets fewer than 10 samples."""
     _, _, hertz = sound(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
     highest = 0.1 / conditions.period
@@ -87,7 +88,7 @@ def warnings(values, conditions):
         yield f"{hertz:.3g} Hz gets fewer than 10 samples a cycle: above {highest:.3g} Hz it feels blurred."
 
 
-def terms(p):
+def terms(p: Values) -> ForceTerms:
     """Return the surface's spring and damper, which acts on the way in."""
     found = "stiffness", "damping"
     return ForceTerms(

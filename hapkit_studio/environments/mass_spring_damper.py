@@ -1,10 +1,12 @@
 """A mass on a spring and a damper, pushed by the handle from the left; its integrator is a choice."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import FAR, flown_apart, pushed
-from hapkit_studio.environments.base import Environment, no_terms
+from hapkit_studio.environments.base import Conditions, Environment, Values, no_terms
 from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
@@ -68,13 +70,13 @@ def stored(p, s, x, v, dt):
     return 0.5 * (moving + p.stiffness * swing * swing + p.contact_stiffness * depth * depth)
 
 
-def pushed_slowly(p, x):
+def pushed_slowly(p: Values, x: np.ndarray) -> np.ndarray:
     """Return the force over position of contact and spring in series."""
     both = p["contact_stiffness"] * p["stiffness"] / (p["contact_stiffness"] + p["stiffness"])
     return -both * np.maximum(x - p["rest_position"], 0.0)
 
 
-def warnings(values, conditions):
+def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell where the chosen integrator makes the mass gain energy in contact."""
     stiffness = values["stiffness"] + values["contact_stiffness"]
     return growth(values, values["damping"], stiffness, conditions)

@@ -1,10 +1,12 @@
 """A puck that slides between two walls and is pushed by the handle from either side."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import flown_apart, pushed
-from hapkit_studio.environments.base import Environment, no_terms
+from hapkit_studio.environments.base import Conditions, Environment, Values, no_terms
 from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
@@ -84,7 +86,7 @@ def stored(p, s, x, v, dt):
     return 0.5 * (moving + p.contact_stiffness * depth * depth + p.wall_stiffness * beyond * beyond)
 
 
-def warnings(values, conditions):
+def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell where the chosen integrator makes the puck gain energy in contact."""
     stiffness = values["wall_stiffness"] + values["contact_stiffness"]
     return growth(values, 0.0, stiffness, conditions)

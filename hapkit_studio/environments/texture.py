@@ -1,11 +1,12 @@
 """Texture: bands of damping, a grating of force, or sandpaper, each told by its wavelength."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from hapkit_studio.dynamics.grains import sandpaper
-from hapkit_studio.environments.base import Environment, no_terms
+from hapkit_studio.environments.base import Conditions, Environment, Values, no_terms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -25,27 +26,27 @@ def force(p, s, x, v, dt):
     return sandpaper(2.0 * u, p.amplitude, p.seed)
 
 
-def steepness(values):
+def steepness(values: Values) -> float:
     """Return the most N/m by which a grating or sandpaper can rise."""
     factor = math.tau if values["kind"] == GRATING else 2.0 * STEEPEST
     return factor * values["amplitude"] / values["wavelength"]
 
 
-def impedance(values):
+def impedance(values: Values) -> tuple[float, float]:
     """Return the steepest slope of the ridges, or the damping of the bands."""
     if values["kind"] == BANDS:
         return 0.0, values["damping"]
     return steepness(values), 0.0
 
 
-def unused(values):
+def unused(values: Values) -> dict[str, str]:
     """Tell what is another kind's."""
     kind = int(values["kind"])
     keys = (("amplitude", "seed"), ("damping", "seed"), ("damping",))[kind]
     return {key: f"Not used by {KINDS[kind]}" for key in keys}
 
 
-def warnings(values, conditions):
+def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell what cannot be felt as it is: ridges too fast, too fine or too steep to be sampled."""
     wavelength, period = values["wavelength"], conditions.period
     fastest = wavelength / (10.0 * period)
@@ -62,14 +63,14 @@ def warnings(values, conditions):
         yield f"Ridges of {values['amplitude']:.3g} N buzz: above {highest:.3g} N they are too steep here."
 
 
-def over_position(values, x):
+def over_position(values: Values, x: np.ndarray) -> np.ndarray:
     """Return the ridges' force (n,) in N; none for bands, whose force depends on the speed."""
     if values["kind"] == BANDS:
         return np.full(len(x), np.nan)
     return ENVIRONMENT.curve(values, x)
 
 
-def over_velocity(values, v):
+def over_velocity(values: Values, v: np.ndarray) -> np.ndarray:
     """Return the bands' two forces (2, n) in N, inside and between them; none for ridges."""
     if values["kind"] == BANDS:
         return np.array([-values["damping"] * v, 0.0 * v])

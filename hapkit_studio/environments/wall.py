@@ -1,6 +1,6 @@
 """Virtual wall: free space, then a spring and a damper that by default acts only on the way in."""
 
-from hapkit_studio.environments.base import Environment, ForceTerms
+from hapkit_studio.environments.base import Environment, ForceTerms, Values
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -17,12 +17,12 @@ def force(p, s, x, v, dt):
     return -side * (p.stiffness * depth + p.damping * rate)
 
 
-def impedance(p):
+def impedance(p: Values) -> tuple[float, float]:
     """Return the (stiffness, damping) that act in contact."""
     return p["stiffness"], p["damping"] if p["damping_mode"] != 2 else 0.0
 
 
-def terms(p):
+def terms(p: Values) -> ForceTerms:
     """Return the wall's spring and damper, and on which way the damper acts."""
     stiffness, damping = impedance(p)
     one_way = (1.0 if p["side"] == 0 else -1.0) if p["damping_mode"] == 0 and damping > 0.0 else 0.0
@@ -31,7 +31,7 @@ def terms(p):
     )
 
 
-def unused(p):
+def unused(p: Values) -> dict[str, str]:
     """Tell that damping which never acts has no number."""
     return {"damping": "Not used: damping never acts"} if p["damping_mode"] == 2 else {}
 

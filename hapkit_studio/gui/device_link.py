@@ -96,7 +96,7 @@ class Connector(QObject):
             return None
         engine = self._build(entry)
         if hasattr(engine.device, "say"):
-            engine.device.say = partial(self._waits.emit, request)
+            engine.device.on_status = partial(self._waits.emit, request)
         ready(engine)
         try:
             engine.start()

@@ -182,7 +182,7 @@ def count_motor_cuts(r: LoopArrays, conn: Link, said: int) -> None:
 
 
 @internal
-def latch_reported_faults(r, n, said, now):
+def latch_reported_faults(r: LoopArrays, n: np.ndarray, said: int, now: float) -> None:
     """Latch over-speed and a force that is no number, unless the board was told just now to forget them.
 
     A board that saw a leap gives up its estimate: then the speed is what its positions come to.

@@ -172,7 +172,7 @@ def compile_ahead(driver: Driver, r: LoopArrays, late: np.ndarray) -> None:
     store_release(r.control, arrays.QUIT, 0)
 
 
-def driver_for(device) -> Driver:
+def driver_for(device: object) -> Driver:
     """Return the driver of a device, opened; raise DeviceError."""
     if isinstance(device, SimulatedHapkit):
         return SimulatedDriver(device)

@@ -3,6 +3,7 @@
 Words are elements of one-dimensional int64 arrays. Interpreted, Python's own lock orders everything.
 """
 
+import numpy as np
 from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
@@ -60,16 +61,16 @@ if config.DISABLE_JIT:
 else:
 
     @compiled
-    def load_acquire(words, index):
+    def load_acquire(words: np.ndarray, index: int) -> int:
         """Return words[index]; nothing that follows is read before it."""
         return _load(words, index)
 
     @compiled
-    def store_release(words, index, value):
+    def store_release(words: np.ndarray, index: int, value: int) -> None:
         """Set words[index]; everything written before is seen first."""
         _store(words, index, value)
 
     @compiled
-    def fence():
+    def fence() -> None:
         """Order everything before against everything after."""
         _fence()

@@ -128,7 +128,7 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Stage:
+class PreparedRun:
     """A scene and the hand on it, made ready: ``run`` is compiled code alone, and happens once."""
 
     arrays: LoopArrays
@@ -144,14 +144,14 @@ class Stage:
         return self.out
 
 
-def stage(scene: Scene, hand: Hand, count: int) -> Stage:
+def prepare_run(scene: Scene, hand: Hand, count: int) -> PreparedRun:
     """Return a scene made ready for count rows; raise ParameterError for a motion that is not finite."""
     r, body = scene.prepare()
     times = np.arange(count + 1) / scene.loop.rate
     holding = (times[:-1] < hand.release).astype(np.int64)
     targets = _sampled(hand.target, times, hand.vectorised) if holding.any() else np.zeros(count + 1)
     numbers = np.array([hand.mass, hand.damping, hand.stiffness])
-    return Stage(r, body, numbers, targets, holding, new_rows(count))
+    return PreparedRun(r, body, numbers, targets, holding, new_rows(count))
 
 
 def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np.ndarray, LoopArrays]:
@@ -159,7 +159,7 @@ def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np
     if isinstance(hand, Prescribed):
         return _render_prescribed(hand, scene, count)
     hand = hand or Hand(release=0.0)
-    made = stage(scene, hand, count)
+    made = prepare_run(scene, hand, count)
     out, targets = made.run(), made.targets
     if made.holding[0]:
         away, rate = targets[0] - scene.device.initial_position, (targets[1] - targets[0]) * scene.loop.rate

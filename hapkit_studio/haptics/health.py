@@ -18,7 +18,10 @@ LATENESS_BINS = _PER_DECADE + 2 * 900 + 1
 
 
 def new_histogram() -> np.ndarray:
-    """Return empty bins, int64 (BINS,)."""
+    """Return empty bins, int64 (LATENESS_BINS,).
+
+    1 µs wide up to 1 ms, 10 µs up to 10 ms, 100 µs up to 100 ms, and one for all beyond.
+    """
     return np.zeros(LATENESS_BINS, dtype=np.int64)
 
 

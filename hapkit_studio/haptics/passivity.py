@@ -66,13 +66,13 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
         period += w[SINCE]
         effect = impulse / period
     w[SINCE] = w[IMPULSE] = 0.0
-    way = moved + edge - w[EDGE]
+    travelled = moved + edge - w[EDGE]
     w[EDGE] = edge
-    w[SPEED] = speed = way / period
-    w[GIVEN] += effect * way
+    w[SPEED] = speed = travelled / period
+    w[GIVEN] += effect * travelled
     if abs(effect) > w[PEAK]:
         w[PEAK] = abs(effect)
-    compare(r, position + edge - 0.5 * quantum, r.values[block.VISCOUS] * way * speed)
+    compare(r, position + edge - 0.5 * quantum, r.values[block.VISCOUS] * travelled * speed)
 
 
 @inlined

@@ -236,7 +236,11 @@ def warm_up() -> None:
 
 
 class PortableLoop:
-    """Runs one connection through callables: read(seconds) -> bytes, write(bytes); both may raise OSError."""
+    """The serial loop as a plain Python thread, for systems whose ports are no file descriptors.
+
+    The same tick, codec and answers as the compiled loop; only waiting, reading and writing differ: they go
+    through read(seconds) -> bytes and write(bytes), which may raise OSError.
+    """
 
     def __init__(self, conn: Link, read, write):
         self.conn, self.read, self.write = conn, read, write

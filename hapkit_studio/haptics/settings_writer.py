@@ -40,7 +40,13 @@ class LoopSettings:
     estimator: Spec = "difference"
     controller: bool = False
 
-    def changed(self, rate=None, delay=None, estimator=None, controller=None) -> "LoopSettings":
+    def changed(
+        self,
+        rate: float | None = None,
+        delay: float | None = None,
+        estimator: Spec | None = None,
+        controller: bool | None = None,
+    ) -> "LoopSettings":
         """Return these settings with the given ones replaced; raise ParameterError."""
         if estimator is not None:
             estimators.parse(estimator)

@@ -188,7 +188,10 @@ def _stored(function: ast.FunctionDef) -> set[str]:
 
 
 def without_conversions(function: ast.FunctionDef) -> ast.FunctionDef:
-    """Return a generated function without the conversions of surely floats; its types stay what they were."""
+    """Return a generated function without the conversions of surely floats; its types stay what they were.
+
+    They are half of the calls that numba would compile.
+    """
     return _Floats(function).visit(function)
 
 

@@ -52,7 +52,7 @@ _T_STATE = Telemetry.offset("state")
 
 
 @compiled
-def unsigned(buffer, at, size):
+def unsigned(buffer: np.ndarray, at: int, size: int) -> int:
     """Return the whole number of so many bytes at a place."""
     value = 0
     for i in range(size):
@@ -61,7 +61,7 @@ def unsigned(buffer, at, size):
 
 
 @compiled
-def signed(buffer, at, size):
+def signed(buffer: np.ndarray, at: int, size: int) -> int:
     """Return the whole number with a sign of so many bytes at a place."""
     value = unsigned(buffer, at, size)
     half = 1 << (8 * size - 1)
@@ -69,25 +69,25 @@ def signed(buffer, at, size):
 
 
 @compiled
-def float_at(buffer, at):
+def float_at(buffer: np.ndarray, at: int) -> float:
     """Return the 32-bit number at a place."""
     return float(np.uint32(unsigned(buffer, at, 4)).view(np.float32))
 
 
 @compiled
-def number(buffer):
+def number(buffer: np.ndarray) -> int:
     """Return the number of a sample, or of the tick that telemetry shows."""
     return unsigned(buffer, AT_SEQ, 2)
 
 
 @compiled
-def time_us(buffer, kind):
+def time_us(buffer: np.ndarray, kind: int) -> int:
     """Return the board's clock in µs, of 32 bits."""
     return unsigned(buffer, _AT_TIME if kind == SAMPLE else _T_TIME, 4)
 
 
 @compiled
-def read_sample(buffer, row):
+def read_sample(buffer: np.ndarray, row: np.ndarray) -> None:
     """Fill a row but for time and losses."""
     row[SEQ] = number(buffer)
     row[KIND] = SAMPLE
@@ -105,7 +105,7 @@ def read_sample(buffer, row):
 
 
 @compiled
-def read_telemetry(buffer, row):
+def read_telemetry(buffer: np.ndarray, row: np.ndarray) -> None:
     """Fill a row but for time and losses."""
     row[SEQ] = row[ANSWERED] = number(buffer)
     row[KIND] = TELEMETRY
@@ -170,7 +170,7 @@ def rows_for(size: int) -> int:
 
 
 @compiled
-def crc_update(crc, byte):
+def crc_update(crc: int, byte: int) -> int:
     """Return the CRC-16/CCITT-FALSE after one more byte."""
     mix = ((crc >> 8) ^ byte) & 0xFF
     mix ^= mix >> 4
@@ -276,7 +276,7 @@ def _finish(state, buffer, out, rows):
 
 
 @compiled
-def feed(state, buffer, data, n, out):
+def feed(state: np.ndarray, buffer: np.ndarray, data: np.ndarray, n: int, out: np.ndarray) -> int:
     """Decode the first n received bytes; return the number of rows of out that were filled.
 
     out: float64 (rows, SAMPLE_WIDTH), one row per valid Sample or Telemetry in SI units, with rows >=
@@ -293,7 +293,7 @@ def feed(state, buffer, data, n, out):
 
 
 @compiled
-def enclose(out, size):
+def enclose(out: np.ndarray, size: int) -> int:
     """Turn the body at out[1 : 1 + size] into its frame in place; return the frame's length.
 
     COBS in place: every zero, and the byte before the body, becomes the distance to the next zero.
@@ -315,7 +315,7 @@ def enclose(out, size):
 
 
 @compiled
-def put_float(out, at, value):
+def put_float(out: np.ndarray, at: int, value: float) -> None:
     """Write a number as four bytes at a place."""
     bits = int(np.float32(value).view(np.uint32))
     for i in range(4):
@@ -323,7 +323,7 @@ def put_float(out, at, value):
 
 
 @compiled
-def encode_force(out, seq, behind, force):
+def encode_force(out: np.ndarray, seq: int, behind: int, force: float) -> int:
     """Write the frame of Force to out (uint8, FRAME_SIZE); return its length."""
     out[1] = _FORCE_ID
     out[2] = seq & 0xFF
@@ -334,7 +334,7 @@ def encode_force(out, seq, behind, force):
 
 
 @compiled
-def encode_simple(out, message_id):
+def encode_simple(out: np.ndarray, message_id: int) -> int:
     """Write the frame of a message without fields, STOP or RELEASE, to out; return its length."""
     out[1] = message_id
     return enclose(out, 1)

@@ -41,33 +41,45 @@ def packed(data: bytes, words: int) -> np.ndarray:
 
 
 @compiled
-def byte_of(words, i):
+def byte_of(words: np.ndarray, i: int) -> int:
     """Return the i-th of packed bytes."""
     return (words[i >> 3] >> (8 * (i & 7))) & 0xFF
 
 
 @compiled
-def constant_of(words, i):
+def constant_of(words: np.ndarray, i: int) -> int:
     """Return the bits of the i-th of packed float32 numbers."""
     return (words[i >> 1] >> (32 * (i & 1))) & 0xFFFFFFFF
 
 
 @compiled
-def put_constant(words, i, bits):
+def put_constant(words: np.ndarray, i: int, bits: int) -> None:
     """Replace the bits of the i-th of packed float32 numbers."""
     shift = 32 * (i & 1)
     words[i >> 1] ^= (constant_of(words, i) ^ bits) << shift
 
 
 @compiled
-def put_whole(body, at, size, value):
+def put_whole(body: np.ndarray, at: int, size: int, value: int) -> None:
     """Write a whole number as so many bytes at a place of a body."""
     for i in range(size):
         body[at + i] = (value >> (8 * i)) & 0xFF
 
 
 @compiled
-def encode_law(out, generation, rate, estimator, first, second, states, given, slots, code, check):
+def encode_law(
+    out: np.ndarray,
+    generation: int,
+    rate: int,
+    estimator: int,
+    first: float,
+    second: float,
+    states: int,
+    given: int,
+    slots: int,
+    code: int,
+    check: int,
+) -> int:
     """Write the frame of Law to out; return its length."""
     out[1] = _LAW_ID
     out[1 + _LAW_GENERATION] = generation
@@ -84,7 +96,7 @@ def encode_law(out, generation, rate, estimator, first, second, states, given, s
 
 
 @compiled
-def encode_piece(out, generation, at, program):
+def encode_piece(out: np.ndarray, generation: int, at: int, program: np.ndarray) -> int:
     """Write the frame of the Piece that begins with byte `at` of a packed law to out; return its length."""
     out[1] = _PIECE_ID
     out[1 + _PIECE_GENERATION] = generation
@@ -96,7 +108,7 @@ def encode_piece(out, generation, at, program):
 
 
 @compiled
-def begin_tune(out, law, generation):
+def begin_tune(out: np.ndarray, law: int, generation: int) -> None:
     """Begin a Tune without a constant in out."""
     for i in range(1, 1 + _TUNE_BODY):
         out[i] = 0
@@ -106,7 +118,7 @@ def begin_tune(out, law, generation):
 
 
 @compiled
-def add_constant(out, slot, bits):
+def add_constant(out: np.ndarray, slot: int, bits: int) -> int:
     """Add a constant to the Tune in out, TUNED at most; return how many it has."""
     k = out[1 + _TUNE_COUNT]
     out[1 + _TUNE_SLOTS + k] = slot
@@ -116,13 +128,13 @@ def add_constant(out, slot, bits):
 
 
 @compiled
-def end_tune(out):
+def end_tune(out: np.ndarray) -> int:
     """Turn the Tune in out into its frame; return its length."""
     return codec.enclose(out, _TUNE_BODY)
 
 
 @compiled
-def encode_body(out, body):
+def encode_body(out: np.ndarray, body: np.ndarray) -> int:
     """Write the frame of a message's id and payload, (n,) bytes, to out; return its length."""
     for i in range(body.size):
         out[1 + i] = body[i]

@@ -1,4 +1,7 @@
-"""The messages between computer and board: declared once, as little-endian packed structs."""
+"""Every message between computer and board, declared once; the firmware's header is generated from here.
+
+A message is a frozen dataclass whose fields carry their type on the wire: little-endian packed structs.
+"""
 
 import struct
 from dataclasses import dataclass, field, fields

@@ -88,7 +88,7 @@ class PaddleKit:
     def stop_stream(self):
         self.streaming, self.pwm = False, 0
 
-    def tell(self, *messages):
+    def send_messages(self, *messages):
         for message in messages:
             if isinstance(message, Force):
                 self._force(message)

@@ -3,7 +3,7 @@
 import pytest
 
 from hapkit_studio.devices import low_latency
-from hapkit_studio.devices.low_latency import Latency, shorten
+from hapkit_studio.devices.low_latency import Latency, shorten_latency
 from hapkit_studio.devices.serial_ports import NOWHERE, Identity
 
 KIT = Identity(0x0403, 0x6001, "AAA", "1-2")
@@ -40,7 +40,7 @@ def timer(monkeypatch, tmp_path):
 def test_a_short_timer_is_nothing_to_speak_of(timer):
     line = Line()
     timer("1\n")
-    latency = shorten(line, "/dev/ttyUSB0", KIT)
+    latency = shorten_latency(line, "/dev/ttyUSB0", KIT)
     assert line.asked == [True]
     assert latency == Latency(0.001, True, "/dev/ttyUSB0")
     assert not latency.long
@@ -52,7 +52,7 @@ def test_a_short_timer_is_nothing_to_speak_of(timer):
 )
 def test_a_refusal_is_said_with_what_can_be_done(timer, refuses):
     timer("16\n")
-    latency = shorten(Line(refuses), "/dev/ttyUSB0", KIT)
+    latency = shorten_latency(Line(refuses), "/dev/ttyUSB0", KIT)
     assert latency == Latency(0.016, True, "/dev/ttyUSB0")
     assert latency.long
     assert latency.words.startswith("USB latency timer 16 ms. Run `echo 1 | sudo tee ")
@@ -61,14 +61,14 @@ def test_a_refusal_is_said_with_what_can_be_done(timer, refuses):
 
 
 def test_what_cannot_be_read_is_taken_for_the_usual(timer):
-    latency = shorten(Line(), "/dev/ttyUSB0", KIT)
+    latency = shorten_latency(Line(), "/dev/ttyUSB0", KIT)
     assert latency == Latency(0.016, False, "/dev/ttyUSB0")
     assert "as far as known" in latency.words
 
 
 @pytest.mark.parametrize("identity", [NOWHERE, Identity(0x2341, 0x0043)])
 def test_other_chips_have_no_timer(timer, identity):
-    latency = shorten(Line(), "/dev/ttyACM0", identity)
+    latency = shorten_latency(Line(), "/dev/ttyACM0", identity)
     assert (latency.timer, latency.long, latency.words) == (None, False, "")
 
 

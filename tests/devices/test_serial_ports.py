@@ -91,7 +91,7 @@ def port(path, identity):
     ],
 )
 def test_the_same_board_is_found_again(wanted, there, path):
-    found = serial_ports.found_again(wanted, [port(p, identity) for p, identity in there.items()])
+    found = serial_ports.find_same_board(wanted, [port(p, identity) for p, identity in there.items()])
     assert (found.path if found else None) == path
 
 
@@ -121,7 +121,7 @@ def test_another_kit_under_its_name_is_left_alone(monkeypatch):
 def test_what_opening_waits_for_is_said():
     peer, said = FakeBoard(FakeKit()), []
     board = HapkitBoard(peer.path)
-    board.say = said.append
+    board.on_status = said.append
     board.open()
     assert said == ["Starting board…"]
     board.close()

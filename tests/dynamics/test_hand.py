@@ -109,7 +109,7 @@ def test_shake_gets_faster_up_to_6_hz():
 @pytest.mark.parametrize(
     ("bad", "names"),
     [
-        ({"mass": -1.0}, "mass must be 0 kg or more, not -1 kg"),
+        ({"mass": -1.0}, "mass must be 0 or more kg, not -1 kg"),
         ({"damping": math.nan}, "damping"),
         ({"stiffness": math.inf}, "stiffness"),
         ({"release": -0.1}, "not -0.1 s"),

@@ -103,13 +103,13 @@ def _target(t: np.ndarray) -> np.ndarray:
     return trembling(t) / _SOFT
 
 
-def handle_stage(model: str, dt: float, times: int = 1) -> headless.Stage:
+def handle_stage(model: str, dt: float, times: int = 1) -> headless.PreparedRun:
     """Return a handle without friction of its own, slid to rest and held by one of the scene's models."""
     law = environments.named("friction")
     handle = SimulatedHapkit(coulomb_force=0.0, max_force=math.inf, initial_velocity=SLIDES_IN)
     scene = headless.Scene(law, law.values({"model": model, **LEVELS}), handle, LoopSettings(1.0 / dt))
     pull = Hand(stiffness=_SOFT, target=_target, vectorised=True)  # type: ignore[arg-type]
-    return headless.stage(scene, pull, times * round(HELD_SECONDS / dt) + 1)
+    return headless.prepare_run(scene, pull, times * round(HELD_SECONDS / dt) + 1)
 
 
 def prepared_handle(model: str, dt: float, times: int) -> timing.Work:

@@ -63,11 +63,11 @@ def continuous() -> np.ndarray:
     return x
 
 
-def _stage(rate: float, delay: float, times: int) -> headless.Stage:
+def _stage(rate: float, delay: float, times: int) -> headless.PreparedRun:
     law = environments.named("wall")
     loop = LoopSettings(rate, delay)
     scene = headless.Scene(law, law.values({"stiffness": STIFFNESS}), device(), loop)
-    return headless.stage(scene, SCRIPTS["tap"], round(times * TAP_SECONDS * rate))
+    return headless.prepare_run(scene, SCRIPTS["tap"], round(times * TAP_SECONDS * rate))
 
 
 def contact_error(rate: float, delay: float) -> float:

@@ -127,14 +127,14 @@ def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
                 runner.check_stopped()
                 answers.take(sample)
                 if answers.time < _PUSHED_SECONDS:
-                    board.tell(Force(sample.seq, 0, 0.05))
+                    board.send_messages(Force(sample.seq, 0, 0.05))
                 elif not silent:
                     answers.stopped_at = sample.seq if answers.stopped_at is None else answers.stopped_at
-                    board.tell(Stop(), Force(sample.seq, 0, 0.05))
+                    board.send_messages(Stop(), Force(sample.seq, 0, 0.05))
                 if answers.time > _SILENCE_SECONDS and answers.enough(silent):
                     break
     finally:
-        board.tell(Release())
+        board.send_messages(Release())
     if not answers.obeyed:
         raise LateError
     return answers.flags, answers.pwm

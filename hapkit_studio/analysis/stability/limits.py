@@ -24,6 +24,7 @@ from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand, hand_named
 from hapkit_studio.dynamics.paddle import transition
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import check_number
 
 _SLOWEST = 1e-7
 _HALVINGS = 50
@@ -78,7 +79,7 @@ def checked_loop(
         ("delay", delay, "s", False),
         ("sensor quantum", quantum, "m", False),
     ):
-        checks.check_number(value, name, unit, above)
+        check_number(value, name, unit, above=above, high=checks.MOST)
     checks.check_delay(rate, delay)
     if isinstance(hand, str):
         hand = GRIPS[hand] if hand in GRIPS else hand_named(hand)

@@ -112,7 +112,7 @@ def hit(setting: Setting, stiffness: float, damping: float, phase: float, protoc
     device = setting.device(position=start, velocity=protocol.speed)
     device = replace(device, max_force=protocol.max_force)
     scene = headless.Scene(environments.named("wall"), values, device, setting.loop)
-    return headless.stage(scene, _pusher(setting, protocol.push), samples_of(setting, protocol)).run()
+    return headless.prepare_run(scene, _pusher(setting, protocol.push), samples_of(setting, protocol)).run()
 
 
 def _pusher(setting: Setting, push: float) -> Hand:

@@ -105,8 +105,6 @@ class HandleView(QWidget):
             pen = stage.pen("ok", 2) if taken else stage.pen("accent", 2, (4, 4))
             stage.line(x, 8 * stage.u, x, stage.rail, pen)
         stage.axis()
-        if self.hand is not None:
-            stage.taken.append(QRectF(self.let_go.geometry()).translated(0.0, -self._top()))
         self._draw_handle(stage)
         for place, taken in self.marks:
             x, y = stage.x(1e3 * place), 20 * stage.u
@@ -144,7 +142,7 @@ class HandleView(QWidget):
         return max(self.height() - _TALLEST, 0) // 2
 
     def _place_button(self) -> None:
-        """Put the button on the side where the hand is not."""
-        size = self.let_go.sizeHint()
+        """Put the button on the side where the hand is not, below the knob and its force."""
+        size, stage = self.let_go.sizeHint(), self._stage()
         left = _BESIDE if (self.hand or 0.0) > 0.0 else self.width() - size.width() - _BESIDE
-        self.let_go.setGeometry(left, _BESIDE, size.width(), size.height())
+        self.let_go.setGeometry(left, round(self._top() + stage.top), size.width(), size.height())

@@ -41,6 +41,7 @@ class FrictionStep(StepPage):
         self.add_row(self.sweep)
         self.found = {key: QLabel("–") for key, *_rest in _LINES}
         cells = self.add_row()
+        cells.setSpacing(24)
         for key, words, *_rest in _LINES:
             cells.insertLayout(cells.count() - 1, _cell(words, self.found[key]))
         self.box.show_text("The motor is off until you press Sweep.")
@@ -91,7 +92,7 @@ def _cell(words: str, value: QLabel) -> QVBoxLayout:
     """Return a number below its name."""
     name = QLabel(words)
     name.setProperty("role", "axis")
-    dress(value, "QLabel { font-size: 16px; font-weight: 650; min-width: 190px; }")
+    dress(value, "QLabel { font-size: 16px; font-weight: 650; min-width: 176px; }")
     value.setAccessibleName(words)
     cell = QVBoxLayout()
     cell.setSpacing(0)

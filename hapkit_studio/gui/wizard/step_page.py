@@ -49,18 +49,18 @@ class StepPage(QWizardPage):
         self.box, self.hint = ResultBox(), QLabel()
         self.hint.setWordWrap(True)
         dress(self.hint, "QLabel { font-size: 13px; color: @ink2; }")
-        content, foot = QWidget(), QVBoxLayout()
+        content, self.foot = QWidget(), QVBoxLayout()
         self.column = QVBoxLayout(content)
         self.column.setContentsMargins(_SIDE, 18, _SIDE, _SPACE)
         self.column.setSpacing(_SPACE)
-        foot.setContentsMargins(_SIDE, 0, _SIDE, _SPACE)
-        foot.addWidget(self.box)
-        foot.addWidget(self.hint)
+        self.foot.setContentsMargins(_SIDE, 0, _SIDE, _SPACE)
+        self.foot.addWidget(self.box)
+        self.foot.addWidget(self.hint)
         page = QVBoxLayout(self)
         page.setContentsMargins(0, 0, 0, 0)
         page.setSpacing(0)
         page.addWidget(_scrolling(content), 1)
-        page.addLayout(foot)
+        page.addLayout(self.foot)
         heading = QLabel(self.heading)
         heading.setWordWrap(True)
         dress(heading, "QLabel { font-size: 22px; font-weight: 650; }")
@@ -108,14 +108,18 @@ class StepPage(QWizardPage):
         self.column.addWidget(label)
         return label
 
-    def add_row(self, *parts: QWidget) -> QHBoxLayout:
-        """Add parts side by side, from the left."""
+    def add_row(self, *parts: QWidget, always_in_sight: bool = False) -> QHBoxLayout:
+        """Add parts side by side, from the left; always in sight: below what scrolls."""
         row = QHBoxLayout()
         row.setSpacing(10)
         for part in parts:
             row.addWidget(part)
         row.addStretch(1)
-        self.column.addLayout(row)
+        if always_in_sight:
+            row.setContentsMargins(0, _SPACE // 2, 0, _SPACE // 2)
+            self.foot.insertLayout(0, row)
+        else:
+            self.column.addLayout(row)
         return row
 
     def add_pictures(self, picture: QWidget, handle: QWidget) -> None:

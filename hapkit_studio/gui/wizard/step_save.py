@@ -53,7 +53,10 @@ class SaveStep(StepPage):
         self.undo = self.button("Undo everything…", self.ask)
         self.undo_all = self.button("Undo it all", self.undo_everything)
         self.keep = self.button("Keep", self.keep_everything)
-        self.add_row(QLabel("Name of the kit"), self.label, self.save, self.undo, self.undo_all, self.keep)
+        self.add_row(
+            QLabel("Name of the kit"), self.label, self.save, self.undo, self.undo_all, self.keep,
+            always_in_sight=True,
+        )  # fmt: skip
         self.file = self.add_text("")
         self.file.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.file.hide()

@@ -49,7 +49,7 @@ class StudentBoard(VirtualBoard):
 
     def save(self):
         # in lockstep every frame buys some time of the board, and writing takes a third of a second
-        self.tell(Save(), *[Alive()] * 60)
+        self.send_messages(Save(), *[Alive()] * 60)
         return self.settings()
 
     def request(self, message, reply, seconds=PATIENCE):

@@ -36,7 +36,7 @@ def force_errors(kit, forces=(0.4, 0.8, 1.5, -1.0)):
     """Return the relative errors (n,) of the motor's real force."""
     errors = []
     for force in forces:
-        kit.tell(Force(1, 0, force))
+        kit.send_messages(Force(1, 0, force))
         errors.append(kit.motor_force(kit.next_pwm) / force - 1.0)
     return np.array(errors)
 

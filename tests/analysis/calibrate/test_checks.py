@@ -96,7 +96,9 @@ def test_what_moves_by_itself_is_left_out_where_the_direction_is_wrong():
 
 def test_a_board_that_does_not_go_off_gets_no_more_force():
     kit = PaddleKit()
-    kit.tell = lambda *messages, tell=kit.tell: tell(*[m for m in messages if type(m).__name__ != "Stop"])
+    kit.send_messages = lambda *messages, send=kit.send_messages: send(
+        *[m for m in messages if type(m).__name__ != "Stop"]
+    )
     runner = BoardRunner(kit)
     runner.open()
     report = run_all(runner)
@@ -111,12 +113,12 @@ class Late(PaddleKit):
         super().__init__()
         self.times, self.mute = times, 0
 
-    def tell(self, *messages):
+    def send_messages(self, *messages):
         pushed = max((abs(m.force) for m in messages if isinstance(m, Force)), default=0.0)
         if pushed >= 0.1 and self.times and not self.mute and abs(self.pwm):
             self.times, self.mute = self.times - 1, 40
         if not self.mute or not pushed:
-            super().tell(*messages)
+            super().send_messages(*messages)
         self.mute = max(self.mute - 1, 0)
 
 
@@ -142,7 +144,7 @@ def test_a_computer_that_is_always_late_is_told_so_and_not_the_kit():
 
 def test_a_board_that_heard_its_last_force_late_is_no_board_that_stays_on():
     kit, waiting = PaddleKit(), []
-    hear, kit.tell = kit.tell, lambda *messages: waiting.append((kit.time, messages))
+    hear, kit.send_messages = kit.send_messages, lambda *messages: waiting.append((kit.time, messages))
 
     def late(_kit):
         """Pass everything on 80 ms later, as a computer does that was away for a while."""

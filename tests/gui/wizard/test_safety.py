@@ -292,12 +292,12 @@ class LateKit(PaddleKit):
 
     late, mute = False, 0
 
-    def tell(self, *messages):
+    def send_messages(self, *messages):
         pushed = max((abs(m.force) for m in messages if isinstance(m, Force)), default=0.0)
         if self.late and pushed and self.pwm:
             self.late, self.mute = False, 40
         if not self.mute or not pushed:
-            super().tell(*messages)
+            super().send_messages(*messages)
         self.mute = max(self.mute - 1, 0)
 
 
