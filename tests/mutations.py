@@ -28,7 +28,10 @@ SECONDS, FILES = 400, 5
 AREAS = {
     "laws": (("environments", "laws"), ("tests/environments", "tests/laws")),
     "tick": (("haptics/tick.py", "haptics/headless.py", "dynamics"), ("tests/haptics", "tests/dynamics")),
-    "safety": (("haptics/health.py", "haptics/overrun.py", "haptics/passivity.py"), ("tests/haptics",)),
+    "safety": (
+        ("haptics/health.py", "haptics/realtime_linux.py", "haptics/passivity.py"),
+        ("tests/haptics",),
+    ),
     "codec": (("protocol",), ("tests/protocol",)),
     "analysis": (("analysis",), ("tests/analysis",)),
     "window": (("gui",), ("tests/gui",)),

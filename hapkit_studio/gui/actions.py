@@ -74,7 +74,7 @@ def _has_board(window: "MainWindow") -> bool:
 
 
 def _has_law(window: "MainWindow") -> bool:
-    return window.desk.path is not None
+    return window.editor.path is not None
 
 
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
@@ -186,23 +186,23 @@ def _environments(environments: Iterable[Environment]) -> tuple[Action, ...]:
 
 
 _LAWS = (
-    Action("environment.new", "New environment…", "Environment", lambda w: w.desk.begin_new(), "Ctrl+N"),
-    Action("environment.open", "Open…", "Environment", lambda w: w.files.open(), "Ctrl+O"),
+    Action("environment.new", "New environment…", "Environment", lambda w: w.editor.begin_new(), "Ctrl+N"),
+    Action("environment.open", "Open…", "Environment", lambda w: w.file_actions.open(), "Ctrl+O"),
     Action("environment.export", "Export as sketch…", "Environment", lambda w: w.show_export()),
     Action(
         "environment.law", "Law, and back to the scene", "Environment", lambda w: w.views.change_over(),
-        "Ctrl+E", enabled=lambda w: w.desk.path is not None or w.desk.own.in_force is not None,
+        "Ctrl+E", enabled=lambda w: w.editor.path is not None or w.editor.own.in_force is not None,
     ),
     Action(
-        "environment.save", "Save law and run", "Environment", lambda w: w.desk.save(), "Ctrl+S",
+        "environment.save", "Save law and run", "Environment", lambda w: w.editor.save(), "Ctrl+S",
         enabled=_has_law,
     ),
     Action(
-        "environment.cycles", CYCLES, "Environment", lambda w: w.desk.page.count.toggle(), CYCLES_KEY,
-        enabled=_has_law, checked=lambda w: w.desk.page.counting,
+        "environment.cycles", CYCLES, "Environment", lambda w: w.editor.page.count.toggle(), CYCLES_KEY,
+        enabled=_has_law, checked=lambda w: w.editor.page.counting,
     ),
     Action(
-        "environment.close", "Close law", "Environment", lambda w: w.desk.leaving.close(), "Ctrl+W",
+        "environment.close", "Close law", "Environment", lambda w: w.editor.unsaved_changes.close(), "Ctrl+W",
         enabled=_has_law,
     ),
 )  # fmt: skip

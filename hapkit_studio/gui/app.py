@@ -78,8 +78,8 @@ def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | No
     """
     window.live.start()
     if options.screenshot:
-        window.studio.engine_changed.connect(lambda: _pose(window, options))
-    prepare_all(window, options.environment, preparing, lambda: _open(window, options.device))
+        window.studio.engine_changed.connect(lambda: _push_then_save(window, options))
+    prepare_all(window, options.environment, preparing, lambda: _open_device(window, options.device))
 
 
 def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Callable[[], None]) -> None:
@@ -109,7 +109,7 @@ def _prepare_boards(window: MainWindow) -> None:
 
 def _prepare_analysis(window: MainWindow) -> None:
     analysis = prepare.begin("analysis")
-    Preparation(window, [analysis] if analysis else [], _nothing).run()
+    Preparation(window, [analysis] if analysis else [], _no_op).run()
 
 
 class Preparation(QObject):
@@ -120,7 +120,7 @@ class Preparation(QObject):
         self._programs, self._done = programs, done
         self._watch = QTimer(self, interval=LOOK_MS)
         self._watch.timeout.connect(self.run)
-        window.closed.connect(self._give_up)
+        window.closed.connect(self._cancel)
 
     def run(self) -> None:
         """Finish if the programs have ended, else look again."""
@@ -128,34 +128,34 @@ class Preparation(QObject):
             self._watch.start()
             return
         self._watch.stop()
-        done, self._done = self._done, _nothing
+        done, self._done = self._done, _no_op
         done()
 
-    def _give_up(self) -> None:
-        self._done = _nothing
+    def _cancel(self) -> None:
+        self._done = _no_op
         for program in self._programs:
             program.kill()
             program.wait()
 
 
-def _nothing() -> None:
-    """Stand in for what has been done."""
+def _no_op() -> None:
+    """No-op callback."""
 
 
-def _open(window: MainWindow, key: str) -> None:
+def _open_device(window: MainWindow, key: str) -> None:
     if window.studio.link.state == "preparing":
         entries = {entry.key: entry for entry in window.studio.device.entries()}
         other = devices.DeviceEntry(key, key, lambda: devices.named(key))
         window.studio.device.open(entries.get(key, other))
 
 
-def _pose(window: MainWindow, options: argparse.Namespace) -> None:
+def _push_then_save(window: MainWindow, options: argparse.Namespace) -> None:
     if window.studio.engine is not None:
         if options.push is not None:
             window.studio.move_hand(options.push * 1e-3)
-        QTimer.singleShot(int(options.seconds * 1000), lambda: _picture(window, options.screenshot))
+        QTimer.singleShot(int(options.seconds * 1000), lambda: _save_screenshot(window, options.screenshot))
 
 
-def _picture(window: MainWindow, path: str) -> None:
+def _save_screenshot(window: MainWindow, path: str) -> None:
     window.grab().save(path)
     window.close()

@@ -1,4 +1,4 @@
-"""Banners under the header: what is wrong, in words, and the one thing to do about it."""
+"""Banners under the header: what is wrong, and what to do about it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

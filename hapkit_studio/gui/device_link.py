@@ -81,7 +81,7 @@ class Connector(QObject):
         job.add_done_callback(partial(self._finished.emit, self._request))
 
     def close(self, engine: "Engine | None") -> None:
-        """Close an engine and those nobody has taken yet, wait for them, and serve no request any more."""
+        """Close an engine and those not delivered yet, wait for them, and serve no request any more."""
         self._request += 1
         if engine is not None:
             self._worker.submit(engine.close)
@@ -189,7 +189,7 @@ class DeviceLink(QObject):
             self.open(self.entry)
 
     def let_go(self, user: str = "") -> None:
-        """Close the device in use, so that somebody else may have its port; ``reconnect`` takes it back."""
+        """Close the device in use, so that its port is free for others; ``reconnect`` opens it again."""
         self._again.stop()
         text = f"In use: {user}" if user else ""
         self._set_link(LinkStatus("idle", self.entry.title if self.entry else "", text))

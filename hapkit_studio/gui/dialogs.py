@@ -8,6 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence, QShowEvent
 from PySide6.QtWidgets import (
     QDialog,
+    QFormLayout,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -39,7 +40,7 @@ _WIDTH = 520
 _LINE = 20
 
 
-class Sheet(QDialog):
+class TextDialog(QDialog):
     """A window of words that stays beside the work; its motor goes on, so it never blocks.
 
     A second one of the same title takes the place of the first.
@@ -60,7 +61,7 @@ class Sheet(QDialog):
 
     def _replace_older(self) -> None:
         parent = self.parent()
-        for old in parent.findChildren(Sheet) if parent else ():
+        for old in parent.findChildren(TextDialog) if parent else ():
             if old is not self and old.isVisible() and old.windowTitle() == self.windowTitle():
                 self.move(old.pos())
                 old.close()
@@ -77,9 +78,9 @@ def native(key: str) -> str:
     return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
-def keys_sheet(actions: tuple[Action, ...], parent: QWidget | None = None) -> Sheet:
-    """Return the sheet of all keys, made from the action table."""
-    sheet = Sheet("Keys", parent)
+def keys_dialog(actions: tuple[Action, ...], parent: QWidget | None = None) -> TextDialog:
+    """Return the dialog of all keys, made from the action table."""
+    dialog = TextDialog("Keys", parent)
     lines = [(a.text, ", ".join(native(k) for k in a.keys)) for a in actions if a.keys]
     body = QWidget()
     grid = QGridLayout(body)
@@ -97,37 +98,37 @@ def keys_sheet(actions: tuple[Action, ...], parent: QWidget | None = None) -> Sh
     scroll.setWidget(body)
     scroll.setMinimumWidth(body.sizeHint().width() + 16)
     scroll.setMinimumHeight(min(body.sizeHint().height() + 4, 420))
-    sheet.column.addWidget(scroll)
-    sheet.finish()
-    return sheet
+    dialog.column.addWidget(scroll)
+    dialog.finish()
+    return dialog
 
 
-def words_sheet(title: str, paragraphs: list[str], parent: QWidget | None = None) -> Sheet:
-    """Return a sheet of paragraphs that can be selected and copied."""
-    sheet = Sheet(title, parent)
+def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None) -> TextDialog:
+    """Return a dialog of paragraphs that can be selected and copied."""
+    dialog = TextDialog(title, parent)
     for paragraph in paragraphs:
         label = plain(QLabel(paragraph))
         label.setWordWrap(True)
         label.setMinimumWidth(460)
         label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        sheet.column.addWidget(label)
-    sheet.finish()
-    return sheet
+        dialog.column.addWidget(label)
+    dialog.finish()
+    return dialog
 
 
-def priority_sheet(found: "Priority", parent: QWidget) -> Sheet:
-    """Return the sheet on what the loop has obtained from the system, and how to get more."""
+def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:
+    """Return the dialog on what the loop has obtained from the system, and how to get more."""
     more = found.how or "This is the most this system gives."
-    return words_sheet("Real-time priority", [f"The loop has obtained: {found.text}.", more], parent)
+    return text_dialog("Real-time priority", [f"The loop has obtained: {found.text}.", more], parent)
 
 
-def about_sheet(parent: QWidget) -> Sheet:
-    """Return the sheet on the studio itself."""
+def about_dialog(parent: QWidget) -> TextDialog:
+    """Return the dialog on the studio itself."""
     text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
-    return words_sheet("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
+    return text_dialog("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
 
 
-class FormSheet(Sheet):
+class FormDialog(TextDialog):
     """Parts are added from top to bottom; ``verdict`` is the answer line."""
 
     def __init__(self, title: str, about: str, parent: QWidget | None = None):
@@ -149,19 +150,21 @@ class FormSheet(Sheet):
 
     def add_fields(self, fields: Iterable[tuple[str, QWidget, QWidget | None]]) -> None:
         """Add rows of a label, a widget, and what stands behind it."""
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(12)
-        grid.setColumnStretch(1, 1)
-        for row, (words, widget, behind) in enumerate(fields):
+        form = QFormLayout()
+        form.setHorizontalSpacing(12)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
+        for words, widget, behind in fields:
             label = plain(QLabel(words))
             label.setProperty("role", "axis")
             label.setBuddy(widget)
             widget.setAccessibleName(words)
-            grid.addWidget(label, row, 0)
-            grid.addWidget(widget, row, 1)
+            row = QHBoxLayout()
+            row.addWidget(widget, 1)
             if behind is not None:
-                grid.addWidget(behind, row, 2)
-        self.column.addLayout(grid)
+                row.addWidget(behind)
+            form.addRow(label, row)
+        self.column.addLayout(form)
 
     def add_verdict(self, lines: int) -> None:
         """Add the answer line with room for so many lines, so that nothing moves when it comes."""

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QPushButton, QWidg
 from hapkit_studio.devices import profiles
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.dialogs import FormSheet
+from hapkit_studio.gui.dialogs import FormDialog
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.haptics.board_plan import spec_on_board
@@ -23,7 +23,7 @@ _ABOUT = (
 _PRINTS = (("10 lines a second", 10), ("50 lines a second", 50), ("Nothing", 0))
 
 
-class ExportSheet(FormSheet):
+class ExportDialog(FormDialog):
     """Beside the window; what is chosen in the panel meanwhile is what is written."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
@@ -64,7 +64,7 @@ class ExportSheet(FormSheet):
 
     def _limit(self) -> tuple[str, bool]:
         """Return limit and margin in words, and whether it is within."""
-        from hapkit_studio.analysis.stability import on_board  # off the first picture's way
+        from hapkit_studio.analysis.stability import on_board  # late: keeps start-up fast
 
         studio = self._studio
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.spec)
@@ -145,7 +145,7 @@ class ExportSheet(FormSheet):
 
 
 def connected_kit(studio: Studio) -> Kit | None:
-    """Return the kit of the board in use, as its settings say; None where nobody says."""
+    """Return the kit of the board in use, as its settings say; None where they are unknown."""
     driver = studio.engine.driver if studio.engine is not None else None
     settings = driver.planner.settings if driver is not None and driver.planner is not None else None
     if settings is None:

@@ -12,7 +12,7 @@ from hapkit_studio.devices.flash import Flashed
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import AvrdudeMissingError, ParameterError
 from hapkit_studio.gui.background import Job, Progress
-from hapkit_studio.gui.dialogs import FormSheet
+from hapkit_studio.gui.dialogs import FormDialog
 from hapkit_studio.gui.studio import Studio
 
 STAGES = (CONNECTING, WRITING, VERIFYING)
@@ -26,7 +26,7 @@ _ABOUT = (
 )
 
 
-class FlashSheet(FormSheet):
+class FlashDialog(FormDialog):
     """Beside the window; while it writes it stays open, and the window has let go of the port."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):

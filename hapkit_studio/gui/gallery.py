@@ -1,4 +1,4 @@
-"""Rows of the gallery: an icon, a title, one line and a key; in a narrow rail icon and key alone."""
+"""The gallery: the library, below it a person's own environments, last the row for a new one."""
 
 from collections.abc import Callable
 from functools import lru_cache, partial
@@ -355,7 +355,7 @@ class Gallery(QScrollArea):
         QWidget.setTabOrder(before, self.new_row)
 
     def _share_height(self) -> None:
-        """Give each row what there is; the way to a new one stays in sight, the list scrolls under it."""
+        """Share the height among the rows; the row for a new one stays, the list scrolls under it."""
         rows = (*self.rows.values(), *self.own_rows.values(), self.new_row)
         heading, own = (h.sizeHint().height() * (not h.isHidden()) for h in (self.heading, self.own_heading))
         least, most = (LEAST_RAIL_ROW, RAIL_ROW) if self.rail else (LEAST_ROW, ROW)

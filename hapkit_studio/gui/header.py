@@ -1,4 +1,4 @@
-"""A header button: icon, word, and the key that does the same."""
+"""The header: device list, views, Pause, and the E-stop at the far right, the same in every view."""
 
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
@@ -23,7 +23,7 @@ _FRAMES = (("As short as they are", 0), ("Filled to whole USB packets", PACKET))
 HEIGHT = 52
 
 
-class CapButton(QPushButton):
+class ShortcutButton(QPushButton):
     """A push button laid out from parts, so that its size follows all of them."""
 
     word_role = "button"
@@ -137,7 +137,7 @@ class DeviceList(QPushButton):
         return self.sizeHint()
 
     def _forget_pointer(self) -> None:
-        """Look as if the pointer had left: while the menu had it, nobody said so."""
+        """Clear the hover state: no leave event comes while a menu is open."""
         self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
         self.update()
 
@@ -172,7 +172,7 @@ def fill_frames_menu(menu: QMenu, studio: Studio) -> None:
         menu.addAction(action)
 
 
-class StopButton(CapButton):
+class StopButton(ShortcutButton):
     """Stops on the press, not on the release of the button; pressed again it does nothing."""
 
     word_role = "stop"
@@ -229,11 +229,11 @@ class Header(QWidget):
         self.tabs.setUsesScrollButtons(True)
         self.tabs.setElideMode(Qt.TextElideMode.ElideNone)
         self.tabs.setAccessibleName("Views")
-        self.pause = CapButton("pause", "Pause", "Space")
+        self.pause = ShortcutButton("pause", "Pause", "Space")
         self.pause.setAccessibleName("Pause the plots")
         self.pause.setToolTip("Hold the plots still; the record goes on (Space)")
         self.pause.clicked.connect(self.pause_pressed)
-        self.panel = CapButton("sidebar", "Panel", "F4")
+        self.panel = ShortcutButton("sidebar", "Panel", "F4")
         self.panel.setToolTip("Parameters, loop, stability (F4)")
         self.panel.clicked.connect(self.panel_pressed)
         self.panel.hide()

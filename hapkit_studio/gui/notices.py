@@ -1,4 +1,4 @@
-"""Which banners stand: stopped, fault, device gone, no delay measured, above the stability limit."""
+"""Which banners are shown: stopped, fault, device gone, delay unknown, above the stability limit, energy."""
 
 import time
 from contextlib import suppress
@@ -42,7 +42,7 @@ _CANNOT = "The passivity controller damps as much as it may. Lower stiffness."
 class Notices(QObject):
     """Watches studio, frames and stability, and puts banners up and takes them down.
 
-    ``flash``: a person wishes the device in use to be flashed.
+    ``flash``: the device in use is to be flashed.
     """
 
     flash = Signal()
@@ -58,8 +58,8 @@ class Notices(QObject):
         studio.stop_changed.connect(self.show_stop)
         studio.link_changed.connect(self.show_link)
         studio.engine_changed.connect(self.show_fault)
-        live.frame.connect(self.look_at_row)
-        live.health.connect(self.look_at_health)
+        live.frame.connect(self.on_row)
+        live.health.connect(self.on_health)
         stability.crossed.connect(self.show_limit)
         studio.loop_changed.connect(lambda: self.show_limit(self._beyond))
 
@@ -71,13 +71,13 @@ class Notices(QObject):
         )  # fmt: skip
         self._banners.set("stop", notice if self._studio.stopped else None)
 
-    def look_at_row(self, row: np.ndarray, _clamped: bool) -> None:
+    def on_row(self, row: np.ndarray, _clamped: bool) -> None:
         """Notice a fault in the very frame it happens in."""
         self._heard = True
         if int(row[rows.FLAGS]) & rows.FAULT or self._banners.get("fault") is not None:
             self.show_fault()
 
-    def look_at_health(self, health: "Health") -> None:
+    def on_health(self, health: "Health") -> None:
         """Notice a fault, or a sensor that is silent for now, while no rows come."""
         self.show_fault()
         self.show_silence(health)
@@ -96,7 +96,7 @@ class Notices(QObject):
             self._banners.set("fault", None)
             return
         slow = fault.code == arrays.SLOW_LINK
-        buttons = (*(self._on_board() if slow else ()), ("Clear fault", self._studio.clear_fault))
+        buttons = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
         self._banners.set(
             "fault", Notice("fault", _FAULT, "danger", "triangle", fault.text, fault.detail, buttons)
         )
@@ -113,7 +113,7 @@ class Notices(QObject):
         self._banners.set("silence", notice if silent and link.state == "running" else None)
 
     def show_unmeasured(self, health: "Health") -> None:
-        """Show that nobody knows the delay, and so the limit, although forces have gone out for a while."""
+        """Show that the delay, and so the limit, is unknown although forces have gone out for a while."""
         studio = self._studio
         forces = health.connected and self._heard and not studio.simulated and studio.link.state == "running"
         if not forces or health.delay > 0.0 or studio.stopped or studio.fault is not None:
@@ -123,12 +123,12 @@ class Notices(QObject):
         late = self._unmeasured.isValid() and self._unmeasured.elapsed() > NO_DELAY_MS
         notice = Notice(
             "delay", _LIMIT, "warn", "triangle", "The delay of the link cannot be measured.",
-            "Nobody knows how stiff a spring it allows: what feels calm may begin to swing.",
-            self._on_board(),
+            "The stability limit is unknown: contact that feels calm may start to oscillate.",
+            self._board_button(),
         )  # fmt: skip
         self._banners.set("delay", notice if late else None)
 
-    def _on_board(self) -> tuple[Button, ...]:
+    def _board_button(self) -> tuple[Button, ...]:
         """Return the way out of a slow link, where there is one."""
         engine = self._studio.engine
         if (
@@ -164,17 +164,17 @@ class Notices(QObject):
         self._banners.set(
             "device",
             Notice(
-                "device", _DEVICE, "warn", "unplugged", title.rstrip(".") + ".", lines, self._ways_on(link)
+                "device", _DEVICE, "warn", "unplugged", title.rstrip(".") + ".", lines, self._next_steps(link)
             ),
         )
 
-    def _ways_on(self, link: LinkStatus) -> tuple[Button, ...]:
+    def _next_steps(self, link: LinkStatus) -> tuple[Button, ...]:
         """Return what a person can do about a device that is not there, the likeliest first."""
         if link.state == "gone":
             return (self._simulated(),)
         ways: list[Button] = [("Try again", self._studio.device.reconnect), self._simulated()]
         if link.command:
-            ways.insert(0, ("Copy command", partial(_copy, link.command)))
+            ways.insert(0, ("Copy command", partial(_copy_to_clipboard, link.command)))
         if link.step in _STEPS:
             ways.insert(0, (_STEPS[link.step], self.flash.emit))
         return tuple(ways)
@@ -190,10 +190,10 @@ class Notices(QObject):
             return
         title, text = margin_notice(answer)
         icon, tone = sign_of(answer)
-        self._banners.set("limit", Notice("limit", _LIMIT, tone, icon, title, text, self._on_board()))
+        self._banners.set("limit", Notice("limit", _LIMIT, tone, icon, title, text, self._board_button()))
 
 
-def _copy(line: str) -> None:
+def _copy_to_clipboard(line: str) -> None:
     QGuiApplication.clipboard().setText(line)
 
 
@@ -204,13 +204,13 @@ class Passivity(QObject):
         super().__init__()
         self._studio, self._banners = studio, banners
         self._until = self._shown = 0.0
-        live.frame.connect(self.look_at_row)
+        live.frame.connect(self.on_row)
         live.health.connect(lambda _health: self.look())
         for signal in (studio.engine_changed, studio.environment_changed, studio.stop_changed):
             signal.connect(self.take_down)
         studio.loop_changed.connect(self.take_down)
 
-    def look_at_row(self, row: np.ndarray, _clamped: bool) -> None:
+    def on_row(self, row: np.ndarray, _clamped: bool) -> None:
         """Put the banner up in the frame the alarm is raised in; it stays long enough to be read."""
         if int(row[rows.FLAGS]) & rows.ACTIVE and not self._studio.environment.drives:
             self._raise()
@@ -237,7 +237,7 @@ class Passivity(QObject):
         if self._shown / CHANGE < excess < self._shown * CHANGE:
             return
         self._shown = excess
-        title = f"Gives energy: {amount(excess)} more than it took."
+        title = f"Gives energy: {energy_words(excess)} more than it took."
         on = ("Switch it on", self._switch_on)
         notice = Notice(
             "energy", RANK, "warn", "triangle", title, _CANNOT if controlled else _LOWER,
@@ -249,7 +249,7 @@ class Passivity(QObject):
         self._studio.set_loop(controller=True)
 
 
-def amount(joules: float) -> str:
+def energy_words(joules: float) -> str:
     """Write an energy in mJ, or J from one on, with two digits that count."""
     if joules >= 1.0:
         return f"{number(joules, 1)} J"

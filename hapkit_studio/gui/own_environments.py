@@ -1,4 +1,7 @@
-"""What the gallery says of a person's file before anything in it was executed."""
+"""A person's own environments: which files there are, trying them out, loading them, putting them in force.
+
+Nothing of a file is executed in this process before a trial of the very same text went well in another one.
+"""
 
 import ast
 import threading
@@ -29,7 +32,7 @@ _WAIT_MS = 10
 
 @dataclass(frozen=True)
 class OwnFile:
-    """One file of the folder; state is ready, checking, broken, or foreign: nobody agreed to it yet."""
+    """One file of the folder; state is ready, checking, broken, or foreign: not trusted yet."""
 
     path: Path
     title: str
@@ -38,7 +41,7 @@ class OwnFile:
     state: str = "ready"
 
 
-def described(path: Path, text: str, state: str) -> OwnFile:
+def describe(path: Path, text: str, state: str) -> OwnFile:
     """Return a file by the words it declares; by its name if it declares none that can be read."""
     words = declared_words(text)
     title = words.get("title") or path.stem.replace("_", " ").capitalize()
@@ -62,7 +65,7 @@ def declared_words(text: str) -> Mapping[str, str]:
     return found
 
 
-def fitting(environment: OwnEnvironment) -> OwnEnvironment:
+def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
     """Return it with the scene it names, or with the bare handle where that was drawn for something else.
 
     A scene reads the parameters and the state of its own environment: of another one they must have the
@@ -114,7 +117,7 @@ class TrialRunner(QObject):
 
     def _work(self, source: Source, unwanted: threading.Event) -> None:
         try:
-            verdict = _tried(source, unwanted)
+            verdict = _run_trial(source, unwanted)
         except OSError as error:
             verdict = failed(f"the file cannot be tried out: {error.strerror}")
         self._ended.emit(source, verdict, unwanted)
@@ -125,8 +128,8 @@ class TrialRunner(QObject):
             self.finished.emit(source, verdict)
 
 
-def _tried(source: Source, unwanted: threading.Event) -> TrialResult:
-    """Return the verdict on a text; end its program where it takes too long or nobody wants to know."""
+def _run_trial(source: Source, unwanted: threading.Event) -> TrialResult:
+    """Return the verdict on a text; end its program where it takes too long or is not wanted any more."""
     process = trial.begin(source)
     end = time.monotonic() + trial.TIMEOUT
     while process.poll() is None:
@@ -142,7 +145,7 @@ class Loader(QObject):
     failed = Signal(object, object)
 
     def __init__(self, holder: Holder, parent: QObject | None = None):
-        """holder names who else has a key, "" for nobody."""
+        """holder returns who else has a key, "" for none."""
         super().__init__(parent)
         self._holder = holder
         self._latest: dict[Path, Source] = {}
@@ -150,16 +153,16 @@ class Loader(QObject):
     def begin(self, source: Source, verdict: TrialResult) -> None:
         """Load the very text whose trial went well; an older one of its file is not wanted any more."""
         self._latest[source.path] = source
-        self._go_on(self._pieces(source, verdict))
+        self._go_on(self._steps(source, verdict))
 
     def _go_on(self, pieces: Iterator[int]) -> None:
         wait = next(pieces, None)
         if wait is not None:
             QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
 
-    def _pieces(self, source: Source, verdict: TrialResult) -> Iterator[int]:
+    def _steps(self, source: Source, verdict: TrialResult) -> Iterator[int]:
         try:
-            environment = fitting(load_source(source))
+            environment = with_fitting_scene(load_source(source))
             functions = environment.functions
             if functions:
                 functions.begin()
@@ -183,7 +186,7 @@ class Loader(QObject):
 class OwnEnvironments(QObject):
     """Nothing of a file is executed here before a trial of the very same text went well elsewhere.
 
-    ``asked(source)``: it was chosen, but nobody agreed to its text. ``chosen``: one that may run
+    ``asked(source)``: it was chosen, but its text is not trusted. ``chosen``: one that may run
     was, or one of the library. ``began(path)``, then ``judged(path, verdict)``: a trial. ``changed``: other
     files, or one that stands differently.
     """
@@ -204,7 +207,7 @@ class OwnEnvironments(QObject):
         self.runner = TrialRunner(self)
         self.runner.finished.connect(self._judge)
         self._loader = Loader(self._holder, self)
-        self._loader.loaded.connect(self._take_in)
+        self._loader.loaded.connect(self._put_in_force)
         self._loader.failed.connect(self._refuse)
         self.refresh()
 
@@ -212,7 +215,7 @@ class OwnEnvironments(QObject):
 
     def refresh(self) -> None:
         """Look at the folder again: files come, go, and are changed by others."""
-        found = [self._look(path) for path in folder.own_files()]
+        found = [self._describe(path) for path in folder.own_files()]
         for path in [p for p in self._loaded if p not in {file.path for file in found}]:
             self._forget(path)
         if found != self.files:
@@ -293,7 +296,7 @@ class OwnEnvironments(QObject):
         self.refresh()
         self.judged.emit(path, verdict)
 
-    def _take_in(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
+    def _put_in_force(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
         """Put a loaded environment in force, in the place of its older version."""
         path = environment.source.path
         old = self._loaded.get(path)
@@ -305,7 +308,7 @@ class OwnEnvironments(QObject):
         QTimer.singleShot(0, self, lambda: self._tell(path, verdict))  # a frame may come in between
 
     def _holder(self, key: str, path: Path) -> str:
-        """Return who else has a key, "" for nobody."""
+        """Return the other holder of a key, "" for none."""
         if key not in self._studio.environments:
             return ""
         holder = self.path_of(key)
@@ -313,12 +316,12 @@ class OwnEnvironments(QObject):
             return ""
         return holder.name if holder else self._studio.environments[key].title
 
-    def _look(self, path: Path) -> OwnFile:
+    def _describe(self, path: Path) -> OwnFile:
         try:
             source = self.seen(path)
         except LawError:
-            return described(path, "", "broken")
-        return described(path, source.text, self._state(source))
+            return describe(path, "", "broken")
+        return describe(path, source.text, self._state(source))
 
     def _state(self, source: Source) -> str:
         if self.runner.path == source.path:

@@ -77,9 +77,9 @@ class Studio(QObject):
         self.loop = LoopChoice()
         self.grip = "medium"
         self.stopped = False
-        self._board_said: tuple = ()
+        self._board_answer: tuple = ()
         self._answer = QTimer(self, interval=ANSWER_MS, singleShot=True)
-        self._answer.timeout.connect(self._hear_board)
+        self._answer.timeout.connect(self._check_board_answer)
         for changed in (self.values_changed, self.loop_changed, self.engine_changed):
             changed.connect(self._answer.start)
 
@@ -226,9 +226,9 @@ class Studio(QObject):
     def note_health(self, health: "Health") -> None:
         """Notice that the device went away, or what its board answers."""
         self.device.note_health(health)
-        self._hear_board()  # it may have refused what it was sent
+        self._check_board_answer()  # it may have refused what it was sent
 
-    def _hear_board(self) -> None:
+    def _check_board_answer(self) -> None:
         """Tell that the loop is another one as soon as it is known how the board would render, or why not."""
         engine = self.engine
         if engine is None or engine.device.simulated:
@@ -238,8 +238,8 @@ class Studio(QObject):
             return
         way = engine.possible_plan
         said = (engine.where, way and (way.rate, way.share), engine.board_refusal())
-        if said != self._board_said:
-            self._board_said = said
+        if said != self._board_answer:
+            self._board_answer = said
             self.loop_changed.emit()
 
     @property

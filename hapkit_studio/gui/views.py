@@ -1,39 +1,49 @@
 """The views in the header: Live, what is measured, and the law while one is open."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QTabBar, QWidget
 
 from hapkit_studio.gui import pages
+from hapkit_studio.gui.editor.controller import EditorController
+from hapkit_studio.gui.live.centre import Centre
+from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.pages.base import Page
-
-if TYPE_CHECKING:
-    from hapkit_studio.gui.window import MainWindow
+from hapkit_studio.gui.studio import Studio
 
 LIVE, LAW = "live", "law"
 
 
 class Views(QObject):
-    """Keeps the header's tabs, the centre and the panel's place of one mind.
+    """Keeps tab, page and side panel in sync.
 
-    A page is built when it is first shown.
+    A page is built when it is first shown. show_side(widget) puts a page's own side in the panel's place.
     """
 
-    def __init__(self, window: "MainWindow"):
-        super().__init__(window)
-        self._window = window
-        self._bar, self._centre, self._desk = window.header.tabs, window.centre, window.desk
+    def __init__(
+        self,
+        studio: Studio,
+        live: Live,
+        bar: QTabBar,
+        centre: Centre,
+        editor: EditorController,
+        show_side: Callable[[QWidget | None], None],
+    ):
+        super().__init__(centre)
+        self._studio, self._live, self._show_side = studio, live, show_side
+        self._bar, self._centre, self._editor = bar, centre, editor
         self._library = pages.discover()
         self._pages: dict[str, Page] = {}
         self._shown: Page | None = None
-        self._room = (0, 0)
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
             self._bar.setTabData(self._bar.addTab(tab.title), key)
-        self._centre.add_page(self._desk.editor)
+        self._centre.add_page(self._editor.editor)
         self._bar.currentChanged.connect(self._follow)
-        self._desk.shown.connect(self.show_law)
-        self._desk.page.unsaved_changed.connect(self._mark)
+        centre.resized.connect(self.give_way)
+        self._editor.shown.connect(self.show_law)
+        self._editor.page.unsaved_changed.connect(self._mark)
 
     @property
     def key(self) -> str:
@@ -43,7 +53,7 @@ class Views(QObject):
     def page(self, key: str) -> Page:
         """Return a tab's page, built if it was not yet."""
         if key not in self._pages:
-            page = self._pages[key] = self._library[key].build(self._window.studio, self._window.live)
+            page = self._pages[key] = self._library[key].build(self._studio, self._live)
             self._centre.add_page(page)
             page.marked.connect(lambda words, key=key: self._show_mark(key, words))
         return self._pages[key]
@@ -73,19 +83,18 @@ class Views(QObject):
 
     def change_over(self) -> None:
         """Go from the scene to the law in force, or from the law back to the scene."""
-        code = self._desk.page.code
+        code = self._editor.page.code
         if code.isVisible() and code.hasFocus():
             self._centre.scene.setFocus()
             return
-        path = self._desk.path or self._desk.own.in_force
+        path = self._editor.path or self._editor.own.in_force
         if path is not None:
-            self._desk.edit(path)
+            self._editor.edit(path)
 
-    def set_room(self, width: int, height: int) -> None:
-        """Tell the page in sight the room of the centre."""
-        self._room = width, height
+    def give_way(self) -> None:
+        """Tell the page in sight the size of the centre."""
         if self._shown is not None:
-            self._shown.set_room(width, height)
+            self._shown.set_room(self._centre.width(), self._centre.height())
 
     def end(self) -> None:
         """End what pages still do."""
@@ -105,8 +114,9 @@ class Views(QObject):
         if page is not None:
             self._centre.show_page(page, scene=self._library[key].scene)
         else:
-            self._centre.show_page(self._desk.editor if key == LAW else None, law=True)
-        self._window.body.show_side(page.side if page else None)
+            self._centre.show_page(self._editor.editor if key == LAW else None, law=True)
+        self._show_side(page.side if page else None)
+        self.give_way()
         if page is not None:
             page.set_shown(True)
 
@@ -118,4 +128,4 @@ class Views(QObject):
     def _mark(self) -> None:
         index = self._index(LAW)
         if index >= 0:
-            self._bar.setTabText(index, "Law ●" if self._desk.page.unsaved else "Law")
+            self._bar.setTabText(index, "Law ●" if self._editor.page.unsaved else "Law")

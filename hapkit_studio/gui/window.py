@@ -1,33 +1,44 @@
-"""The main window: parts put together, room shared out, signals joined. Each part knows its own work."""
+"""The main window: its parts, how they share the room, and how they are connected."""
 
-from PySide6.QtCore import QEvent, QSettings, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QHideEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+import gc
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
+from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QMainWindow,
+    QSplitter,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack
-from hapkit_studio.gui.collector import Collector
-from hapkit_studio.gui.dialogs import about_sheet, keys_sheet, priority_sheet
-from hapkit_studio.gui.editor.controller import Desk, Files, Watch
-from hapkit_studio.gui.flash_dialog import FlashSheet
+from hapkit_studio.gui.dialogs import about_dialog, keys_dialog, priority_dialog
+from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
+from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.live.centre import Centre, remembered
-from hapkit_studio.gui.live.comparison import BothWays
-from hapkit_studio.gui.live.display import Pictures
+from hapkit_studio.gui.live.comparison import RenderingComparison
+from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.notices import Notices, Passivity
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.status_bar import StatusBar
-from hapkit_studio.gui.stop_filter import StopFilter
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.views import Views
 from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = (800, 560)
+COLLECT_MS = 250
+_PRESS, _OVERRIDE, _RELEASE = QEvent.Type.KeyPress, QEvent.Type.ShortcutOverride, QEvent.Type.KeyRelease
 
 
 class MainWindow(QMainWindow):
@@ -37,8 +48,8 @@ class MainWindow(QMainWindow):
     studio: Studio
     live: Live
     own: OwnEnvironments
-    files: Files
-    desk: Desk
+    file_actions: FileActions
+    editor: EditorController
     views: Views
     single_keys: bool
 
@@ -56,18 +67,21 @@ class MainWindow(QMainWindow):
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body)
         self.centre = Centre(self.settings, self.body)
-        self.desk = Desk(studio, self.own, self)
-        self.files, self.watch = Files(self.desk, self), Watch(studio, self.desk, self)
+        self.editor = EditorController(studio, self.own, self)
+        self.file_actions, self.file_watcher = (
+            FileActions(self.editor, self),
+            FileWatcher(studio, self.editor, self),
+        )
         self.panel = ParameterPanel(studio, self.body)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
-        self.pictures = Pictures(studio, self.live, self.centre, self.status, self.panel.warnings)
+        self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
         self.notices = Notices(studio, self.live, self.banners, self.stability)
         self.passivity = Passivity(studio, self.live, self.banners)
-        self.both = BothWays(studio, self.live, self.centre, self.loop.where)
+        self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self._arrange()
-        self.views = Views(self)
+        self.views = Views(studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self._connect()
@@ -120,31 +134,31 @@ class MainWindow(QMainWindow):
 
     def quit(self) -> None:
         """Close the window, or first ask what becomes of a law that is not saved."""
-        if self.desk.ask_to_quit(self.close):
+        if self.editor.ask_to_quit(self.close):
             self.close()
 
     def show_keys(self) -> None:
-        """Open the sheet of keys."""
-        keys_sheet(self.actions_by_key.entries, self).show()
+        """Open the dialog of keys."""
+        keys_dialog(self.actions_by_key.entries, self).show()
 
     def show_priority(self) -> None:
-        """Open the sheet on real-time priority."""
+        """Open the dialog on real-time priority."""
         if self.studio.engine is not None:
-            priority_sheet(self.studio.engine.health().priority, self).show()
+            priority_dialog(self.studio.engine.health().priority, self).show()
 
     def show_flash(self) -> None:
-        """Open the sheet that writes the firmware to a board."""
-        FlashSheet(self.studio, self).show()
+        """Open the dialog that writes the firmware to a board."""
+        FlashDialog(self.studio, self).show()
 
     def show_export(self) -> None:
-        """Open the sheet that writes the environment as an Arduino sketch."""
-        from hapkit_studio.gui.export_dialog import ExportSheet  # off the first picture's way
+        """Open the dialog that writes the environment as an Arduino sketch."""
+        from hapkit_studio.gui.export_dialog import ExportDialog  # late: keeps start-up fast
 
-        ExportSheet(self.studio, self).show()
+        ExportDialog(self.studio, self).show()
 
     def show_about(self) -> None:
-        """Open the sheet on the studio itself."""
-        about_sheet(self).show()
+        """Open the dialog on the studio itself."""
+        about_dialog(self).show()
 
     # room and life
 
@@ -165,11 +179,11 @@ class MainWindow(QMainWindow):
         if event.type() == QEvent.Type.WindowStateChange:
             self.live.set_hidden(self.isMinimized() or not self.isVisible())
         elif event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
-            self.watch.look_at_files()
+            self.file_watcher.check_files()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the loop with its zero command before the window goes; ask first for what is not saved."""
-        if event.spontaneous() and not self.desk.ask_to_quit(self.close):
+        if event.spontaneous() and not self.editor.ask_to_quit(self.close):
             event.ignore()
             return
         self.closed.emit()
@@ -178,7 +192,7 @@ class MainWindow(QMainWindow):
         self.body.save(self.settings)
         self.centre.save(self.settings)
         self.live.stop()
-        self.desk.end()
+        self.editor.end()
         self.views.end()
         self.stability.close_worker()
         self.loop.where.close_worker()
@@ -204,14 +218,13 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(self.header.show_paused)
         self.live.paused_changed.connect(lambda _on: self.actions_by_key.refresh())
         self.header.panel_pressed.connect(self.toggle_panel)
-        self.centre.resized.connect(lambda: self.views.set_room(self.centre.width(), self.centre.height()))
         self.notices.flash.connect(self.show_flash)
-        self.gallery.new_pressed.connect(self.desk.begin_new)
-        self.gallery.edit_pressed.connect(self.desk.edit)
-        self.gallery.reveal_pressed.connect(self.files.reveal)
-        self.gallery.delete_pressed.connect(self.files.delete)
-        self.live.frame.connect(self.watch.look_at_row)
-        self.desk.shown.connect(lambda _on: self.actions_by_key.refresh())
+        self.gallery.new_pressed.connect(self.editor.begin_new)
+        self.gallery.edit_pressed.connect(self.editor.edit)
+        self.gallery.reveal_pressed.connect(self.file_actions.reveal)
+        self.gallery.delete_pressed.connect(self.file_actions.delete)
+        self.live.frame.connect(self.file_watcher.on_row)
+        self.editor.shown.connect(lambda _on: self.actions_by_key.refresh())
         self.centre.toolbar.span_chosen.connect(self.set_span)
         self.centre.toolbar.fit_pressed.connect(self.fit_axes)
         self.stability.judged.connect(self.status.show_margin)
@@ -281,10 +294,12 @@ class WindowLayout(QWidget):
 
     def show_side(self, side: QWidget | None) -> None:
         """Put a page's own side in the panel's place, None for the panel."""
-        if side is not None and self.side.indexOf(side) < 0:
-            self.side.addWidget(side)
-        self.side.setCurrentWidget(side or self._window.panel)
+        shown = side or self._window.panel
+        if self.side.indexOf(shown) < 0:
+            self.side.addWidget(shown)
+        self.side.setCurrentWidget(shown)
         self.share()
+        shown.resize(self.side.size())  # at once: a page asks for its side's width next
 
     def share(self) -> None:
         """Decide what gives way at this size."""
@@ -323,3 +338,51 @@ class WindowLayout(QWidget):
             self._column.insertWidget(1, banners)
         else:
             self._beside.insertWidget(0, banners)
+
+
+class StopFilter(QObject):
+    """Application-wide event filter; it sees every event, so all others leave it after one comparison.
+
+    Every Esc calls ``stop`` first and then does what it always does. Space on a button of the window is
+    swallowed: it is the pause key, and must not press what happens to have the focus while the motor pushes.
+    """
+
+    def __init__(self, stop: Callable[[], None], window: QWidget):
+        super().__init__(window)
+        self._stop, self._window = stop, window
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        kind = event.type()
+        if kind not in (_PRESS, _OVERRIDE, _RELEASE) or not isinstance(event, QKeyEvent):
+            return False
+        if event.key() == Qt.Key.Key_Escape and kind != _RELEASE:
+            self._stop()
+        elif event.key() == Qt.Key.Key_Space and kind != _OVERRIDE and isinstance(watched, QAbstractButton):
+            return watched.window() is self._window
+        return False
+
+
+class Collector(QObject):
+    """Collects garbage by a timer in the window's thread; automatic collection is off from now on.
+
+    Python collects in whichever thread allocates: one that compiles a law would free widgets there, and Qt
+    crashes. It stays off afterwards: a collection within Qt's own destruction locks Qt up.
+    """
+
+    def __init__(self, parent: QObject):
+        super().__init__(parent)
+        gc.disable()
+        timer = QTimer(self)
+        timer.timeout.connect(collect)
+        timer.start(COLLECT_MS)
+
+
+def collect() -> None:
+    """Collect the oldest generation whose turn it is."""
+    due = [
+        g
+        for g, (count, most) in enumerate(zip(gc.get_count(), gc.get_threshold(), strict=True))
+        if count > most
+    ]
+    if due:
+        gc.collect(due[-1])

@@ -40,8 +40,8 @@ GENERATION = 6
 HAND_ON = 7
 STORED = 8  # the law that says what objects hold, 0 where there is none
 # what the board is to render
-FORM = 9  # all of its law, rate and estimator but constants, 0: the computer renders
-PROGRAM = 10  # the law's bytes, constants included; equal where they are equal
+CODE_ID = 9  # all of its law, rate and estimator but constants, 0: the computer renders
+PROGRAM_ID = 10  # the law's bytes, constants included; equal where they are equal
 BOARD_LAW = 11  # the law that it is, by its address here
 BOARD_RATE = 12
 BOARD_ESTIMATOR = 13
@@ -77,7 +77,7 @@ def copy(
     to_program: np.ndarray,
 ) -> None:
     """Copy a block's content, all but its sequence; the law for the board where it is another one."""
-    if to_words[PROGRAM] != words[PROGRAM]:
+    if to_words[PROGRAM_ID] != words[PROGRAM_ID]:
         for i in range(PROGRAM_WORDS):
             to_program[i] = program[i]
     for i in range(VALUES):
@@ -122,5 +122,5 @@ def take(
     fence()
     if load_acquire(words, SEQUENCE) == sequence:
         return True
-    copy_words[PROGRAM] = TORN
+    copy_words[PROGRAM_ID] = TORN
     return False

@@ -54,7 +54,7 @@ class BoardPlan:
     share: float
 
     @cached_property
-    def form(self) -> int:
+    def code_id(self) -> int:
         """Return a number that stands for all of it but the constants."""
         p = self.program
         start = p.given[: p.states]
@@ -62,7 +62,7 @@ class BoardPlan:
         return _digest(repr(shape).encode())
 
     @cached_property
-    def number(self) -> int:
+    def program_id(self) -> int:
         """Return a number that stands for the program with its constants."""
         return _digest(self.program.data)
 

@@ -134,7 +134,7 @@ def keep_state(r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray) -
     states = r.states[r.word[arrays.SLOT]]
     at = int(sample[codec.STATE_AT])
     same = conn.words[link.HANDOVER] == link.ON_BOARD and r.words[block.BOARD_LAW] == r.words[block.LAW]
-    if at < r.words[block.N_STATE] and same and r.words[block.FORM] == conn.words[link.FORM]:
+    if at < r.words[block.N_STATE] and same and r.words[block.CODE_ID] == conn.words[link.CODE_ID]:
         states[at] = sample[codec.STATE]
     for i in range(rows.STATES):
         row[rows.STATE + i] = states[i]
@@ -243,14 +243,14 @@ def answer(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> 
         return length + begin_handover(r, conn, k, now, frame[length:])
     if at == link.SENDING_SETTINGS:
         return send_settings(conn, k, now, frame)
-    form = link.wanted_form(r, conn)
-    if at != link.RETURNING and form == 0:
+    code_id = link.wanted_code(r, conn)
+    if at != link.RETURNING and code_id == 0:
         at = return_to_computer(conn)
     if at == link.RETURNING:
         return send_leave(conn, k, now, frame)
     if at == link.SENDING_LAW:
-        return send_law(r, conn, k, now, frame, form)
-    return update(r, conn, k, now, frame, form)
+        return send_law(r, conn, k, now, frame, code_id)
+    return update(r, conn, k, now, frame, code_id)
 
 
 @internal
@@ -271,7 +271,7 @@ def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndar
         words[link.SETTINGS_SEEN] = conn.reader[codec.SETTINGS_FRAMES]
         return send_settings(conn, k, now, frame)
     words[link.HANDOVER] = link.SENDING_LAW
-    return send_law(r, conn, k, now, frame, link.wanted_form(r, conn))
+    return send_law(r, conn, k, now, frame, link.wanted_code(r, conn))
 
 
 @internal
@@ -305,11 +305,11 @@ def send_settings(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 
 @internal
-def send_law(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, form: int) -> int:
+def send_law(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, code_id: int) -> int:
     """Announce the law until the board acknowledges it, then send its code; take note of a refusal."""
     n, words, sample = conn.numbers, conn.words, conn.samples[k]
-    if words[link.LAW_DUE] or words[link.FORM] != form:
-        take_law(r, conn, k, form)
+    if words[link.LAW_DUE] or words[link.CODE_ID] != code_id:
+        take_law(r, conn, k, code_id)
     heard = sample[codec.KIND] == codec.SAMPLE and int(sample[codec.GENERATION]) == words[link.LAW_GENERATION]
     if not heard:
         if now - n[link.ASKED_AT] < link.REPEAT_AFTER:
@@ -317,18 +317,18 @@ def send_law(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, f
         n[link.ASKED_AT] = n[link.MOVED_AT] = now
         return encode_law(conn, frame)
     if sample[codec.REFUSAL] != 0.0:
-        words[link.REFUSED], words[link.REFUSAL] = form, int(sample[codec.REFUSAL])
+        words[link.REFUSED], words[link.REFUSAL] = code_id, int(sample[codec.REFUSAL])
         return_to_computer(conn)
         return send_leave(conn, k, now, frame)
     return send_pieces(conn, k, now, frame)
 
 
 @internal
-def take_law(r: LoopArrays, conn: Link, k: int, form: int) -> None:
+def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
     """Take the law in force to send it to the board, with a generation of its own."""
     n, words = conn.numbers, conn.words
     words[link.LAW_GENERATION] = next_generation(conn, k)
-    words[link.FORM], words[link.PROGRAM] = form, r.words[block.PROGRAM]
+    words[link.CODE_ID], words[link.PROGRAM_ID] = code_id, r.words[block.PROGRAM_ID]
     for i in range(block.PROGRAM_WORDS):
         conn.program[i] = r.program[i]
     for i in range(conn.law.size):
@@ -414,7 +414,7 @@ def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 
 @internal
-def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, form: int) -> int:
+def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, code_id: int) -> int:
     """Send a new law, changed constants, or only a sign of life."""
     n, words = conn.numbers, conn.words
     if r.word[arrays.STALE]:
@@ -424,17 +424,17 @@ def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, for
             words[link.TUNING] = 0
             conn.unsure[:] = 0
         elif now - n[link.TUNED_AT] > TUNE_AGAIN + n[link.ROUND_TRIP]:
-            words[link.TUNING] = words[link.PROGRAM] = 0
+            words[link.TUNING] = words[link.PROGRAM_ID] = 0
     changed = 0
-    if words[link.TUNING] == 0 and words[link.PROGRAM] != r.words[block.PROGRAM]:
+    if words[link.TUNING] == 0 and words[link.PROGRAM_ID] != r.words[block.PROGRAM_ID]:
         changed = count_changes(r, conn)
-    if words[link.LAW_DUE] or words[link.FORM] != form or changed > r.words[block.BOARD_MOVING]:
+    if words[link.LAW_DUE] or words[link.CODE_ID] != code_id or changed > r.words[block.BOARD_MOVING]:
         words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
-        return send_law(r, conn, k, now, frame, form)
+        return send_law(r, conn, k, now, frame, code_id)
     if changed > 0:
         return send_constants(r, conn, k, now, frame)
     if words[link.TUNING] == 0:
-        words[link.PROGRAM] = r.words[block.PROGRAM]
+        words[link.PROGRAM_ID] = r.words[block.PROGRAM_ID]
     return send_now_and_then(conn, k, frame, law_frames.ALIVE)
 
 

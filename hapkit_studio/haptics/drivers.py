@@ -44,7 +44,7 @@ class Driver(Protocol):
         """Return the measured delay in s from a sample to its force, of whoever renders."""
 
     def measured(self, board: bool) -> MeasuredDelay | None:
-        """Return the delay of one way as measured lately; None where it was not yet, or cannot be."""
+        """Return the delay as measured lately where the board or the computer renders; None where unknown."""
 
     def refusal(self, plan: BoardPlan) -> str:
         """Return in one line why the device has refused to render what it was sent, "" if it has not."""
@@ -136,7 +136,9 @@ class SerialDriver:
 
     def refusal(self, plan: BoardPlan) -> str:
         words = self.conn.words
-        return board_plan.refusal_text(int(words[link.REFUSAL])) if words[link.REFUSED] == plan.form else ""
+        return (
+            board_plan.refusal_text(int(words[link.REFUSAL])) if words[link.REFUSED] == plan.code_id else ""
+        )
 
     def on_board(self) -> bool:
         return int(self.conn.words[link.HANDOVER]) == link.ON_BOARD

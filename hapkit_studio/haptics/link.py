@@ -54,8 +54,8 @@ HANDOVER = 4  # who renders, one of the six below
 SETTINGS_SEEN = 5
 GENERATION = 6  # the last one sent, of a law or of a change of its constants
 LAW_GENERATION = 7  # of the law that was sent last, 0 before the first
-FORM = 8  # what that law is, as the block has it
-PROGRAM = 9  # the same with its constants, 0 where they may be others than the board has
+CODE_ID = 8  # what that law is, as the block has it
+PROGRAM_ID = 9  # the same with its constants, 0 where they may be others than the board has
 LAW_DUE = 10  # the law is to be sent anew
 RECEIVED = 11  # bytes of it that the board has
 SENT = 12  # bytes of it that have gone out
@@ -66,7 +66,7 @@ CALIBRATED = 16  # its zero is one that was stored
 SKIPPED = 17  # ticks that the board skipped since it was opened
 MOTOR_SEEN_ON = 18  # the computer's forces have reached the board
 LEFT_OUT = 19  # samples were left out of the record since the last row
-REFUSED = 20  # the form that the board has refused, 0 none
+REFUSED = 20  # the CODE_ID that the board has refused, 0 none
 REFUSAL = 21  # and why
 STALE_TOLD = 22  # forces refused as too old, as the board counts them
 ERRORS_TOLD = 23  # frames that the board could not read, as it counts them
@@ -215,16 +215,16 @@ def new_link(quantum: float, watchdog: float = 0.025) -> Link:
 
 
 @internal
-def wanted_form(r: LoopArrays, link: Link) -> int:
-    """Return the form of the law that the board is to render now, 0 where the computer renders.
+def wanted_code(r: LoopArrays, link: Link) -> int:
+    """Return the CODE_ID of the law that the board is to render now, 0 where the computer renders.
 
     Zero and direction that a person sets are taken over by the computer; what the board refused stays here.
     """
     zeroed, flipped = load_acquire(r.control, arrays.ZERO), load_acquire(r.control, arrays.FLIP)
     if zeroed != link.words[ZEROED] or flipped != link.words[FLIPPED]:
         return 0
-    form = r.words[block.FORM]
-    return 0 if form == link.words[REFUSED] else form
+    code_id = r.words[block.CODE_ID]
+    return 0 if code_id == link.words[REFUSED] else code_id
 
 
 @internal
@@ -233,13 +233,13 @@ def fade_out(r: LoopArrays, link: Link, period: float) -> float:
     n, words = link.numbers, link.words
     held = r.real[arrays.HOLD] > 0.0 or r.word[arrays.STALE] or load_acquire(r.control, arrays.FAULT)
     if words[HANDOVER] == ON_COMPUTER:
-        if held or wanted_form(r, link) == 0:
+        if held or wanted_code(r, link) == 0:
             return 1.0
         words[HANDOVER] = FADING_OUT
         n[FADE_LEFT] = 1.0
     if words[HANDOVER] != FADING_OUT:
         return 0.0
-    if held or wanted_form(r, link) == 0:
+    if held or wanted_code(r, link) == 0:
         words[HANDOVER] = ON_COMPUTER
         r.real[arrays.GAIN] *= n[FADE_LEFT]
         return n[FADE_LEFT]
@@ -330,7 +330,7 @@ def note_link(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None
         n[TOO_LONG_SINCE] = now
     words[TOO_LONG] += 1
     late = words[TOO_LONG] >= _SLOW_ANSWERS and now - n[TOO_LONG_SINCE] >= SLOW_AFTER
-    if late and wanted_form(r, link) == 0:
+    if late and wanted_code(r, link) == 0:
         latch(r, arrays.SLOW_LINK, trip, n[WATCHDOG])
 
 

@@ -126,7 +126,7 @@ class Wanted:
             return
         data = plan.program.data
         program[:] = law_frames.packed(data, block.PROGRAM_WORDS)
-        words[block.FORM], words[block.PROGRAM] = plan.form, plan.number
+        words[block.CODE_ID], words[block.PROGRAM_ID] = plan.code_id, plan.program_id
         words[block.BOARD_LAW] = plan.law.compiled().address
         words[block.BOARD_RATE], words[block.BOARD_ESTIMATOR] = plan.rate, plan.estimator
         words[block.BOARD_STATES], words[block.BOARD_GIVEN] = plan.program.states, len(plan.program.given)

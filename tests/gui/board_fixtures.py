@@ -32,7 +32,7 @@ def board_window(make_window, qtbot, monkeypatch, scripted):
 def answered(window, qtbot):
     """Wait until it is known, and shown, what the board says to the law in force."""
     qtbot.waitUntil(lambda: window.studio.board_answered, timeout=PATIENCE_MS)
-    window.studio._hear_board()
+    window.studio._check_board_answer()
 
 
 @pytest.fixture

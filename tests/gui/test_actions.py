@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit
 
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.actions import table
-from hapkit_studio.gui.dialogs import Sheet, keys_sheet, native
+from hapkit_studio.gui.dialogs import TextDialog, keys_dialog, native
 from hapkit_studio.gui.live.time_plots import SPANS
 
 TABLE = table(discover().values())
@@ -85,7 +85,7 @@ def test_keys_are_silent_in_a_number_field(idle_window, key):
     QTest.keyClick(box, key)
     assert idle_window.studio.environment.key == "wall"
     assert not idle_window.live.paused
-    assert idle_window.findChildren(Sheet) == []
+    assert idle_window.findChildren(TextDialog) == []
 
 
 @pytest.mark.parametrize("key", ["0", "1", "f", "?", " "])
@@ -97,7 +97,7 @@ def test_keys_are_silent_in_a_text_field(idle_window, key):
     assert field.text() == key
     assert idle_window.studio.environment.key == "wall"
     assert not idle_window.live.paused
-    assert idle_window.findChildren(Sheet) == []
+    assert idle_window.findChildren(TextDialog) == []
 
 
 def test_space_never_presses_a_focused_button(idle_window):
@@ -130,11 +130,11 @@ def test_single_letter_keys_can_be_switched_off(idle_window):
     assert idle_window.studio.environment.key == "wall"
     assert not idle_window.live.paused
     QTest.keyClick(idle_window.focusWidget() or idle_window, Qt.Key.Key_F1)
-    assert len(idle_window.findChildren(Sheet)) == 1
+    assert len(idle_window.findChildren(TextDialog)) == 1
 
 
 def test_the_sheet_of_keys_names_every_key(idle_window):
-    sheet = keys_sheet(TABLE, idle_window)
+    sheet = keys_dialog(TABLE, idle_window)
     words = " ".join(label.text() for label in sheet.findChildren(QLabel))
     for action in TABLE:
         assert all(action.text in words and native(key) in words for key in action.keys)
@@ -144,7 +144,7 @@ def test_one_sheet_of_keys_at_a_time(idle_window):
     for _ in range(3):
         idle_window.actions_by_key.run("help.keys")
     idle_window.actions_by_key.run("help.about")
-    shown = [sheet.windowTitle() for sheet in idle_window.findChildren(Sheet) if sheet.isVisible()]
+    shown = [sheet.windowTitle() for sheet in idle_window.findChildren(TextDialog) if sheet.isVisible()]
     assert sorted(shown) == ["Hapkit Studio", "Keys"]
 
 

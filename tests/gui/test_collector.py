@@ -7,7 +7,7 @@ import weakref
 import pytest
 from PySide6.QtWidgets import QWidget
 
-from hapkit_studio.gui.collector import Collector
+from hapkit_studio.gui.window import Collector
 
 
 def circle(freed):

@@ -10,11 +10,11 @@ from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.plots.declared import beside_plots, phase_plots
-from hapkit_studio.gui.notices import Passivity, amount
+from hapkit_studio.gui.notices import Passivity, energy_words
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
-from tests.gui.plot_support import LIBRARY, RATE, colored, telemetry
+from tests.gui.live.plot_support import LIBRARY, RATE, colored, telemetry
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 ENERGY = len(phase_plots())
@@ -138,7 +138,7 @@ def strike(alarm, joules):
     """Raise the alarm with an excess."""
     watch, studio, _ = alarm
     studio.device.engine = Excess(joules)
-    watch.look_at_row(active(), False)
+    watch.on_row(active(), False)
     studio.device.engine = None
 
 
@@ -162,7 +162,7 @@ def test_the_alarm_stands_still_and_long_enough_to_be_read(alarm, clock):
     assert banners.get("energy") is first
     strike(alarm, 8e-3)
     assert banners.get("energy").title == "Gives energy: 8.0 mJ more than it took."
-    watch.look_at_row(active(False), False)
+    watch.on_row(active(False), False)
     clock[0] += 0.99 * notices.HOLD_S
     watch.look()
     assert banners.get("energy") is not None
@@ -199,7 +199,12 @@ def test_a_scene_that_drives_says_so_instead(idle_window):
 
 
 def test_amounts_have_two_digits_that_count():
-    assert [amount(j) for j in (0.8e-3, 4.25e-3, 0.139, 2.5)] == ["0.80 mJ", "4.2 mJ", "139 mJ", "2.5 J"]
+    assert [energy_words(j) for j in (0.8e-3, 4.25e-3, 0.139, 2.5)] == [
+        "0.80 mJ",
+        "4.2 mJ",
+        "139 mJ",
+        "2.5 J",
+    ]
 
 
 # --- the switch, live

@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.gui.editor.controller import DeleteSheet
+from hapkit_studio.gui.editor.controller import DeleteDialog
 from hapkit_studio.gui.gallery import GalleryRow
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import luminance
@@ -132,7 +132,7 @@ def test_keys_reach_own_environments(home, make_window, monkeypatch):
     QTest.keyClick(row, Qt.Key.Key_Return)
     assert chosen == [path]
     QTest.keyClick(gallery.new_row, Qt.Key.Key_Return)
-    assert window.desk.editor.chooser.isVisible()
+    assert window.editor.editor.chooser.isVisible()
 
 
 def test_pencil_and_menu_lead_to_the_law(home, make_window):
@@ -140,8 +140,8 @@ def test_pencil_and_menu_lead_to_the_law(home, make_window):
     window = make_window()
     row = window.gallery.own_rows[path]
     row.pencil.click()
-    assert window.desk.path == path
-    assert window.desk.page.isVisible()
+    assert window.editor.path == path
+    assert window.editor.page.isVisible()
     assert [action.text() for action in row.menu().actions()] == ["Edit", "Show in folder", "Delete…"]
 
 
@@ -151,8 +151,8 @@ def test_a_strangers_file_cannot_be_edited_before_it_was_read(home, make_window)
     row = window.gallery.own_rows[path]
     assert not row.pencil.isVisible()
     assert [action.text() for action in row.menu().actions()] == ["Show in folder", "Delete…"]
-    window.desk.edit(path)
-    assert window.desk.editor.source.isVisible()
+    window.editor.edit(path)
+    assert window.editor.editor.source.isVisible()
 
 
 def test_deleting_asks_first_and_uses_the_bin(home, make_window, monkeypatch):
@@ -162,14 +162,14 @@ def test_deleting_asks_first_and_uses_the_bin(home, make_window, monkeypatch):
     monkeypatch.setattr(
         "hapkit_studio.gui.editor.controller.QFile.moveToTrash", lambda name: binned.append(name) or True
     )
-    window.files.delete(path)
-    sheet = window.findChild(DeleteSheet)
+    window.file_actions.delete(path)
+    sheet = window.findChild(DeleteDialog)
     assert sheet.isVisible()
     assert not sheet.isModal()
     assert binned == []
     sheet.keep.click()
-    window.files.delete(path)
-    window.findChildren(DeleteSheet)[-1].delete.click()
+    window.file_actions.delete(path)
+    window.findChildren(DeleteDialog)[-1].delete.click()
     assert binned == [str(path)]
 
 
@@ -185,6 +185,6 @@ def test_own_environments_stand_in_the_menu_too(home, make_window):
 
 def test_the_last_row_begins_a_new_environment(idle_window):
     QTest.mouseClick(idle_window.gallery.new_row, Qt.MouseButton.LeftButton)
-    assert idle_window.desk.editor.chooser.isVisible()
-    assert idle_window.desk.editor.chooser.title.hasFocus()
+    assert idle_window.editor.editor.chooser.isVisible()
+    assert idle_window.editor.editor.chooser.title.hasFocus()
     assert idle_window.studio.environment.key == "wall"

@@ -226,6 +226,18 @@ def test_the_names_of_all_views_stand_in_the_header(window, qapp, size):
     assert tabs.sizeHint().width() <= tabs.width()
 
 
+def test_a_pages_own_side_gives_way_like_the_panel(window, qapp):
+    for size, width in (((1440, 900), 300), ((1280, 720), 272)):
+        settle(qapp, window, size)
+        box = window.panel.parameters.rows["stiffness"].box.width()
+        window.views.show("stability")
+        side = window.views.page("stability").side
+        assert side.width() == width
+        assert side.rows.rows["stiffness"].box.width() == box
+        window.views.show("live")
+        assert window.panel.width() == width
+
+
 def test_a_wide_window_gives_its_width_to_the_plots_and_keeps_the_scene_in_proportion(window, qapp):
     shapes = {}
     for size in ((1440, 900), (1920, 1080), (2560, 1440)):
@@ -325,8 +337,8 @@ def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
     rows = window.panel.parameters.rows
     stops = [
         window.header.devices, window.header.stop, window.gallery.rows["wall"], window.centre.scene,
-        window.centre.toolbar.span, window.panel.title.help, *rows["stiffness"].stops(),
-        *rows["damping_mode"].stops(), window.loop.rate.box, window.loop.grip.picker,
+        window.centre.toolbar.span, window.panel.title.help, *rows["stiffness"].tab_stops(),
+        *rows["damping_mode"].tab_stops(), window.loop.rate.box, window.loop.grip.picker,
     ]  # fmt: skip
     places = [chain.index(stop) for stop in stops]
     assert places == sorted(places)

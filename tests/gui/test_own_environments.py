@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.gui import own_environments as own
 from hapkit_studio.gui.environment_library import EnvironmentLibrary
-from hapkit_studio.gui.own_environments import BARE, described, fitting
+from hapkit_studio.gui.own_environments import BARE, describe, with_fitting_scene
 from hapkit_studio.workshop import folder, reading
 from hapkit_studio.workshop.functions import Functions
 from hapkit_studio.workshop.source import read, typed
@@ -33,7 +33,7 @@ def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, mak
     marker = home / "it ran"
     path = put(home, "ada.py", leaving(marker, spring("ada", "Ada's spring")), trusted=False)
     window = make_window()
-    row, source = window.gallery.own_rows[path], window.desk.editor.source
+    row, source = window.gallery.own_rows[path], window.editor.editor.source
     assert (row.title, row.summary, row.picture) == ("Ada's spring", "From someone else", "lock")
     QTest.mouseClick(row, Qt.MouseButton.LeftButton)
     assert source.isVisible()
@@ -62,10 +62,10 @@ def test_agreeing_to_one_text_lets_no_other_run(home, make_window):
     window = make_window()
     window.own.choose(path)
     put(home, "ada.py", leaving(marker, spring("ada")), trusted=False)
-    window.desk.editor.source.run.click()
+    window.editor.editor.source.run.click()
     assert window.own.runner.path is None
-    assert window.desk.editor.source.isVisible()
-    assert window.desk.editor.source.code.toPlainText() == leaving(marker, spring("ada"))
+    assert window.editor.editor.source.isVisible()
+    assert window.editor.editor.source.code.toPlainText() == leaving(marker, spring("ada"))
 
 
 def test_a_file_opened_from_elsewhere_is_taken_into_the_folder_after_asking(
@@ -75,8 +75,8 @@ def test_a_file_opened_from_elsewhere_is_taken_into_the_folder_after_asking(
     stranger.parent.mkdir()
     stranger.write_text(leaving(marker, spring("ada")), encoding="utf-8")
     window = make_window()
-    window.desk.bring(stranger)
-    source = window.desk.editor.source
+    window.editor.bring(stranger)
+    source = window.editor.editor.source
     assert source.isVisible()
     assert window.own.files == []
     stranger.write_text("raise SystemExit", encoding="utf-8")  # behind the reader's back
@@ -84,7 +84,7 @@ def test_a_file_opened_from_elsewhere_is_taken_into_the_folder_after_asking(
     path = home / "environments" / "ada.py"
     window.own.runner.give_up()
     assert path.read_text(encoding="utf-8") == leaving(marker, spring("ada"))
-    assert window.desk.path == path
+    assert window.editor.path == path
     assert not marker.exists()
 
 
@@ -96,10 +96,10 @@ def test_a_file_changed_outside_is_asked_about_again(home, make_window, qtbot):
     window.studio.choose("wall")
     marker = home / "it ran"
     put(home, "mine.py", leaving(marker, spring("mine")), trusted=False)
-    window.watch.look_at_files()
+    window.file_watcher.check_files()
     assert window.gallery.own_rows[path].picture == "lock"
     window.own.choose(path)
-    assert window.desk.editor.source.isVisible()
+    assert window.editor.editor.source.isVisible()
     assert window.studio.environment.key == "wall"
     assert not marker.exists()
 
@@ -118,14 +118,14 @@ def test_what_is_loaded_is_the_very_text_that_was_tried(home, make_window, qtbot
 def test_what_is_saved_is_not_read_from_the_file_again(home, make_window, qtbot):
     path = put(home, "mine.py", spring("mine"))
     window = make_window()
-    window.desk.edit(path)
-    window.desk.page.code.setPlainText(spring("mine", "Typed anew"))
+    window.editor.edit(path)
+    window.editor.page.code.setPlainText(spring("mine", "Typed anew"))
     read, hashed, sha256 = [], [], hashlib.sha256
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(own, "read", read.append)
         patched.setattr(reading, "read", read.append)
         patched.setattr(hashlib, "sha256", lambda data=b"", **o: hashed.append(data) or sha256(data, **o))
-        assert wait_for_verdict(window, qtbot, window.desk.save).ok
+        assert wait_for_verdict(window, qtbot, window.editor.save).ok
     assert read == []
     assert hashed.count(path.read_bytes()) == 1
     assert window.studio.environment.title == "Typed anew"
@@ -163,16 +163,16 @@ def test_of_two_texts_of_a_file_the_later_is_in_force(home, make_window, qtbot, 
 def test_a_law_open_in_the_editor_follows_its_file(home, make_window):
     path = put(home, "mine.py", spring("mine"))
     window = make_window()
-    window.desk.edit(path)
+    window.editor.edit(path)
     put(home, "mine.py", spring("mine", force="-p.stiffness * x * 2.0"), trusted=False)
-    window.watch.look_at_files()
-    assert "* 2.0" in window.desk.page.text
-    assert "Changed outside" in window.desk.strip.words.text()
-    QTest.keyClicks(window.desk.page.code, "#")
-    text = window.desk.page.text
+    window.file_watcher.check_files()
+    assert "* 2.0" in window.editor.page.text
+    assert "Changed outside" in window.editor.message.words.text()
+    QTest.keyClicks(window.editor.page.code, "#")
+    text = window.editor.page.text
     put(home, "mine.py", spring("mine"), trusted=False)
-    window.watch.look_at_files()
-    assert window.desk.page.text == text
+    window.file_watcher.check_files()
+    assert window.editor.page.text == text
 
 
 def test_two_files_of_one_key_are_told_apart(home, make_window, qtbot):
@@ -190,7 +190,7 @@ def test_a_file_that_is_gone_leaves_the_gallery_and_the_loop(home, make_window, 
     wait_for_verdict(window, qtbot, passed(window, path))
     assert window.gallery.own_rows[path].isChecked()
     path.unlink()
-    window.desk.forget(path)
+    window.editor.forget(path)
     assert window.gallery.own_rows == {}
     assert not window.gallery.own_heading.isVisible()
     assert window.studio.environment.key == "free"
@@ -227,7 +227,7 @@ def test_a_file_that_never_ends_does_not_hold_the_window_up(home, make_window):
     ],
 )
 def test_words_are_read_without_running_anything(tmp_path, text, title, summary):
-    found = described(tmp_path / "a_file.py", text, "ready")
+    found = describe(tmp_path / "a_file.py", text, "ready")
     assert (found.title, found.summary) == (title, summary)
 
 
@@ -260,15 +260,15 @@ def choice(*options: str) -> str:
 )
 def test_a_scene_of_the_library_is_used_only_where_it_fits(tmp_path, scene, parameter, drawn):
     environment = version(tmp_path, parameter)
-    assert fitting(replace(environment, scene=scene)).scene == drawn
+    assert with_fitting_scene(replace(environment, scene=scene)).scene == drawn
 
 
 @pytest.mark.parametrize("template", folder.templates()[:2], ids=lambda t: t.key)
 def test_a_template_has_the_picture_of_its_kind_as_long_as_that_fits(template, tmp_path):
     made = reading.load_source(typed(tmp_path / "mine.py", template.text))
-    assert fitting(made).scene == template.key
+    assert with_fitting_scene(made).scene == template.key
     wider = reading.load_source(typed(tmp_path / "mine.py", template.text.replace("0.04", "0.4")))
-    assert fitting(wider).scene == BARE
+    assert with_fitting_scene(wider).scene == BARE
 
 
 def test_values_stay_where_they_still_mean_something(tmp_path):
@@ -287,20 +287,20 @@ def test_values_stay_where_they_still_mean_something(tmp_path):
 @pytest.mark.alone
 def test_the_window_need_not_wait_50_ms_for_a_law_that_is_saved(home, window, qtbot):
     path = put(home, "mine.py", spring("mine"))
-    window.desk.edit(path)
-    wait_for_verdict(window, qtbot, window.desk.save)
+    window.editor.edit(path)
+    wait_for_verdict(window, qtbot, window.editor.save)
     clock, gaps, longest = QElapsedTimer(), [], []
     beat = QTimer(interval=5, timerType=Qt.TimerType.PreciseTimer)
     beat.timeout.connect(lambda: gaps.append(clock.restart()))
     for factor in range(2, 2 + ATTEMPTS):
         if min(longest, default=50) < 50:
             break
-        window.desk.page.code.setPlainText(spring("mine", force=f"-p.stiffness * x * {factor}.0"))
+        window.editor.page.code.setPlainText(spring("mine", force=f"-p.stiffness * x * {factor}.0"))
         QTest.qWait(200)
         gaps.clear()
         clock.start()
         beat.start()
-        assert wait_for_verdict(window, qtbot, window.desk.save).ok
+        assert wait_for_verdict(window, qtbot, window.editor.save).ok
         QTest.qWait(100)
         beat.stop()
         assert len(gaps) > 20

@@ -31,14 +31,14 @@ def test_a_file_that_failed_is_known_to_after_the_next_start(home, make_window):
     assert again.gallery.own_rows[path].summary == "Does not run yet"
     assert again.gallery.own_rows[fine].summary == "For a test"
     put(home, "mine.py", spring("mine"))
-    again.watch.look_at_files()
+    again.file_watcher.check_files()
     assert again.gallery.own_rows[path].summary == "For a test"
 
 
 def test_a_built_in_environment_closes_a_strangers_source(home, make_window):
     path = put(home, "ada.py", spring("ada"), trusted=False)
     window = make_window()
-    source = window.desk.editor.source
+    source = window.editor.editor.source
     for leave in (
         lambda: QTest.mouseClick(window.gallery.rows["wall"], Qt.MouseButton.LeftButton),  # in force already
         lambda: window.studio.choose("spring"),

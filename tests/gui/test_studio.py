@@ -163,7 +163,7 @@ def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_wi
     idle_window.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: idle_window.studio.engine is not None, timeout=PATIENCE_MS)
     assert scene._fraction is None
-    assert not idle_window.pictures._bar.isActive()
+    assert not idle_window.display._bar.isActive()
 
 
 def test_a_fault_shows_its_reason_and_is_cleared_by_hand(window, qtbot):

@@ -121,7 +121,10 @@ def handed_over(window):
     clear_lateness(window.studio)
     engine = window.studio.engine
     words, offered = engine.driver.conn.words, engine.possible_plan
-    told = offered is not None and (words[link.FORM], words[link.PROGRAM]) == (offered.form, offered.number)
+    told = offered is not None and (words[link.CODE_ID], words[link.PROGRAM_ID]) == (
+        offered.code_id,
+        offered.program_id,
+    )
     return told and engine.rendering == "board" and words[link.TUNING] == 0
 
 
@@ -155,8 +158,8 @@ def test_the_board_renders_what_is_chosen_within_a_second_and_follows_a_slider(b
 def test_a_persons_own_law_renders_on_the_board_as_soon_as_it_is_in_force(board_window, qtbot, home):
     window, studio = board_window, board_window.studio
     studio.set_loop(where="board")
-    window.desk.edit(put(home, "test_spring.py", spring()))
-    wait_for_verdict(window, qtbot, window.desk.save)
+    window.editor.edit(put(home, "test_spring.py", spring()))
+    wait_for_verdict(window, qtbot, window.editor.save)
     assert studio.environment.key == "test_spring"
     qtbot.waitUntil(lambda: handed_over(window), timeout=PATIENCE_MS)
     column = [label.text() for label in window.loop.where.facts.values[1]]

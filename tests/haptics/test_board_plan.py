@@ -95,13 +95,13 @@ def test_the_answer_is_worked_out_once():
 def test_only_constants_make_no_other_form():
     made = planner()
     first, stiffer = made.require(request()), made.require(request(stiffness=90.0))
-    assert (stiffer.form, stiffer.number != first.number) == (first.form, True)
+    assert (stiffer.code_id, stiffer.program_id != first.program_id) == (first.code_id, True)
     others = (
         request(rate=500),
         request(environments.named("wall")),
         PlanRequest(SPRING, SPRING.values(), "kalman"),
     )
-    assert len({made.require(w).form for w in others} | {first.form}) == 4
+    assert len({made.require(w).code_id for w in others} | {first.code_id}) == 4
 
 
 def test_the_block_holds_what_is_sent():
@@ -119,7 +119,7 @@ def test_the_block_holds_what_is_sent():
 
 def test_without_a_board_there_is_no_law_in_the_block():
     _, words, program = Wanted(SPRING, SPRING.values()).encode()
-    assert words[block.FORM] == words[block.PROGRAM] == 0
+    assert words[block.CODE_ID] == words[block.PROGRAM_ID] == 0
     assert not np.any(program)
 
 

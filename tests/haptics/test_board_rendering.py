@@ -228,7 +228,7 @@ def test_more_moving_constants_than_there_is_room_for_are_a_law(setup):
     numbers = [p for p in setup.engine.environment.parameters if not p.discrete]
     setup.engine.set_environment("button", values | {p.key: 0.9 * values[p.key] for p in numbers})
     setup.compiled()
-    assert setup.engine.board_plan.form == way.form
+    assert setup.engine.board_plan.code_id == way.code_id
     setup.until(lambda: len(setup.told(Law)) == 2)
     setup.until(lambda: setup.engine.rendering == "board")
     assert not setup.told(Tune)

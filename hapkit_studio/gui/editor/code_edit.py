@@ -1,4 +1,4 @@
-"""What Tab, Enter and Backspace do to a line of Python: four spaces, and the depth of the line before."""
+"""The text editor of a law: line numbers, colours, indentation, and problems marked at their lines."""
 
 import keyword
 import re
@@ -90,7 +90,7 @@ def dedent(cursor: QTextCursor) -> None:
     _each_line(cursor, lambda line: _remove(line, min(STEP, _depth(line.block().text()))))
 
 
-def unstep(cursor: QTextCursor) -> bool:
+def backspace(cursor: QTextCursor) -> bool:
     """Delete one step left of the cursor if only spaces stand before it; say whether it did."""
     place = cursor.positionInBlock()
     if cursor.hasSelection() or place == 0 or cursor.block().text()[:place].strip(" "):
@@ -194,7 +194,7 @@ class Gutter(QWidget):
         theme.changed.connect(self.update)
 
     @property
-    def wanted(self) -> int:
+    def wanted_width(self) -> int:
         """Return the width that the last line's number needs, and the figures' column if there is one."""
         return self._numbers + (0 if self._code.counts is None else self._column)
 
@@ -224,7 +224,7 @@ class Gutter(QWidget):
         block = self._code.firstVisibleBlock()
         while block.isValid():
             box = self._box(block)
-            if box.top() > event.rect().bottom() or box.bottom() > self._code.whole + 1:
+            if box.top() > event.rect().bottom() or box.bottom() > self._code.visible_lines_bottom + 1:
                 return  # what is cut off has no number
             number = block.blockNumber()
             self._paint_line(painter, box, number + 1, number == current, number + 1 in marks)
@@ -350,7 +350,7 @@ class CodeEdit(QPlainTextEdit):
         self.verticalScrollBar().setValue(number - int(_ABOVE * self.viewport().height() / self._line))
 
     @property
-    def whole(self) -> float:
+    def visible_lines_bottom(self) -> float:
         """Return how far down whole lines go, in px from the viewport's top."""
         top = self.contentOffset().y()
         return top + (self.viewport().height() - top) // self._line * self._line
@@ -386,7 +386,10 @@ class CodeEdit(QPlainTextEdit):
         painter.setFont(theme.font("label"))
         for cursor, words in self._marks:
             self._say(painter, cursor, words)
-        painter.fillRect(QRectF(self.viewport().rect()).adjusted(0, self.whole, 0, 0), theme.color("surface"))
+        painter.fillRect(
+            QRectF(self.viewport().rect()).adjusted(0, self.visible_lines_bottom, 0, 0),
+            theme.color("surface"),
+        )
 
     def _say(self, painter: QPainter, cursor: QTextCursor, words: str) -> None:
         block = cursor.block()
@@ -417,7 +420,7 @@ class CodeEdit(QPlainTextEdit):
             dedent(cursor)
         elif key == Qt.Key.Key_Home:
             home(cursor, bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier))
-        elif key != Qt.Key.Key_Backspace or not unstep(cursor):
+        elif key != Qt.Key.Key_Backspace or not backspace(cursor):
             return False
         self.setTextCursor(cursor)
         return True
@@ -425,12 +428,12 @@ class CodeEdit(QPlainTextEdit):
     # room for the line numbers
 
     def _make_room(self) -> None:
-        self.setViewportMargins(self.gutter.wanted, 0, 0, 0)
+        self.setViewportMargins(self.gutter.wanted_width, 0, 0, 0)
         self._place_gutter()
 
     def _place_gutter(self) -> None:
         inside = self.contentsRect()
-        self.gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter.wanted, inside.height()))
+        self.gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter.wanted_width, inside.height()))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         self._aim = None  # the person looks elsewhere now

@@ -1,4 +1,4 @@
-"""What was typed and not saved yet, kept beside its file: neither a crash nor closing the window loses it."""
+"""The page that one law is written on: its name, its text, its draft, and a message line below."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -39,35 +39,35 @@ _CYCLES_TIP = (
 )
 
 
-def _place(path: Path) -> Path:
+def _draft_path(path: Path) -> Path:
     return path.with_name(path.name + ".draft")
 
 
-def keep(path: Path, text: str) -> None:
+def save_draft(path: Path, text: str) -> None:
     """Write a file's draft; on a full or read-only disk there is none."""
     try:
-        _place(path).write_text(text, encoding="utf-8")
+        _draft_path(path).write_text(text, encoding="utf-8")
     except OSError:
-        drop(path)
+        delete_draft(path)
 
 
-def kept(path: Path) -> str | None:
+def load_draft(path: Path) -> str | None:
     """Return a file's draft, None where there is none."""
     try:
-        return _place(path).read_text(encoding="utf-8")
+        return _draft_path(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return None
 
 
-def drop(path: Path) -> None:
+def delete_draft(path: Path) -> None:
     """Forget a file's draft."""
     try:
-        _place(path).unlink(missing_ok=True)
+        _draft_path(path).unlink(missing_ok=True)
     except OSError:
         return
 
 
-class Strip(QWidget):
+class MessageLine(QWidget):
     """Shows one message at a time; ``say`` replaces it."""
 
     def __init__(self, parent: QWidget | None = None):
@@ -140,7 +140,7 @@ class CodePage(QWidget):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self.path: Path | None = None
-        self.code, self.strip = CodeEdit(), Strip()
+        self.code, self.message = CodeEdit(), MessageLine()
         self.name, self.marker = plain(QLabel()), QLabel("● not saved")
         self.marker.setProperty("role", "hint")
         self.marker.hide()
@@ -197,7 +197,7 @@ class CodePage(QWidget):
     def open(self, path: Path, text: str) -> None:
         """Show a file's text; a draft of it comes back, marked as not saved."""
         self.keep_draft()
-        draft = kept(path)
+        draft = load_draft(path)
         self.path = path
         self.code.setPlainText(text)
         self.code.mark(())
@@ -206,12 +206,12 @@ class CodePage(QWidget):
         if draft is not None and draft != text:
             self.code.selectAll()
             self.code.insertPlainText(draft)  # one step of undo back to the file
-            self.strip.say(
+            self.message.say(
                 "Unsaved changes from last time are back. Ctrl+Z shows the file as it was.", "warn"
             )
         else:
-            drop(path)
-            self.strip.say("")
+            delete_draft(path)
+            self.message.say("")
         self.code.go_to(law_line(self.text))
         self.opened.emit()
 
@@ -224,14 +224,14 @@ class CodePage(QWidget):
         self.opened.emit()
 
     def note_saved(self) -> None:
-        """Take the text as it stands for what the file holds, or for what nobody wants any more."""
+        """Treat the text as saved, or as discarded."""
         self.code.document().setModified(False)
 
     def keep_draft(self) -> None:
         """Write down at once what is not saved."""
         self._draft.stop()
         if self.path is not None and self.unsaved:
-            keep(self.path, self.text)
+            save_draft(self.path, self.text)
 
     def _note_typing(self) -> None:
         if self.unsaved:
@@ -240,9 +240,9 @@ class CodePage(QWidget):
     def _show_marker(self, modified: bool) -> None:
         if not modified and self.path is not None:
             self._draft.stop()
-            drop(self.path)
-        if modified and self.strip.tone in ("", "ok"):
-            self.strip.say("Not in force yet. Ctrl+S saves it and runs it.")
+            delete_draft(self.path)
+        if modified and self.message.tone in ("", "ok"):
+            self.message.say("Not in force yet. Ctrl+S saves it and runs it.")
         self.marker.setVisible(modified)
         self.unsaved_changed.emit()
 
@@ -269,4 +269,4 @@ class CodePage(QWidget):
         column.addWidget(self.cycles)
         column.addWidget(self.code, 1)
         column.addWidget(rule())
-        column.addWidget(self.strip)
+        column.addWidget(self.message)

@@ -10,7 +10,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.errors import LawError
-from hapkit_studio.gui.dialogs import Sheet, words_sheet
+from hapkit_studio.gui.dialogs import TextDialog, text_dialog
 from hapkit_studio.gui.editor import code_page
 from hapkit_studio.gui.editor.code_page import CodePage
 from hapkit_studio.gui.editor.cycles import Cycles
@@ -29,7 +29,7 @@ SETTLED_MS = 200
 _LINE = re.compile(r"\bline (\d+)")
 
 
-def of_verdict(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
+def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
     """Return a trial's outcome in words, and their tone; unsaved: the text has changed since."""
     since = (_SINCE,) if unsaved else ()
     if not verdict.ok:
@@ -42,13 +42,13 @@ def of_verdict(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
     return " ".join(("In force.", *((cost,) if verdict.calls else ()), *since)), "ok"
 
 
-def not_saved(error: OSError) -> str:
+def write_error(error: OSError) -> str:
     """Say why a file could not be written."""
     return f"Not saved: {error.strerror or error}. What you typed is still here."
 
 
-class Leaving:
-    """Asks in the page's strip; ``save`` and ``leave`` are the desk's."""
+class UnsavedChanges:
+    """Asks in the page's message line; ``save`` and ``leave`` are the controller's."""
 
     def __init__(self, page: CodePage, save: Callable[[], None], leave: Callable[[], None]):
         self._page, self._save, self._leave = page, save, leave
@@ -76,12 +76,12 @@ class Leaving:
 
     def _ask(self, *buttons: tuple[str, Callable[[], object]]) -> None:
         name = self._page.path.name if self._page.path else ""
-        self._page.strip.say(f"{name} is not saved.", "warn", (*buttons, ("Go on", self._go_on)))
-        self._page.strip.buttons[0].setFocus()
+        self._page.message.say(f"{name} is not saved.", "warn", (*buttons, ("Go on", self._go_on)))
+        self._page.message.buttons[0].setFocus()
 
     def _go_on(self) -> None:
         self._asked = False
-        self._page.strip.say("")
+        self._page.message.say("")
         self._page.code.setFocus()
 
     def _after_saving(self, then: Callable[[], object]) -> None:
@@ -90,27 +90,27 @@ class Leaving:
             then()
 
 
-class Desk(QObject):
+class EditorController(QObject):
     """Opens and saves laws. ``shown(bool)``: the editor is wanted in sight, or not any more."""
 
     shown = Signal(bool)
     own: OwnEnvironments
-    leaving: Leaving
+    unsaved_changes: UnsavedChanges
     page: CodePage
 
     def __init__(self, studio: Studio, own: OwnEnvironments, parent: QObject | None = None):
         super().__init__(parent)
         self._studio, self.own = studio, own
         self.editor = Editor(folder.templates())
-        self.page, self.strip = self.editor.page, self.editor.page.strip
-        self.leaving = Leaving(self.page, self.save, self._leave)
+        self.page, self.message = self.editor.page, self.editor.page.message
+        self.unsaved_changes = UnsavedChanges(self.page, self.save, self._leave)
         self.cycles = Cycles(studio, own, self.page, self)
         self.editor.chooser.made.connect(self.create)
         self.editor.chooser.left.connect(self._back)
         self.editor.source.run_pressed.connect(self.agree)
         self.editor.source.left.connect(self._back)
         self.page.save_pressed.connect(self.save)
-        self.page.close_pressed.connect(self.leaving.close)
+        self.page.close_pressed.connect(self.unsaved_changes.close)
         own.asked.connect(self.ask)
         own.chosen.connect(self._leave_source)
         own.changed.connect(self._leave_what_is_gone)
@@ -137,17 +137,17 @@ class Desk(QObject):
             path = folder.new_path(title)
             source = self._write(path, folder.fill_template(template, title, path.stem))
         except OSError as error:
-            self.editor.chooser.strip.say(not_saved(error), "danger")
+            self.editor.chooser.message.say(write_error(error), "danger")
             return
         self.own.run(source)
         self._open(source)
 
     def edit(self, path: Path) -> None:
-        """Open a file's law; what nobody agreed to is only shown."""
+        """Open a file's law; one that is not trusted is only shown."""
         try:
             source = read(path)
         except LawError as error:
-            words_sheet(path.name, [str(error)], self.editor.window()).show()
+            text_dialog(path.name, [str(error)], self.editor.window()).show()
             return
         if not is_trusted(source):
             self.ask(source)
@@ -169,13 +169,13 @@ class Desk(QObject):
         try:
             source = self._write(self.path, self.page.text)
         except OSError as error:
-            self.strip.say(not_saved(error), "danger")
+            self.message.say(write_error(error), "danger")
             return
         self.page.note_saved()
         self.own.run(source)
 
     def ask(self, source: Source) -> None:
-        """Show the source of a file nobody agreed to; nothing of it is executed."""
+        """Show the source of a file that is not trusted; nothing of it is executed."""
         self.editor.source.show_source(source)
         self.editor.show_page(self.editor.source)
         self.shown.emit(True)
@@ -189,13 +189,13 @@ class Desk(QObject):
         try:
             self.ask(read(path))
         except LawError as error:
-            words_sheet(path.name, [str(error)], self.editor.window()).show()
+            text_dialog(path.name, [str(error)], self.editor.window()).show()
 
     def forget(self, path: Path) -> None:
         """Take note that a file is gone."""
-        code_page.drop(path)
+        code_page.delete_draft(path)
         if path == self.path:
-            self.leaving.discard()
+            self.unsaved_changes.discard()
         self.own.refresh()
 
     def agree(self, source: Source) -> None:
@@ -207,7 +207,7 @@ class Desk(QObject):
             else:
                 path = self._write(folder.new_path(path.stem), source.text).path
         except OSError as error:
-            self.strip.say(not_saved(error), "danger")
+            self.message.say(write_error(error), "danger")
             return
         self.own.choose(path)
         self.edit(path)
@@ -230,7 +230,7 @@ class Desk(QObject):
         if self.page.unsaved:
             self.editor.show_page(self.page)
             self.shown.emit(True)
-        return self.leaving.may_quit(quit_)
+        return self.unsaved_changes.may_quit(quit_)
 
     def _leave(self) -> None:
         self.page.leave()
@@ -260,7 +260,7 @@ class Desk(QObject):
 
     def _show_began(self, path: Path) -> None:
         if path == self.path:
-            self.strip.say("Checking line by line…", busy=True)
+            self.message.say("Checking line by line…", busy=True)
 
     def _show_verdict(self, path: Path, verdict: TrialResult) -> None:
         if not verdict.ok and path != self.path:
@@ -268,24 +268,24 @@ class Desk(QObject):
         if path != self.path:
             return
         self.page.code.mark([(p.line, p.text) for p in verdict.problems])
-        self.strip.say(*of_verdict(verdict, self.page.unsaved))
+        self.message.say(*outcome(verdict, self.page.unsaved))
         if verdict.problems and verdict.problems[0].line:
             self.page.code.bring_into_sight(verdict.problems[0].line)
 
 
-class Files(QObject):
+class FileActions(QObject):
     """Its dialogs stand beside the window; none of them blocks it while the motor is on."""
 
-    def __init__(self, desk: Desk, window: QWidget):
+    def __init__(self, controller: EditorController, window: QWidget):
         super().__init__(window)
-        self._desk, self._window = desk, window
+        self._controller, self._window = controller, window
 
     def open(self) -> None:
         """Let a file be chosen from anywhere; its source is shown before anything else."""
         dialog = QFileDialog(self._window, "Open an environment", str(Path.home()), "Python files (*.py)")
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
         dialog.setModal(False)
-        dialog.fileSelected.connect(lambda name: self._desk.bring(Path(name)))
+        dialog.fileSelected.connect(lambda name: self._controller.bring(Path(name)))
         dialog.finished.connect(dialog.deleteLater)
         dialog.show()
 
@@ -295,15 +295,15 @@ class Files(QObject):
 
     def delete(self, path: Path) -> None:
         """Ask, then move a file to the system's bin."""
-        DeleteSheet(path, self._desk, self._window).show()
+        DeleteDialog(path, self._controller, self._window).show()
 
 
-class DeleteSheet(Sheet):
+class DeleteDialog(TextDialog):
     """Asks whether a file may go; the safe answer has the focus."""
 
-    def __init__(self, path: Path, desk: Desk, parent: QWidget):
+    def __init__(self, path: Path, controller: EditorController, parent: QWidget):
         super().__init__(f"Delete {path.name}?", parent)
-        self._path, self._desk = path, desk
+        self._path, self._controller = path, controller
         self.words = plain(QLabel("It goes to the bin, from where it can be fetched back."))
         self.words.setWordWrap(True)
         self.words.setMinimumWidth(360)
@@ -320,53 +320,55 @@ class DeleteSheet(Sheet):
 
     def _delete(self) -> None:
         if QFile.moveToTrash(str(self._path)):
-            self._desk.forget(self._path)
+            self._controller.forget(self._path)
             self.close()
         else:
             self.words.setText(f"There is no bin for {self._path.parent}. Delete the file there by hand.")
             self.delete.hide()
 
 
-class Watch(QObject):
+class FileWatcher(QObject):
     """Tells the page of the law that is open."""
 
-    def __init__(self, studio: Studio, desk: Desk, parent: QObject | None = None):
+    def __init__(self, studio: Studio, controller: EditorController, parent: QObject | None = None):
         super().__init__(parent)
-        self._studio, self._desk = studio, desk
+        self._studio, self._controller = studio, controller
         self._fault = ""
         self._soon = QTimer(self, interval=SETTLED_MS, singleShot=True)
-        self._soon.timeout.connect(self.look_at_files)
+        self._soon.timeout.connect(self.check_files)
         self._files = QFileSystemWatcher(self)
         self._files.directoryChanged.connect(self._soon.start)
         self._files.fileChanged.connect(self._soon.start)
-        desk.own.changed.connect(self._watch)
+        controller.own.changed.connect(self._watch)
         self._watch()
 
-    def look_at_files(self) -> None:
+    def check_files(self) -> None:
         """Notice what others did to the files; an open law follows, unless it was changed here too."""
-        desk = self._desk
-        desk.own.refresh()
+        controller = self._controller
+        controller.own.refresh()
         self._watch()
-        if desk.path is None or desk.page.unsaved:
+        if controller.path is None or controller.page.unsaved:
             return
         try:
-            text = desk.own.seen(desk.path).text
+            text = controller.own.seen(controller.path).text
         except LawError:
             return
-        if text != desk.page.text:
-            desk.page.open(desk.path, text)
-            desk.strip.say("Changed outside the studio. Read it, then save it to run it.", "warn")
+        if text != controller.page.text:
+            controller.page.open(controller.path, text)
+            controller.message.say("Changed outside the studio. Read it, then save it to run it.", "warn")
 
     def _watch(self) -> None:
         """Listen to the folder and its files; before there is a folder, to the nearest one above it."""
-        wanted = {str(path) for path in (folder.existing(), *(file.path for file in self._desk.own.files))}
+        wanted = {
+            str(path) for path in (folder.existing(), *(file.path for file in self._controller.own.files))
+        }
         heard = {*self._files.directories(), *self._files.files()}
         if heard - wanted:
             self._files.removePaths(sorted(heard - wanted))
         if wanted - heard:
             self._files.addPaths(sorted(wanted - heard))
 
-    def look_at_row(self, row: np.ndarray, _clamped: bool) -> None:
+    def on_row(self, row: np.ndarray, _clamped: bool) -> None:
         """Mark the line that a fault of this very law stands on, once."""
         if not int(row[rows.FLAGS]) & rows.FAULT:
             self._fault = ""
@@ -376,9 +378,9 @@ class Watch(QObject):
             return
         self._fault = fault.text
         line = _LINE.search(fault.text)
-        desk = self._desk
-        if line is None or desk.path is None or desk.path != desk.own.in_force:
+        controller = self._controller
+        if line is None or controller.path is None or controller.path != controller.own.in_force:
             return
-        if not desk.page.unsaved:  # else its lines are not those of the law in the loop
-            desk.page.code.mark([(int(line[1]), fault.text.removeprefix("Fault: "))])
-        desk.strip.say(fault.text, "danger")
+        if not controller.page.unsaved:  # else its lines are not those of the law in the loop
+            controller.page.code.mark([(int(line[1]), fault.text.removeprefix("Fault: "))])
+        controller.message.say(fault.text, "danger")

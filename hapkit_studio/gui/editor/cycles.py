@@ -26,7 +26,7 @@ class Question:
     """A law with its values, what the board offers, and the text that its lines are those of."""
 
     offer: "BoardPlanner"
-    wish: "PlanRequest"
+    request: "PlanRequest"
     text: str
 
 
@@ -41,12 +41,12 @@ class Count:
 
 def count(question: Question) -> Count:
     """Count a law's cycles, one that the board refuses too."""
-    from hapkit_studio.haptics import board_plan  # off the first picture's way
+    from hapkit_studio.haptics import board_plan  # late: keeps start-up fast
 
-    offer, wish = question.offer, question.wish
-    found = offer.plan(wish)
+    offer, request = question.offer, question.request
+    found = offer.plan(request)
     try:
-        program = _refused(offer, wish) if isinstance(found, str) else found.program
+        program = _refused(offer, request) if isinstance(found, str) else found.program
     except LawError:
         return Count(question, {}, str(found))
     cost = f"A call takes about {program.usual:,.0f} cycles on the board, {program.most:,} at most"
@@ -58,12 +58,12 @@ def count(question: Question) -> Count:
     return Count(question, program.cycles_by_line(), words)
 
 
-def _refused(offer: "BoardPlanner", wish: "PlanRequest") -> "Program":
+def _refused(offer: "BoardPlanner", request: "PlanRequest") -> "Program":
     """Return the program of a law that the board does not render; raise LawError."""
     from hapkit_studio.haptics import board_plan
     from hapkit_studio.laws import board
 
-    return board.compile(wish.environment.force, wish.values, 1.0 / board_plan.RATES[-1], offer.arena)
+    return board.compile(request.environment.force, request.values, 1.0 / board_plan.RATES[-1], offer.arena)
 
 
 class Cycles(QObject):
@@ -108,8 +108,8 @@ class Cycles(QObject):
         driver = studio.engine.driver if studio.engine is not None else None
         offer = (driver and driver.planner) or board_plan.BoardPlanner(ARENA)
         values = studio.values_of(environment.key)
-        wish = board_plan.PlanRequest(environment, values, studio.loop.spec, rate=studio.loop.board_rate)
-        return Question(offer, wish, environment.source.text)
+        request = board_plan.PlanRequest(environment, values, studio.loop.spec, rate=studio.loop.board_rate)
+        return Question(offer, request, environment.source.text)
 
     def _show(self, found: Count) -> None:
         if not self._page.counting:

@@ -1,4 +1,4 @@
-"""The page a new environment begins on: which template, and what it is called."""
+"""The editor, in the place of the plots: a page for a new law, for code, for a file from someone else."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from hapkit_studio.gui.editor.code_edit import CodeEdit
-from hapkit_studio.gui.editor.code_page import CodePage, Strip
+from hapkit_studio.gui.editor.code_page import CodePage, MessageLine
 from hapkit_studio.gui.gallery import GalleryRow, icon_name
 from hapkit_studio.gui.own_environments import declared_words
 from hapkit_studio.gui.panel.parameter_panel import rule
@@ -51,7 +51,7 @@ class Chooser(QWidget):
             QPushButton("Create", autoDefault=True),
             QPushButton("Cancel", autoDefault=True),
         )
-        self.strip = Strip()
+        self.message = MessageLine()
         self.group = QButtonGroup(self)
         for index, template in enumerate(self._templates):
             said = declared_words(template.text)
@@ -74,7 +74,7 @@ class Chooser(QWidget):
         self.group.button(0).setChecked(True)
         self.title.setModified(False)
         self._propose(0)
-        self.strip.say("It becomes a Python file of your own, which you can change while you feel it.")
+        self.message.say("It becomes a Python file of your own, which you can change while you feel it.")
         self.title.setFocus()
         self.title.selectAll()
 
@@ -88,7 +88,7 @@ class Chooser(QWidget):
         if title:
             self.made.emit(self._templates[self.group.checkedId()], title)
         else:
-            self.strip.say("An environment has a title.", "warn")
+            self.message.say("An environment has a title.", "warn")
             self.title.setFocus()
 
     def _show_look(self) -> None:
@@ -119,7 +119,7 @@ class Chooser(QWidget):
         column.setSpacing(0)
         column.addLayout(inside, 1)
         column.addWidget(rule())
-        column.addWidget(self.strip)
+        column.addWidget(self.message)
 
 
 class SourcePage(QWidget):
@@ -147,7 +147,7 @@ class SourcePage(QWidget):
         self._show_look()
 
     def show_source(self, source: Source) -> None:
-        """Show a file that nobody has agreed to yet."""
+        """Show a file that is not trusted yet."""
         self.source, name = source, source.path.name
         self.title.setText(f"{name} is from someone else, or was changed outside the studio.")
         self.code.setPlainText(source.text)

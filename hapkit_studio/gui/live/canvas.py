@@ -1,4 +1,4 @@
-"""Where ticks stand, and how an axis widens: at once, and never by itself back."""
+"""The ground of a plot: ticks, axes, frame, grid and the mapping to pixels; subclasses paint the data."""
 
 import math
 
@@ -167,8 +167,8 @@ class Canvas(pg.GraphicsView):
         self._box: QRectF | None = None
         self._map = (0.0, 1.0, 0.0, 1.0)
         self._grid: list[QLineF] = []
-        self.view.geometryChanged.connect(self._outdate)
-        self.view.sigRangeChanged.connect(self._outdate)
+        self.view.geometryChanged.connect(self._invalidate)
+        self.view.sigRangeChanged.connect(self._invalidate)
         self.viewport().setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -189,7 +189,7 @@ class Canvas(pg.GraphicsView):
         """Return the plot's rectangle in pixels."""
         return self.measure()
 
-    def _outdate(self, *_: object) -> None:
+    def _invalidate(self, *_: object) -> None:
         self._box = None
 
     def measure(self) -> QRectF:
@@ -274,7 +274,7 @@ class Canvas(pg.GraphicsView):
     def resizeEvent(self, event) -> None:
         """Measure anew."""
         super().resizeEvent(event)
-        self._outdate()
+        self._invalidate()
 
     # pointer ------------------------------------------------------------------------------------
 

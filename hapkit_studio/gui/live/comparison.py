@@ -7,10 +7,10 @@ import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from hapkit_studio.dynamics.hand import Hand, hand_named
-from hapkit_studio.gui.live.held import Held, held
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import FRAME_MS, Live
-from hapkit_studio.gui.panel.rendering import BOARD, WAYS, WhereSwitch
+from hapkit_studio.gui.live.past_trace import PastTrace, past_trace
+from hapkit_studio.gui.panel.rendering import BOARD, RENDERERS, RenderingSwitch
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
 
@@ -53,7 +53,7 @@ def _sampled(history: History, start: float, stop: float) -> np.ndarray:
     return np.interp(at, window.x[known], window.y["position"][known])
 
 
-def likeness(past: np.ndarray, now: np.ndarray) -> tuple[int, float]:
+def best_match(past: np.ndarray, now: np.ndarray) -> tuple[int, float]:
     """Return where in the past a movement fits best, and how far off: mean square over its variance."""
     stretches = np.lib.stride_tricks.sliding_window_view(past, len(now))
     differences = np.mean((stretches - now) ** 2, axis=1)
@@ -61,7 +61,7 @@ def likeness(past: np.ndarray, now: np.ndarray) -> tuple[int, float]:
     return best, float(differences[best] / max(np.var(now), 1e-12))
 
 
-def earlier(history: History, start: float, switch: float, begin: float, now: float) -> float | None:
+def find_shift(history: History, start: float, switch: float, begin: float, now: float) -> float | None:
     """Return how many s before begin the handle, between start and switch, moved as from begin to now.
 
     None where it stands still, where too little is known, and where it moves in no way as before.
@@ -70,7 +70,7 @@ def earlier(history: History, start: float, switch: float, begin: float, now: fl
     present, past = _sampled(history, begin, min(now, begin + MOST)), _sampled(history, start, switch)
     if len(present) < LEAST / STEP or len(past) < len(present) or np.ptp(present) < LEAST_WAY:
         return None
-    place, difference = likeness(past, present)
+    place, difference = best_match(past, present)
     return begin - (start + place * STEP) if difference < _ALIKE else None
 
 
@@ -87,19 +87,19 @@ def movement(hands: tuple[str, ...]) -> Hand:
     return hand_named(next((name for name in hands if name in _ORDER), "press"))
 
 
-class Comparison(QObject):
+class ComparisonRun(QObject):
     """Emits ``began``, and ``finished`` with both parts; who rendered before renders again in the end."""
 
     began = Signal()
     finished = Signal(object, object)
 
-    def __init__(self, studio: Studio, live: Live, switch: WhereSwitch, parent: QObject):
+    def __init__(self, studio: Studio, live: Live, switch: RenderingSwitch, parent: QObject):
         super().__init__(parent)
         self._studio, self._live, self._switch = studio, live, switch
         self._left: list[str] = []
         self._parts: list[Part] = []
         self._hand: Hand | None = None
-        self._home = WAYS[0]
+        self._home = RENDERERS[0]
         self._moving_since = self._asked_at = 0.0
         self._timer = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._go_on)
@@ -122,11 +122,11 @@ class Comparison(QObject):
         if engine is None or not self._studio.hand_is_ours or engine.board_refusal():
             return
         if self._studio.stopped or engine.fault is not None:
-            self._switch.tell(_STOPPED)
+            self._switch.show_message(_STOPPED)
             return
         self._live.set_paused(False)
         self._home = self._studio.loop.where
-        self._parts, self._left = [], list(WAYS)
+        self._parts, self._left = [], list(RENDERERS)
         self._hand = movement(self._studio.environment.hands)
         self.began.emit()
         self._begin()
@@ -141,7 +141,7 @@ class Comparison(QObject):
         self._moving_since, self._asked_at = 0.0, time.perf_counter()
         self._studio.move_hand(0.0)
         self._studio.set_loop(where=self._left[0])
-        self._switch.set_busy(f"Comparing: on the {self._left[0]}, {len(self._parts) + 1} of {len(WAYS)}.")
+        self._switch.set_busy(f"Comparing: on the {self._left[0]}, {len(self._parts) + 1} of 2.")
         self._timer.start()
 
     def _go_on(self) -> None:
@@ -172,21 +172,21 @@ class Comparison(QObject):
         self._studio.move_hand(None)
         self._switch.set_busy("")
         self._studio.set_loop(where=self._home)
-        self._switch.tell(why)
+        self._switch.show_message(why)
 
 
-class BothWays(QObject):
+class RenderingComparison(QObject):
     """Follows who renders; keeps the other way's last seconds in the plots, and compares on demand."""
 
-    def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: WhereSwitch):
+    def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: RenderingSwitch):
         super().__init__(centre)
         self._studio, self._live, self._centre, self._switch = studio, live, centre, switch
-        self._rendered_by = WAYS[0]
+        self._rendered_by = RENDERERS[0]
         self._began = time.perf_counter()
         self._before: Part | None = None  # of what is to be laid over the present, once it moves alike
         self._aligned_at = 0.0
         self._compared = False
-        self.comparison = Comparison(studio, live, switch, self)
+        self.comparison = ComparisonRun(studio, live, switch, self)
         self.comparison.began.connect(self._clear)
         self.comparison.finished.connect(self._show_compared)
         live.health.connect(switch.note_health)
@@ -197,7 +197,7 @@ class BothWays(QObject):
         studio.engine_changed.connect(self._forget)
 
     def _look(self) -> None:
-        """Notice that somebody else renders now."""
+        """Notice that computer and board have changed over."""
         engine = self._studio.engine
         if engine is None or engine.rendering == self._rendered_by:
             return
@@ -208,8 +208,8 @@ class BothWays(QObject):
             self._clear()
             start = max(self._began, now - PAST_SECONDS)
             self._before, self._aligned_at = Part(before, start, now), 0.0
-            past = self._held(Part(before, max(start, now - HELD_SECONDS), now), 0.0)
-            self._centre.phase.set_held(past)
+            past = self._past(Part(before, max(start, now - HELD_SECONDS), now), 0.0)
+            self._centre.phase.set_past(past)
         self._began = now
 
     def _align(self) -> None:
@@ -218,35 +218,35 @@ class BothWays(QObject):
             return
         switch, now = self._before.stop, self._live.history.now
         begin = self._aligned_at or max(switch + FADED_SECONDS, now - MOST)
-        found = earlier(self._live.history, self._before.start, switch, begin, now)
+        found = find_shift(self._live.history, self._before.start, switch, begin, now)
         if found is None:
             return
         first = Part(self._before.where, begin - found, min(begin - found + HELD_SECONDS, switch))
-        self._centre.time.set_held(self._held(first, found))
+        self._centre.time.set_past(self._past(first, found))
         self._aligned_at = begin
         if now >= begin + MOST:
             self._before = None
 
-    def _held(self, part: Part, shift: float) -> Held | None:
-        return held(self._live.history, f"on the {part.where}", part.start, part.stop, shift)
+    def _past(self, part: Part, shift: float) -> PastTrace | None:
+        return past_trace(self._live.history, f"on the {part.where}", part.start, part.stop, shift)
 
     def _show_compared(self, one: Part, other: Part) -> None:
         """Hold the plots with both parts on top of each other, and say by how much the forces differ."""
         self._live.tick()
-        past = self._held(one, other.start - one.start)
-        self._centre.time.set_held(past)
-        self._centre.phase.set_held(past)
+        past = self._past(one, other.start - one.start)
+        self._centre.time.set_past(past)
+        self._centre.phase.set_past(past)
         self._compared = True
         self._live.set_paused(True)
-        self._switch.tell(difference_words(self._live.history, one, other))
+        self._switch.show_message(difference_words(self._live.history, one, other))
 
     def _resume(self) -> None:
         self._compared = self._compared and self._live.paused
 
     def _clear(self) -> None:
         self._before = None
-        self._centre.time.set_held(None)
-        self._centre.phase.set_held(None)
+        self._centre.time.set_past(None)
+        self._centre.phase.set_past(None)
 
     def _forget(self) -> None:
         self._began, self._compared = time.perf_counter(), False

@@ -29,7 +29,7 @@ _WORDS = {
 }
 
 
-class Pictures(QObject):
+class LiveDisplay(QObject):
     """Passes every frame, parameter and state on to the widgets that draw them."""
 
     def __init__(self, studio: Studio, live: Live, centre: Centre, status: StatusBar, warnings: WarningLines):

@@ -1,6 +1,8 @@
-"""A min–max pyramid: the least and greatest of any stretch of samples without reading them all.
+"""The last minute of telemetry, kept so that any stretch is drawn in time proportional to its width.
 
-Above the samples stand the extremes of every 16, 256 and 4096 of them, completed as samples come.
+Samples lie in order in one array twice as long as what is kept; when it is full the kept half moves to the
+front. Beside it stands a min–max pyramid: the extremes of every 16, 256 and 4096 samples, completed as
+they come. A RollingWindow reduces only the newest columns again.
 """
 
 from collections.abc import Iterator
@@ -300,7 +302,7 @@ class History:
         return Window(x, {name: y[row] for row, name in enumerate(_NAMES)}, dense)
 
 
-class Reel:
+class RollingWindow:
     """A window that rolls on: columns that are complete are kept, only the newest are reduced again."""
 
     def __init__(self) -> None:

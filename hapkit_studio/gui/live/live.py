@@ -56,7 +56,7 @@ class Live(QObject):
         self._health.stop()
 
     def set_hidden(self, hidden: bool) -> None:
-        """Only drain the ring, at a low rate, while nobody sees the window."""
+        """Only drain the ring, at a low rate, while the window is hidden."""
         self._frames.setInterval(HIDDEN_MS if hidden else FRAME_MS)
         self.hidden = hidden
 

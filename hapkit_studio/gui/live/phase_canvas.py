@@ -1,4 +1,4 @@
-"""The corner of a frame in which words cover the least of what is drawn."""
+"""Force over something: theory as a band, the last ten seconds over it, paler the older, a dot for now."""
 
 import math
 
@@ -8,8 +8,8 @@ from PySide6.QtGui import QPainter, QPixmap
 
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.held import Beginning, Held, name_size, paint_held, paint_name
 from hapkit_studio.gui.live.history import History, Window
+from hapkit_studio.gui.live.past_trace import EnvironmentStart, PastTrace, name_size, paint_name, paint_past
 from hapkit_studio.gui.live.phase_layers import SECONDS, Band, Layers, Place
 from hapkit_studio.gui.live.plots.declared import PhasePlot
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -23,7 +23,7 @@ _LIMIT_WORDS = 14.0
 _NO_BAND = Band(np.empty(0), np.empty((0, 0)))
 
 
-def freest(box: QRectF, size: QSizeF, across: np.ndarray, down: np.ndarray) -> QRectF:
+def emptiest_corner(box: QRectF, size: QSizeF, across: np.ndarray, down: np.ndarray) -> QRectF:
     """Return where words of a size in px stand: in the corner with the fewest points (n,) in px."""
     left, top = box.left() + _MARGIN, box.top() + _MARGIN
     right = max(box.right() - _MARGIN - size.width(), left)
@@ -48,12 +48,12 @@ class PhaseCanvas(Canvas):
         self._layers = Layers()
         self._key: tuple | None = None
         self._drawn = 0
-        self._begin = Beginning()
+        self._begin = EnvironmentStart()
         self._under: QPixmap | None = None
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
         self._fitted = False
-        self._held: Held | None = None
+        self._past: PastTrace | None = None
         self.bottom.setHeight(38)
         self.bottom.label.setCacheMode(self.bottom.cacheMode())
         self.set_plot(plot)
@@ -75,19 +75,19 @@ class PhaseCanvas(Canvas):
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self._live = self._history = history
-        self._begin = Beginning()
+        self._begin = EnvironmentStart()
         self._forget()
 
     def begin_here(self) -> None:
         """Leave out what is older than now: it belongs to another environment."""
-        self._begin.put(self._live)
+        self._begin.set_now(self._live)
         self._forget()
 
-    def set_held(self, held: Held | None) -> None:
+    def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the curve, or none any more."""
-        self._held, self._under = held, None
-        if held is not None:
-            self._widen(held.values[self.plot_of.channel] * self.plot_of.scale, held.values["applied"])
+        self._past, self._under = past, None
+        if past is not None:
+            self._widen(past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"])
         self.viewport().update()
 
     def _forget(self) -> None:
@@ -143,7 +143,7 @@ class PhaseCanvas(Canvas):
         return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
 
     def _first(self) -> float:
-        return self._begin.within(self._history)
+        return self._begin.time_in(self._history)
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]
@@ -209,18 +209,18 @@ class PhaseCanvas(Canvas):
         self.band.paint(painter, self.to_pixels)
         if math.isfinite(self.max_force):
             self._limits(painter, box)
-        self._paint_held(painter, box)
+        self._paint_past(painter, box)
         self._layers.paint_old(painter, self._place())
         painter.end()
         return under
 
-    def _paint_held(self, painter: QPainter, box: QRectF) -> None:
+    def _paint_past(self, painter: QPainter, box: QRectF) -> None:
         """Paint the past and, if it moved, its name where that covers neither it nor theory nor a limit."""
-        if self._held is None:
+        if self._past is None:
             return
-        x = self._held.values[self.plot_of.channel] * self.plot_of.scale
-        past = self.to_pixels(x, self._held.values["applied"])
-        paint_held(painter, *strokes.thinned(*past))
+        x = self._past.values[self.plot_of.channel] * self.plot_of.scale
+        past = self.to_pixels(x, self._past.values["applied"])
+        paint_past(painter, *strokes.thinned(*past))
         if np.ptp(past[0]) + np.ptp(past[1]) < _STILL:
             return
         ends, level = self.to_pixels(
@@ -229,8 +229,8 @@ class PhaseCanvas(Canvas):
         theory = [self.to_pixels(self.band.x, force) for force in self.band.force]
         drawn = past, (ends, level), (ends, level - _LIMIT_WORDS), *theory
         across, down = (np.concatenate([part[axis].ravel() for part in drawn]) for axis in (0, 1))
-        place = freest(box, name_size(self._held.words), across, down)
-        paint_name(painter, place.topLeft(), self._held.words, self.devicePixelRatioF())
+        place = emptiest_corner(box, name_size(self._past.words), across, down)
+        paint_name(painter, place.topLeft(), self._past.words, self.devicePixelRatioF())
 
     def _limits(self, painter: QPainter, box: QRectF) -> None:
         for sign in (1, -1):

@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QStackedWidget, QVBoxLayout, 
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live.canvas import RIGHT
-from hapkit_studio.gui.live.held import Held
 from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.past_trace import PastTrace
 from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.live.plot_header import BandSample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase_plots
@@ -94,7 +94,7 @@ class ForcePosition(QWidget):
         self._max_force = max_force
         if other:
             self._by_hand = False
-            self._show(self.switch.index if self._pane() else self._telling())
+            self._show(self.switch.index if self._pane() else self._most_telling())
         else:
             self._later.start()
 
@@ -142,9 +142,9 @@ class ForcePosition(QWidget):
         self.canvas.fit()
         self.canvas.refresh()
 
-    def set_held(self, held: Held | None) -> None:
+    def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the curve, or none any more."""
-        self.canvas.set_held(held)
+        self.canvas.set_past(past)
 
     def set_paused(self, paused: bool) -> None:
         """Freeze the view; the history goes on filling."""
@@ -162,7 +162,7 @@ class ForcePosition(QWidget):
         if self._odd:
             (self._pane() or self.canvas).refresh()
 
-    def _telling(self) -> int:
+    def _most_telling(self) -> int:
         """Return the plot in which this environment's law is a line, over velocity where it declares so."""
         order = list(enumerate(self.plots))
         if self._environment is not None and self._environment.over_velocity is not None:
@@ -182,7 +182,7 @@ class ForcePosition(QWidget):
         """Take over changed values, in another plot if only that one has a theory now."""
         if self._pane() is not None:
             return
-        telling = self._telling()
+        telling = self._most_telling()
         gone = self._theory(self.canvas.plot_of) is None and self._theory(self.plots[telling]) is not None
         if gone and not self._by_hand:
             self._show(telling)

@@ -7,7 +7,7 @@ from PySide6.QtGui import QPainter, QPen
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from hapkit_studio.gui.live.canvas import RIGHT
-from hapkit_studio.gui.live.held import SAMPLE
+from hapkit_studio.gui.live.past_trace import SAMPLE
 from hapkit_studio.gui.live.plots.declared import TimePlot
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -82,7 +82,7 @@ class Header(QWidget):
             self._add("matline", 1.6, [3.5, 2.5], "", "Where the surface is") if plot.surface else []
         )
         past = "The same quantity before who renders was changed, moved to begin there"
-        self.held = self._add("hold", 2.0, SAMPLE, "", past)
+        self.past = self._add("hold", 2.0, SAMPLE, "", past)
         row.addStretch(1)
         self.value = QLabel()
         self.value.setFont(theme.font("readout"))
@@ -91,7 +91,7 @@ class Header(QWidget):
         self.value.setProperty("ink", plot.traces[-1].color)
         row.addWidget(self.value)
         self.show_surface("")
-        self.show_held("")
+        self.show_past("")
         self.show_value(0.0)
 
     def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
@@ -106,9 +106,9 @@ class Header(QWidget):
         """Show the surface line's sample under a name, or hide it."""
         self._show(self.surface, name)
 
-    def show_held(self, name: str) -> None:
-        """Show the held trace's sample under a name, or hide it."""
-        self._show(self.held, name)
+    def show_past(self, name: str) -> None:
+        """Show the past trace's sample under a name, or hide it."""
+        self._show(self.past, name)
 
     def _show(self, parts: list[QWidget], name: str) -> None:
         for part in parts:

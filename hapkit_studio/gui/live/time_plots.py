@@ -1,4 +1,4 @@
-"""Stretches without data: the device was gone, or its sensor silent. Hatched and named, never bridged."""
+"""The live time plots: position, velocity and force over one time axis, gaps in the data marked."""
 
 import math
 from collections.abc import Mapping
@@ -13,8 +13,8 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.held import Beginning, Held, paint_held
-from hapkit_studio.gui.live.history import History, Reel, Window
+from hapkit_studio.gui.live.history import History, RollingWindow, Window
+from hapkit_studio.gui.live.past_trace import EnvironmentStart, PastTrace, paint_past
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, time_plots
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -59,10 +59,10 @@ def lengths(seen: list[tuple[float, float, float]], metrics: QFontMetrics) -> li
 
 
 @dataclass
-class Shown:
+class PlotState:
     """What all time plots share in one frame; times in s relative to the right edge's zero.
 
-    window and begin are in the history's own time: axes widen only for what came after begin.
+    window and begin are in the history's own time: what came after begin is of the environment in force.
     """
 
     window: Window = _EMPTY
@@ -75,21 +75,22 @@ class Shown:
     max_force: float = np.inf
     paused: bool = False
     stale: bool = False
-    held: Held | None = None
+    past: PastTrace | None = None
     pointer: float | None = None
     pointed: dict[str, float] | None = None
 
 
 class TraceCanvas(Canvas):
-    """Paints one TimePlot's traces from the Shown that all share."""
+    """Paints one TimePlot's traces from the PlotState that all share."""
 
-    def __init__(self, plot: TimePlot, shown: Shown, bottom: bool, first: bool):
+    def __init__(self, plot: TimePlot, shown: PlotState, bottom: bool, first: bool):
         self.plot_of, self.shown, self.first = plot, shown, first
         super().__init__(bottom, "s" if bottom else "", left_width=_UNIT_WIDTH if plot.beside else _WIDTH)
         if plot.beside:  # no header names it there
             self.left.unit = plot.unit
         self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
-        self.open()
+        self._own_range: tuple[float, float] | None = None  # wanted once older parts have left the window
+        self.show_range(-plot.reach, plot.reach)
 
     def values(self, channel: str) -> np.ndarray:
         """Return a channel of the window in the plot's unit."""
@@ -99,9 +100,9 @@ class TraceCanvas(Canvas):
         """Show exactly this range."""
         self.view.setYRange(low, high, padding=0)
 
-    def open(self) -> None:
-        """Narrow the value axis to what the plot opens with."""
-        self.show_range(-self.plot_of.reach, self.plot_of.reach)
+    def open_anew(self) -> None:
+        """Narrow the value axis to what the plot opens with, once nothing older in sight needs more."""
+        self._own_range = -self.plot_of.reach, self.plot_of.reach
 
     def extent(self, begin: float = -np.inf) -> tuple[float, float]:
         """Return least and greatest value in the window from a time in s on; NaN when there is none."""
@@ -114,15 +115,21 @@ class TraceCanvas(Canvas):
         return float(low) * self.plot_of.scale, float(high) * self.plot_of.scale
 
     def widen(self) -> None:
-        """Widen the value axis at once where the data needs it."""
+        """Widen the value axis at once where anything in sight needs it; narrow it only to open anew."""
         low, high = self.view.viewRange()[1]
-        wanted = widened((low, high), *self.extent(self.shown.begin))
+        seen = self.extent()
+        wanted = widened((low, high), *seen)
+        if self._own_range is not None and not self.shown.paused:
+            self._own_range = widened(self._own_range, *self.extent(self.shown.begin))
+            if widened(self._own_range, *seen) == self._own_range:
+                wanted, self._own_range = self._own_range, None
         if wanted != (low, high):
             self.show_range(*wanted)
 
     def fit(self) -> None:
         """Narrow the value axis to the data, but not below the plot's reach around its middle."""
         low, high = self.extent()
+        self._own_range = None
         if np.isfinite(low):
             self.show_range(*fitted(low, high, self.plot_of.reach / 8))
 
@@ -138,7 +145,7 @@ class TraceCanvas(Canvas):
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint level lines, then traces."""
         self._lines(painter, box)
-        self._held(painter, box)
+        self._past(painter, box)
         if len(self.shown.window.x):
             self._traces(painter)
 
@@ -168,14 +175,14 @@ class TraceCanvas(Canvas):
         for level, token, dash in levels:
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
 
-    def _held(self, painter: QPainter, box: QRectF) -> None:
-        held, channel = self.shown.held, self.plot_of.traces[-1].channel
-        if held is None or channel not in held.values:
+    def _past(self, painter: QPainter, box: QRectF) -> None:
+        past, channel = self.shown.past, self.plot_of.traces[-1].channel
+        if past is None or channel not in past.values:
             return
         left, right = (self.shown.zero + edge for edge in self.view.viewRange()[0])
-        x, y = held.part(channel, left, right, round(box.width()))
+        x, y = past.part(channel, left, right, round(box.width()))
         if len(x) > 1:
-            paint_held(painter, *self.to_pixels(x - self.shown.zero, y * self.plot_of.scale))
+            paint_past(painter, *self.to_pixels(x - self.shown.zero, y * self.plot_of.scale))
 
     def _traces(self, painter: QPainter) -> None:
         x = self.shown.window.x - self.shown.zero
@@ -188,7 +195,7 @@ class TraceCanvas(Canvas):
             elif trace.dashed:
                 painter.setPen(strokes.pen(color, 2.0))
                 above = lines[-1][1] if index + 1 < len(lines) else None
-                down = down if above is None else _apart(down, above)
+                down = down if above is None else _where_visible(down, above)
                 strokes.segments(painter, strokes.dashed(across, down))
             else:
                 strokes.trace(painter, across, down, color)
@@ -221,7 +228,7 @@ class TraceCanvas(Canvas):
         self.note(painter, beside, box.bottom() - 6, text, trace.color, right=left)
 
 
-def _apart(line: np.ndarray, above: np.ndarray) -> np.ndarray:
+def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
     """Return a line with NaN wherever another hides it, one point beyond its visible parts."""
     apart = np.abs(line - above) > _SAME
     near = apart.copy()
@@ -241,11 +248,11 @@ class TimePlots(QWidget):
         super().__init__(parent)
         self.plots = time_plots() if plots is None else plots
         self.span, self.paused = 10.0, False
-        self.shown = Shown()
+        self.shown = PlotState()
         self._history = self._seen = History(seconds=1.0, rate=1.0)
-        self._reel, self._shades = Reel(), False
+        self._rolling, self._shades = RollingWindow(), False
         self._environment: Environment | None = None
-        self._begin, self._narrow = Beginning(), False
+        self._begin, self._narrow = EnvironmentStart(), False
         self._watch = QElapsedTimer()
         self._watch.start()
         column = self._column = QVBoxLayout(self)
@@ -271,16 +278,16 @@ class TimePlots(QWidget):
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
-        self._history, self._reel, self._begin = history, Reel(), Beginning()
+        self._history, self._rolling, self._begin = history, RollingWindow(), EnvironmentStart()
         self._seen = history.copy() if self.paused else history
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Take over what is drawn besides data: contact shading, the wall's line, the force limit in N.
 
-        For another environment the value axes open anew, once the view is live.
+        For another environment the value axes open anew, once the view is live and older parts have left it.
         """
         if environment is not self._environment and self._environment is not None:
-            self._begin.put(self._history)
+            self._begin.set_now(self._history)
             self._narrow = True
         self._environment = environment
         self._shades = bool(environment.shades)
@@ -289,11 +296,11 @@ class TimePlots(QWidget):
         for header in self.headers:
             header.show_surface("" if self.shown.surface is None else environment.title.lower())
 
-    def set_held(self, held: Held | None) -> None:
+    def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the traces, or none any more."""
-        self.shown.held = held
+        self.shown.past = past
         for header in self.headers:
-            header.show_held("" if held is None else held.words)
+            header.show_past("" if past is None else past.words)
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""
@@ -309,7 +316,7 @@ class TimePlots(QWidget):
             return
         self.paused = self.shown.paused = paused
         self._seen = self._history.copy() if paused else self._history
-        self._reel = Reel()
+        self._rolling = RollingWindow()
         for canvas in self.canvases:
             canvas.view.setMouseEnabled(paused, False)
         if not paused:
@@ -356,16 +363,16 @@ class TimePlots(QWidget):
         last = math.ceil(now / width)
         shown.zero = last * width
         first = last + math.floor(left / width + 1e-6)
-        shown.window = self._reel.window(self._seen, first, columns + 1, width)
+        shown.window = self._rolling.window(self._seen, first, columns + 1, width)
         shown.now = None if self.paused else self._seen.latest()
         shown.contact = self._contact() if self._shades else []
         before = self._seen.before(first * width)
         shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
-        shown.begin = -math.inf if self.paused else self._begin.within(self._seen)
+        shown.begin = -math.inf if self.paused else self._begin.time_in(self._seen)
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
             if self._narrow and not self.paused:
-                canvas.open()
+                canvas.open_anew()
             canvas.widen()
         self._narrow &= self.paused
 

@@ -70,7 +70,7 @@ class LoopFacts(QObject):
         from hapkit_studio.analysis.setting import Setting
         from hapkit_studio.haptics.board_plan import spec_on_board
 
-        engine, wish = self._studio.engine, self._studio.loop
+        engine, loop = self._studio.engine, self._studio.loop
         if engine is None or self.delay is None:
             return None
         device, board = engine.device, engine.board_plan
@@ -81,9 +81,9 @@ class LoopFacts(QObject):
             device.quantum,
             engine.loop.rate if board is None else float(board.rate),
             self.delay,
-            wish.spec if board is None else spec_on_board(wish.spec),
+            loop.spec if board is None else spec_on_board(loop.spec),
             hand,
-            wish.controller and board is None,
+            loop.controller and board is None,
         )
 
     def note_health(self, health: "Health") -> None:
@@ -144,7 +144,7 @@ class Answer:
 @lru_cache(maxsize=256)
 def boundary(setting: "Setting", width: float) -> tuple[tuple[float, float], ...]:
     """Return the exact boundary from no damping to a width in N·s/m, as points."""
-    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
+    from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
 
     across = np.linspace(0.0, width, POINTS)
     return tuple(zip(across.tolist(), kb_plane.exact_boundary(setting, across).tolist(), strict=True))

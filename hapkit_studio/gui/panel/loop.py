@@ -6,7 +6,7 @@ from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import breakpoints
-from hapkit_studio.gui.panel.rendering import WhereSwitch
+from hapkit_studio.gui.panel.rendering import RenderingSwitch
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.parameters import Choice, Parameter
@@ -57,7 +57,7 @@ class LoopPanel(QWidget):
         self.fold = QPushButton("Fold")
         self.fold.setProperty("link", True)
         self.fold.clicked.connect(self._turn)
-        self.where = WhereSwitch(studio)
+        self.where = RenderingSwitch(studio)
         self.rate = ParameterRow(RATE)
         self.delay = ParameterRow(DELAY)
         self.estimator = ChoiceRow(ESTIMATOR)
@@ -133,7 +133,7 @@ class LoopPanel(QWidget):
         engine, spec, rate = self._studio.engine, self._studio.loop.spec, f"{self._rate():,.0f} Hz"
         board = engine is not None and engine.board_plan is not None
         if board:
-            from hapkit_studio.haptics.board_plan import spec_on_board  # off the first picture's way
+            from hapkit_studio.haptics.board_plan import spec_on_board  # late: keeps start-up fast
 
             spec = spec_on_board(spec)
         key = parse(spec)[0].key

@@ -1,4 +1,4 @@
-"""The panel's head: icon, title and formula of the environment; "?" unfolds its explanation."""
+"""The panel at the right: title, parameters, what is modelled, warnings, loop, stability."""
 
 from PySide6.QtCore import QCoreApplication, QEvent, Qt, Signal
 from PySide6.QtGui import QFont, QFontMetricsF, QResizeEvent
@@ -146,10 +146,10 @@ class ModelLine(QWidget):
         self.words.setText(f"Modelled: {'everything' if whole else _words(keys)}")
         self.switch.setVisible(bool(spare))
         self.switch.show_index(MODELS.index(model))
-        self.setToolTip(f"<p>{rich(_why(environment.title, spare, judged=bool(needs)))}</p>")
+        self.setToolTip(f"<p>{rich(_model_tip(environment.title, spare, judged=bool(needs)))}</p>")
 
 
-def _why(title: str, spare: list[str], judged: bool) -> str:
+def _model_tip(title: str, spare: list[str], judged: bool) -> str:
     """Return what is left out and what it would change."""
     if not judged:
         return f"{title} was not judged yet, so everything is modelled: {_words(modelled((), 'scene'))}."
@@ -207,7 +207,7 @@ class ParameterRows(QWidget):
         """Let Tab go through the rows in their order, right after the anchor."""
         before = self._anchor
         for row in self.rows.values():
-            for stop in row.stops():
+            for stop in row.tab_stops():
                 if before.window() is stop.window():
                     QWidget.setTabOrder(before, stop)
                 before = stop
@@ -275,19 +275,19 @@ class ParameterPanel(QScrollArea):
             column.addWidget(part)
         column.addStretch(1)
         self.setWidget(body)
-        self.verticalScrollBar().rangeChanged.connect(self._make_way)
-        self.stability.judged.connect(lambda *_: self._settle())
+        self.verticalScrollBar().rangeChanged.connect(self._leave_room_for_scroll_bar)
+        self.stability.judged.connect(lambda *_: self._lay_out_now())
 
     def _show_model(self) -> None:
         studio = self._studio
         self.model.show_model(studio.environment, studio.loop.model, studio.simulated)
 
-    def _settle(self) -> None:
+    def _lay_out_now(self) -> None:
         """Give a longer verdict its room at once: else a frame is painted with all rows squeezed."""
         for part in (self.stability, self._body, self):
             QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))
 
-    def _make_way(self, _low: int, high: int) -> None:
+    def _leave_room_for_scroll_bar(self, _low: int, high: int) -> None:
         """Let the scroll bar stand in the margin, so that no row moves when it comes and goes."""
         bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
         self._column.setContentsMargins(_SIDE, _TOP, max(_SIDE - bar, 0), _TOP)

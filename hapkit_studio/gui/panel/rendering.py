@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
     from hapkit_studio.haptics.link import MeasuredDelay
 
-WAYS = COMPUTER, BOARD = "computer", "board"
+RENDERERS = COMPUTER, BOARD = "computer", "board"
 ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed", "Processor, %"
 HINTS = (
     "From a sample to its force in the motor's register, as the board measured it: mean and standard "
@@ -50,8 +50,8 @@ RATE = Choice(
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way of rendering: delay, rate in Hz and share of a processor where known, what its limit is for."""
+class RendererFacts:
+    """Delay, rate in Hz and processor share of computer or board, where known; what its limit depends on."""
 
     delay: "MeasuredDelay | None"
     rate: float | None
@@ -61,31 +61,31 @@ class Way:
 
 
 @dataclass(frozen=True)
-class Limits:
-    """A question: the settings of both ways, None where nothing is known, the scene's damping in N·s/m."""
+class LimitsQuestion:
+    """A question: the settings of both, None where nothing is known, and the scene's damping in N·s/m."""
 
     settings: tuple["Setting | None", "Setting | None"]
     damping: float
 
 
 @dataclass(frozen=True)
-class Found:
-    """The answer: the exact stiffness limit in N/m of each way, None where there is none."""
+class LimitsAnswer:
+    """The answer: the exact stiffness limit in N/m of each renderer, None where there is none."""
 
-    question: Limits
+    question: LimitsQuestion
     limits: tuple[float | None, float | None]
 
 
-def solve(question: Limits) -> Found:
+def solve(question: LimitsQuestion) -> LimitsAnswer:
     """Compute both limits."""
-    from hapkit_studio.analysis.stability import kb_plane  # off the first picture's way
+    from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
 
     limits = [None if s is None else kb_plane.limit(s, question.damping) for s in question.settings]
-    return Found(question, (limits[0], limits[1]))
+    return LimitsAnswer(question, (limits[0], limits[1]))
 
 
-def ways(studio: "Studio") -> tuple[Way, Way]:
-    """Return both ways of the device and loop in force."""
+def renderers(studio: "Studio") -> tuple[RendererFacts, RendererFacts]:
+    """Return both renderers of the device and loop in force."""
     from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.haptics import board_plan
 
@@ -98,15 +98,15 @@ def ways(studio: "Studio") -> tuple[Way, Way]:
     shares = None, None if offered is None else offered.share
     specs = studio.loop.spec, board_plan.spec_on_board(studio.loop.spec)
     found = []
-    for where, rate, spec, share in zip(WAYS, rates, specs, shares, strict=True):
+    for where, rate, spec, share in zip(RENDERERS, rates, specs, shares, strict=True):
         delay, own = _steady(engine, where), None
         if delay is not None and rate is not None:
-            own = _own(setting, rate, delay.mean, spec)
-        found.append(Way(delay, rate, engine.missed_of(where), own, share))
+            own = _limit_setting(setting, rate, delay.mean, spec)
+        found.append(RendererFacts(delay, rate, engine.missed_of(where), own, share))
     return found[0], found[1]
 
 
-def wish(studio: "Studio") -> "PlanRequest":
+def plan_request(studio: "Studio") -> "PlanRequest":
     """Return what the board is asked for, in the words of its offer."""
     from hapkit_studio.haptics import board_plan
 
@@ -119,39 +119,39 @@ def wish(studio: "Studio") -> "PlanRequest":
 
 
 def _steady(engine: "Engine", where: str) -> "MeasuredDelay | None":
-    """Return the delay of one way as everything in the window shows it and takes it."""
+    """Return the delay of one renderer as everything in the window shows it and takes it."""
     found, steady = engine.delay_of(where), steady_delay(engine, where)
     return None if found is None or steady is None else found._replace(mean=steady)
 
 
-def _own(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":
-    """Return what the limit of one way depends on; None where there is no exact one."""
+def _limit_setting(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":
+    """Return what the limit of one renderer depends on; None where there is no exact one."""
     own = replace(setting, rate=rate, delay=delay, estimator=spec, controller=False)
     return own if own.linear else None
 
 
-def cells(way: Way, limit: float | None) -> tuple[str, ...]:
+def fact_texts(renderer: RendererFacts, limit: float | None) -> tuple[str, ...]:
     """Return what stands in a way's column, in the order of ROWS."""
     delay = UNKNOWN
-    if way.delay is not None:
-        delay = f"{number(1e3 * way.delay.mean, 2)} ± {number(1e3 * way.delay.spread, 2)}"
-    stiffness = UNKNOWN if limit is None or way.setting is None else number(limit, 0)
-    rate = UNKNOWN if way.rate is None else f"{way.rate:,.0f}"
-    share = UNKNOWN if way.share is None else number(100.0 * way.share, 0)
-    return delay, rate, stiffness, f"{way.missed:,d}", share
+    if renderer.delay is not None:
+        delay = f"{number(1e3 * renderer.delay.mean, 2)} ± {number(1e3 * renderer.delay.spread, 2)}"
+    stiffness = UNKNOWN if limit is None or renderer.setting is None else number(limit, 0)
+    rate = UNKNOWN if renderer.rate is None else f"{renderer.rate:,.0f}"
+    share = UNKNOWN if renderer.share is None else number(100.0 * renderer.share, 0)
+    return delay, rate, stiffness, f"{renderer.missed:,d}", share
 
 
-def short(way: Way, limit: float | None) -> tuple[str, str]:
+def short_texts(renderer: RendererFacts, limit: float | None) -> tuple[str, str]:
     """Return a way's delay and limit with their units, for where room is short."""
-    if way.delay is None:
+    if renderer.delay is None:
         return "", "not measured yet"
-    stiffness = cells(way, limit)[2]
-    delay = f"{number(1e3 * way.delay.mean, 2)} ms"
+    stiffness = fact_texts(renderer, limit)[2]
+    delay = f"{number(1e3 * renderer.delay.mean, 2)} ms"
     return delay, stiffness if stiffness == UNKNOWN else f"limit {stiffness} N/m"
 
 
 class Facts(QWidget):
-    """A row for each fact, two columns, the way that renders in the accent."""
+    """A row for each fact, a column each for computer and board; the one in force in the accent colour."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -173,8 +173,8 @@ class Facts(QWidget):
             label.setProperty("role", "fact")
             grid.addWidget(label, row, 0)
 
-    def show_way(self, column: int, texts: tuple[str, ...], on: bool) -> None:
-        """Show one way's texts in the order of ROWS; on: it renders now."""
+    def show_renderer(self, column: int, texts: tuple[str, ...], on: bool) -> None:
+        """Show one renderer's texts in the order of ROWS; on: it renders now."""
         for label, text in zip(self.values[column], texts, strict=True):
             label.setText(text)
         for label in (self.heads[column], *self.values[column]):
@@ -182,7 +182,7 @@ class Facts(QWidget):
 
 
 class Lines(QWidget):
-    """A line a way, for where room is short: name, delay and limit; the way that renders in the accent."""
+    """One line each where room is short: name, delay and limit; the one in force in the accent colour."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -191,8 +191,8 @@ class Lines(QWidget):
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(0, 1)
-        self.ways = [[QLabel(name), QLabel(), QLabel()] for name in NAMES]
-        for row, labels in enumerate(self.ways):
+        self.renderers = [[QLabel(name), QLabel(), QLabel()] for name in NAMES]
+        for row, labels in enumerate(self.renderers):
             for column, label in enumerate(labels):
                 side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
                 label.setAlignment(side | Qt.AlignmentFlag.AlignVCenter)
@@ -200,22 +200,22 @@ class Lines(QWidget):
                 label.setProperty("role", "fact")
                 grid.addWidget(label, row, column)
 
-    def show_way(self, row: int, texts: tuple[str, ...], on: bool) -> None:
+    def show_renderer(self, row: int, texts: tuple[str, ...], on: bool) -> None:
         """Show a way's delay and limit; on: it renders now."""
-        for label, text in zip(self.ways[row][1:], texts, strict=True):
+        for label, text in zip(self.renderers[row][1:], texts, strict=True):
             label.setText(text)
-        for label in self.ways[row]:
+        for label in self.renderers[row]:
             mark(label, "on", on)
 
 
 def _find(question: "RefusedRequest") -> "Answer":
-    from hapkit_studio.analysis import board_alternative  # off the first picture's way
+    from hapkit_studio.analysis import board_alternative  # late: keeps start-up fast
 
     return board_alternative.find(question)
 
 
-class WhereSwitch(QWidget):
-    """Shown for devices with a board. ``compare``: a person wants both ways, one after the other."""
+class RenderingSwitch(QWidget):
+    """Shown for devices with a board. ``compare``: a person wants both renderers, one after the other."""
 
     compare = Signal()
 
@@ -224,7 +224,7 @@ class WhereSwitch(QWidget):
         self._studio = studio
         self._worker = LatestAnswer(solve, self)
         self._worker.answered.connect(self._take)
-        self._found: Found | None = None
+        self._found: LimitsAnswer | None = None
         self._finder = LatestAnswer(_find, self)
         self._finder.answered.connect(self._take_cheaper)
         self._cheaper: Alternative | None = None
@@ -242,15 +242,15 @@ class WhereSwitch(QWidget):
         self.instead.clicked.connect(self._use_cheaper)
         self.note.setProperty("role", "hint")
         self.note.setWordWrap(True)
-        self._told = self._refusal = ""
+        self._message = self._refusal = ""
         self._folded = False
-        self._ways: tuple[Way, Way] | None = None
+        self._renderers: tuple[RendererFacts, RendererFacts] | None = None
         self._arrange()
         for signal in (studio.engine_changed, studio.loop_changed, studio.environment_changed):
             signal.connect(self.show_state)
-        studio.values_changed.connect(self._look)
+        studio.values_changed.connect(self._refresh_facts)
         for signal in (studio.engine_changed, studio.environment_changed, studio.values_changed):
-            signal.connect(self._untell)
+            signal.connect(self._clear_message)
         self.show_state()
 
     # what is shown
@@ -262,20 +262,20 @@ class WhereSwitch(QWidget):
 
     def note_health(self, _health: "Health") -> None:
         """Take over what was measured lately."""
-        self._look()
+        self._refresh_facts()
         engine = self._studio.engine
         if engine is not None and not self.isHidden():
             self._look_for_cheaper(engine)
 
     def set_busy(self, words: str) -> None:
-        """Say what goes on while both ways are compared; nothing ends it."""
+        """Say what goes on while both renderers are compared; nothing ends it."""
         self.switch.setEnabled(not words)
         self.button.setText("Cancel" if words else "Compare both")
-        self.tell(words)
+        self.show_message(words)
 
-    def tell(self, words: str) -> None:
+    def show_message(self, words: str) -> None:
         """Say what became of a comparison, until something else is chosen."""
-        self._told = words
+        self._message = words
         self.show_state()
 
     def show_state(self) -> None:
@@ -284,16 +284,16 @@ class WhereSwitch(QWidget):
         board = engine is not None and not engine.device.simulated
         self.setVisible(board)
         if engine is None or not board:
-            self._refusal, self._cheaper, self._ways = "", None, None
+            self._refusal, self._cheaper, self._renderers = "", None, None
             return
         if self._studio.board_answered and engine.board_refusal() != self._refusal:
             self._refusal, self._cheaper = engine.board_refusal(), None
         refusal, cheaper = self._refusal, self._cheaper
-        self.switch.show_index(0 if refusal else WAYS.index(engine.where))
+        self.switch.show_index(0 if refusal else RENDERERS.index(engine.where))
         self.switch.button(1).setEnabled(not refusal)
         self.rate.show_value(_place(self._studio.loop.board_rate))
         instead = f"{refusal} {cheaper.words}" if cheaper is not None else refusal
-        self.note.setText(instead or self._told or self._remark(engine))
+        self.note.setText(instead or self._message or self._remark(engine))
         self.instead.setVisible(cheaper is not None)
         self.instead.setText(f"Use {cheaper.choice.word(cheaper.option)}" if cheaper is not None else "")
         able, compare = not refusal, self._studio.hand_is_ours
@@ -302,7 +302,7 @@ class WhereSwitch(QWidget):
         self.rate.setVisible(able and not self._folded)
         self.button.setVisible(able and compare)
         self.note.setVisible(bool(self.note.text()))
-        self._look()
+        self._refresh_facts()
         self._look_for_cheaper(engine)
 
     def _remark(self, engine) -> str:
@@ -315,59 +315,61 @@ class WhereSwitch(QWidget):
         if self._folded and engine.possible_plan is not None:
             parts.append(f"{100.0 * engine.possible_plan.share:.0f} % of the board's processor.")
         if board_plan.spec_on_board(loop.spec) != loop.spec:
-            parts.append("The board has no such velocity filter: Kalman in its place.")
+            parts.append("The board has no such velocity filter and uses Kalman.")
         if loop.delay > 0.0:
-            parts.append("Added delay is the computer's alone.")
+            parts.append("The added delay applies on the computer only.")
         if loop.controller:
-            parts.append("The passivity controller is the computer's alone.")
+            parts.append("The passivity controller works on the computer only.")
         return " ".join(parts)
 
-    def _look(self) -> None:
+    def _refresh_facts(self) -> None:
         engine = self._studio.engine
         if engine is None or self.isHidden() or not engine.renders_on_boards:
             return
-        if self._ways is not None and not self._studio.board_answered:
+        if self._renderers is not None and not self._studio.board_answered:
             return
-        self._ways = ways(self._studio)
+        self._renderers = renderers(self._studio)
         impedance = self._studio.environment.impedance
         if impedance is not None:
             damping = impedance(self._studio.values)[1]
-            settings = tuple(way.setting for way in self._ways)
-            self._worker.ask(Limits((settings[0], settings[1]), damping))
+            settings = tuple(renderer.setting for renderer in self._renderers)
+            self._worker.ask(LimitsQuestion((settings[0], settings[1]), damping))
         else:
             self._found = None
         self._write()
 
-    def _take(self, found: Found) -> None:
+    def _take(self, found: LimitsAnswer) -> None:
         self._found = found
         self._write()
 
     def _write(self) -> None:
         engine = self._studio.engine
-        if engine is None or self._ways is None:
+        if engine is None or self._renderers is None:
             return
         limits = self._found.limits if self._found is not None else (None, None)
-        for column, (way, limit, where) in enumerate(zip(self._ways, limits, WAYS, strict=True)):
-            self.facts.show_way(column, cells(way, limit), where == engine.where)
-            self.lines.show_way(column, short(way, limit), where == engine.where)
+        for column, (renderer, limit, where) in enumerate(
+            zip(self._renderers, limits, RENDERERS, strict=True)
+        ):
+            self.facts.show_renderer(column, fact_texts(renderer, limit), where == engine.where)
+            self.lines.show_renderer(column, short_texts(renderer, limit), where == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
         """Have something looked for that the board can render, where this law is too much for it."""
         offer = engine.driver.planner if engine.driver is not None else None
         if not self._refusal or offer is None:
             self._finder.forget()
-        elif self._studio.board_answered and isinstance(offer.known(wish(self._studio)), str):
+        elif self._studio.board_answered and isinstance(offer.known(plan_request(self._studio)), str):
             from hapkit_studio.analysis.board_alternative import RefusedRequest
 
-            self._finder.ask(RefusedRequest(offer, wish(self._studio)))
+            self._finder.ask(RefusedRequest(offer, plan_request(self._studio)))
 
     def _take_cheaper(self, answer: "Answer") -> None:
         self._cheaper = answer.found
         self.show_state()
 
-    def _untell(self) -> None:
-        if self._told and self.switch.isEnabled():
-            self.tell("")
+    def _clear_message(self) -> None:
+        if self._message and self.switch.isEnabled():
+            self.show_message("")
 
     def close_worker(self) -> None:
         """End the workers' threads."""
@@ -377,8 +379,8 @@ class WhereSwitch(QWidget):
     # what a person does
 
     def _choose(self, index: int) -> None:
-        self._told = ""
-        self._set(where=WAYS[index])
+        self._message = ""
+        self._set(where=RENDERERS[index])
 
     def _use_cheaper(self) -> None:
         if self._cheaper is not None:

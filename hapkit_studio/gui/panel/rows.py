@@ -52,7 +52,7 @@ class ChoiceRow(QWidget):
         picker = self.picker
         return float(picker.index if isinstance(picker, Segmented) else picker.currentIndex())
 
-    def stops(self) -> tuple[QWidget, ...]:
+    def tab_stops(self) -> tuple[QWidget, ...]:
         """Return what Tab stops at, in order."""
         return self.picker.buttons if isinstance(self.picker, Segmented) else (self.picker,)
 
@@ -83,7 +83,7 @@ class ChoiceRow(QWidget):
         self.changed.emit(self.parameter.key, float(index))
 
 
-def _keep_place(widget: QWidget) -> None:
+def _keep_size_when_hidden(widget: QWidget) -> None:
     """Let a widget keep its room while it is hidden, so that nothing moves when it comes and goes."""
     policy = widget.sizePolicy()
     policy.setRetainSizeWhenHidden(True)
@@ -109,7 +109,7 @@ class ParameterRow(QWidget):
         self.unit.setProperty("role", "hint")
         self.reset = QToolButton()
         icons.bind(self.reset, "reset", "ink2", 16)
-        _keep_place(self.reset)
+        _keep_size_when_hidden(self.reset)
         self.slider = ValueSlider(self.quantity)
         self.error = plain(QLabel())
         self.error.setProperty("role", "error")
@@ -138,7 +138,7 @@ class ParameterRow(QWidget):
         self.error.setVisible(bool(text))
         mark(self.box, "invalid", bool(text))
 
-    def stops(self) -> tuple[QWidget, ...]:
+    def tab_stops(self) -> tuple[QWidget, ...]:
         """Return what Tab stops at, in order."""
         return self.box, self.reset, self.slider
 

@@ -1,4 +1,4 @@
-"""Why the delay of a board is long, and what shortens it, in words for the stability card."""
+"""The stability card: how far the rendered stiffness is from the limit, in words and on a small map."""
 
 import math
 from dataclasses import replace
@@ -37,27 +37,27 @@ _NEXT = "At the limit"
 _WITHOUT = "Without the passivity controller, which is on: with it, only a run can tell."
 
 
-def reason(device: Any, delay: float) -> str:
+def delay_reason(device: Any, delay: float) -> str:
     """Return the likeliest reason and what helps; nothing where the delay in s is short."""
     if device.simulated or delay <= LONG:
         return ""
     if getattr(device, "hand", False):  # a virtual board has no USB chip, and frames filled do not help
         return f"The virtual board shares this computer's processors: {_BOARD}."
     what = _BOARD if getattr(device, "padding", 0) else f"{_FRAMES}, or {_BOARD}"
-    timer = held_back(device)
+    timer = latency_timer(device)
     holds = f"The USB chip holds frames back, up to {timer} ms" if timer else "The line holds frames back"
     return f"{holds}: {what}."
 
 
-def held_back(device: Any) -> str:
+def latency_timer(device: Any) -> str:
     """Return the USB chip's latency timer in ms, nothing where it is short or not known."""
     latency = getattr(device, "latency", None)
     return f"{1e3 * latency.timer:.0f}" if latency is not None and latency.long else ""
 
 
-def remedy(device: Any) -> str:
+def delay_remedy(device: Any) -> str:
     """Return what shortens the timer itself, for a tooltip."""
-    return device.latency.words if held_back(device) else ""
+    return device.latency.words if latency_timer(device) else ""
 
 
 class StabilityMap(QWidget):
@@ -194,7 +194,7 @@ def sign_of(answer: Answer) -> tuple[str, str]:
 
 
 def headlines(answer: Answer) -> tuple[str, str]:
-    """Return the card's headline and the status bar's words; nobody need lower what the controller holds."""
+    """Return the card's headline and the status bar's words; no advice to lower what the controller holds."""
     if answer.kept is not None:
         return _NEXT, _NEXT
     said = short(answer.margin)
@@ -203,7 +203,7 @@ def headlines(answer: Answer) -> tuple[str, str]:
     return verdict(answer.margin), said
 
 
-def wanders(before: Answer, answer: Answer) -> bool:
+def differs_by_noise_only(before: Answer, answer: Answer) -> bool:
     """Tell whether two verdicts differ only because the measured delay is never quite the same."""
     if before.stable == answer.stable:
         return False
@@ -251,8 +251,8 @@ class StabilityCard(QWidget):
         ):
             signal.connect(self._ask_soon)
         theme.changed.connect(self._look)
-        studio.environment_changed.connect(self._tell_drives)
-        self._tell_drives()
+        studio.environment_changed.connect(self._show_drives)
+        self._show_drives()
         self._look()
         self.ask()
 
@@ -288,25 +288,25 @@ class StabilityCard(QWidget):
     def show_answer(self, answer: Answer) -> None:
         """Show a verdict; one that only wanders about the limit has its own figures, but no other banner."""
         before = self._judged
-        if before is not None and wanders(before, answer):
+        if before is not None and differs_by_noise_only(before, answer):
             answer = replace(answer, kept=before.stable)
         else:
             self._judged = answer
         self.map.setVisible(True)
         self.map.show_answer(answer)
-        self.words.setText(f"{conditions(answer)} {self._late_because(answer)}".rstrip())
+        self.words.setText(f"{conditions(answer)} {self._why_late(answer)}".rstrip())
         headline, words = headlines(answer)
         self._show(headline, *sign_of(answer))
         self.judged.emit(words, *sign_of(answer))
         self.crossed.emit(None if answer.stable else answer)
 
-    def _late_because(self, answer: Answer) -> str:
+    def _why_late(self, answer: Answer) -> str:
         """Return why the measured delay is long, less what was added on purpose."""
         engine = self._studio.engine
         if engine is None:
             return ""
-        self.words.setToolTip(remedy(engine.device))
-        return reason(engine.device, answer.question.setting.delay - self._studio.loop.delay)
+        self.words.setToolTip(delay_remedy(engine.device))
+        return delay_reason(engine.device, answer.question.setting.delay - self._studio.loop.delay)
 
     def wait(self) -> None:
         """Wait for the worker, for tests; the answer comes with the next events."""
@@ -335,7 +335,7 @@ class StabilityCard(QWidget):
             return "Measuring the delay", "The board has not rendered yet."
         return "Measuring the delay", "Half a second at zero force, on connecting."
 
-    def _tell_drives(self) -> None:
+    def _show_drives(self) -> None:
         words = self._studio.environment.drives
         self.drives.setText(words)
         self.drives.setVisible(bool(words))

@@ -1,4 +1,4 @@
-"""The hair on the cat's back: it lies with the nap, gives way under the pad, stands where rubbed wrong."""
+"""The cat: stroked by a pad, its hairs lie with the nap, flatten under the pad, stand when rubbed wrong."""
 
 import math
 from functools import cache

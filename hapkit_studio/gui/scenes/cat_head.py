@@ -1,4 +1,4 @@
-"""The cat's eyes: closed in contentment, following the hand, slanted in anger."""
+"""The cat's head: ears, eyes, face."""
 
 import math
 from functools import cache, lru_cache

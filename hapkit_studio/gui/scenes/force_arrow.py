@@ -1,4 +1,4 @@
-"""The force on the handle as an arrow, always inside the picture, with its number."""
+"""The force arrow beside the knob and the number at its tip."""
 
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QPointF, QRectF

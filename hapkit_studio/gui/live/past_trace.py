@@ -1,0 +1,93 @@
+"""A stretch of the past, shown grey and dotted under the live traces; the start of the present one."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QPointF, QSizeF
+from PySide6.QtGui import QFontMetricsF, QPainter
+
+from hapkit_studio.gui.live import strokes
+from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.widgets import text as text
+from hapkit_studio.gui.widgets.theme import theme
+
+DASH = (2.0, 3.0)
+SAMPLE = [1.0, 1.5]
+"""The same in widths of a line of 2 px, for a sample beside a name."""
+_SAMPLE_WIDTH, _GAP = 22.0, 7.0
+CHANGEOVER = 0.06  # s: the loop's cross-fade, and the rows that are on their way
+
+
+@dataclass(frozen=True)
+class PastTrace:
+    """A past stretch: its samples in s and SI units, and by how many s later it is shown; words name it."""
+
+    words: str
+    time: np.ndarray
+    values: dict[str, np.ndarray]
+    shift: float = 0.0
+
+    def part(self, channel: str, left: float, right: float, columns: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return (time, values) of a channel where shown from left to right s, about two points a column."""
+        x = self.time + self.shift
+        first, stop = np.searchsorted(x, (left, right))
+        inside = slice(max(int(first) - 1, 0), int(stop) + 1)
+        x, y = x[inside], self.values[channel][inside]
+        size = max(len(x) // max(columns, 1), 1)
+        if size < 4:
+            return x, y
+        starts = np.arange(0, len(x), size)
+        low, high = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
+        return np.repeat(x[starts], 2), np.column_stack([low, high]).ravel()
+
+
+def past_trace(
+    history: History, words: str, start: float, stop: float, shift: float = 0.0
+) -> PastTrace | None:
+    """Return what a history holds from start to stop s, shown so many s later; None for nothing."""
+    window = history.between(start, stop)
+    known = np.isfinite(window.x)
+    if np.count_nonzero(known) < 2:
+        return None
+    values = {name: window.y[name][known].copy() for name in CHANNELS}
+    return PastTrace(words, window.x[known].copy(), values, shift)
+
+
+def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray) -> None:
+    """Paint a past line given in pixels."""
+    painter.setPen(strokes.pen(theme.color("hold"), 2.0))
+    strokes.segments(painter, strokes.patterned(across, down, DASH))
+
+
+def name_size(words: str) -> QSizeF:
+    """Return the room in px that a sample of a past line and its name take."""
+    letters = QFontMetricsF(theme.font("label"))
+    return QSizeF(_SAMPLE_WIDTH + _GAP + letters.horizontalAdvance(words), letters.height())
+
+
+def paint_name(painter: QPainter, at: QPointF, words: str, ratio: float) -> None:
+    """Paint a sample of a past line and its name, the upper left corner at a point in px."""
+    letters = QFontMetricsF(theme.font("label"))
+    middle = np.full(2, at.y() + 0.5 * letters.height())
+    paint_past(painter, at.x() + np.array([0.0, _SAMPLE_WIDTH]), middle)
+    text.paint_words(
+        painter, at.x() + _SAMPLE_WIDTH + _GAP, at.y() + letters.ascent(), words, theme.font("label"),
+        ("axis", "plot"), 4.0, ratio,
+    )  # fmt: skip
+
+
+class EnvironmentStart:
+    """A time in a history; at the start, and in every other run, it is before all samples."""
+
+    def __init__(self) -> None:
+        self._epoch, self._time = 0, -math.inf
+
+    def set_now(self, history: History) -> None:
+        """Begin as soon as a change made now has come through."""
+        self._epoch = history.epoch
+        self._time = history.now + CHANGEOVER if len(history) else -math.inf
+
+    def time_in(self, history: History) -> float:
+        """Return the time in s."""
+        return self._time if history.epoch == self._epoch else -math.inf

@@ -1,0 +1,279 @@
+"""Writing a law in the window: from a template to the loop, with errors at their lines, nothing lost."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel
+
+from hapkit_studio.haptics import rows
+from hapkit_studio.workshop.source import is_trusted, read, typed
+from hapkit_studio.workshop.trying import TrialResult, failed
+from tests.gui.own_support import LAW_LINE, law_tab, put, spring, wait_for_verdict
+from tests.gui.window_support import PATIENCE_MS
+
+
+@pytest.fixture
+def opened(home, make_window, qtbot):
+    """Return a maker: a window without a device in which a trusted file is open."""
+
+    def make(text=None):
+        path = put(home, "test_spring.py", text or spring())
+        window = make_window()
+        window.editor.edit(path)
+        return window
+
+    return make
+
+
+@pytest.fixture
+def no_trials(monkeypatch):
+    """Let no program be started; a test says itself what a trial has found."""
+    monkeypatch.setattr("hapkit_studio.gui.own_environments.TrialRunner._work", lambda *_: None)
+
+
+def force_at(window, qtbot, place: float) -> float:
+    """Hold the handle at a place in m; return the force asked there over position, in N/m."""
+    window.studio.move_hand(place)
+    reader, taken = window.studio.engine.reader(), []
+
+    def settled():
+        new = reader.read()
+        taken.extend(new)
+        return len(taken) > 600 and np.ptp([r[rows.POSITION] for r in taken[-100:]]) < 1e-4
+
+    qtbot.waitUntil(settled, timeout=PATIENCE_MS)
+    last = np.array(taken[-100:])
+    return float(np.mean(last[:, rows.ASKED]) / np.mean(last[:, rows.POSITION]))
+
+
+def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbot):
+    window.actions_by_key.run("environment.new")
+    chooser = window.editor.editor.chooser
+    assert chooser.isVisible()
+    assert window.centre.scene.isVisible()
+    assert not window.centre.time.isVisible()
+    assert chooser.title.text() == "My spring"
+    chooser.title.selectAll()
+    QTest.keyClicks(chooser.title, "Weiche Feder")
+    verdict = wait_for_verdict(window, qtbot, lambda: QTest.keyClick(chooser.title, Qt.Key.Key_Return))
+    assert verdict.ok
+    assert verdict.calls >= 10_000
+    path = home / "environments" / "weiche_feder.py"
+    assert path.is_file()
+    assert window.editor.path == path == window.own.in_force
+    assert window.editor.page.code.hasFocus()
+    assert window.studio.environment.title == "Weiche Feder"
+    assert window.studio.engine.environment is window.studio.environment
+    assert set(window.panel.parameters.rows) == {"stiffness", "damping", "center"}
+    assert force_at(window, qtbot, 0.01) == pytest.approx(-80.0, rel=0.02)
+    window.panel.parameters.rows["stiffness"].box.entered.emit(160.0)
+    assert force_at(window, qtbot, 0.01) == pytest.approx(-160.0, rel=0.02)
+
+    code = window.editor.page.code
+    code.selectAll()
+    code.insertPlainText(window.editor.page.text.replace("return -p.stiffness", "return -2.0 * p.stiffness"))
+    assert law_tab(window) == "Law ●"
+    verdict = wait_for_verdict(window, qtbot, lambda: window.actions_by_key.run("environment.save"))
+    assert verdict.ok
+    assert law_tab(window) == "Law"
+    assert window.studio.values["stiffness"] == 160.0
+    assert force_at(window, qtbot, 0.01) == pytest.approx(-320.0, rel=0.02)
+
+
+def test_a_new_environment_is_proposed_a_name_that_nobody_has(home, make_window):
+    put(home, "my_spring.py", spring("my_spring", "Other"))
+    put(home, "other.py", spring("other", "My wall"))
+    window = make_window()
+    window.editor.begin_new()
+    chooser = window.editor.editor.chooser
+    assert chooser.title.text() == "My spring 2"
+    chooser.group.button(1).click()
+    assert chooser.title.text() == "My wall 2"
+    chooser.group.button(2).click()
+    assert chooser.title.text() == "My two walls"
+
+
+def test_an_error_stands_at_its_line_and_the_old_law_goes_on(opened, qtbot):
+    window = opened(spring(force="-p.stifness * x"))
+    before = window.studio.environment
+    verdict = wait_for_verdict(window, qtbot, window.editor.save)
+    assert not verdict.ok
+    assert window.studio.environment is before
+    assert list(window.editor.page.code.marks) == [LAW_LINE]
+    assert "stifness" in window.editor.page.code.marks[LAW_LINE]
+    words = window.editor.message.words.text()
+    assert words.startswith(f"Line {LAW_LINE}: 'p.stifness'")
+    assert words.endswith("The old law goes on.")
+    assert window.gallery.own_rows[window.editor.path].summary == "Does not run yet"
+
+
+def test_saying_that_a_trial_is_under_way(opened, no_trials):
+    window = opened()
+    window.editor.save()
+    assert window.editor.message.words.text() == "Checking line by line…"
+    assert window.editor.message.busy.isVisible()
+    assert window.gallery.own_rows[window.editor.path].summary == "Checking line by line…"
+    window.own.runner.finished.emit(read(window.editor.path), failed("this is wrong", 3))
+    assert not window.editor.message.busy.isVisible()
+
+
+def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_trials):
+    window = opened()
+    window.editor.save()
+    QTest.keyClicks(window.editor.page.code, "#")
+    window.own.runner.finished.emit(read(window.editor.path), failed("this is wrong", 3))
+    assert "#" in window.editor.page.text
+    assert window.editor.page.unsaved
+    assert window.editor.message.words.text().endswith("What was typed since is not saved.")
+
+
+def test_a_fault_marks_its_line(window, qtbot, home):
+    text = spring(key="fault", force="-p.stiffness * x / max(x - 0.2, -0.2 * (x < 0.01))")
+    path = put(home, "fault.py", text)
+    # a trial would have found it: this is what only shows in the loop
+    wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(typed(path, text), TrialResult()))
+    window.editor.edit(path)
+    window.studio.move_hand(0.02)
+    qtbot.waitUntil(lambda: window.studio.fault is not None, timeout=PATIENCE_MS)
+
+    def marked():
+        window.live.tick()
+        return bool(window.editor.page.code.marks)
+
+    qtbot.waitUntil(marked, timeout=PATIENCE_MS)
+    assert list(window.editor.page.code.marks) == [LAW_LINE]
+    assert window.editor.message.words.text() == window.studio.fault.text
+    assert window.banners.get("fault") is not None
+
+
+def test_esc_stops_from_inside_the_editor(window, home):
+    window.editor.edit(put(home, "test_spring.py", spring()))
+    for widget in (window.editor.page.code, window.editor.page.save):
+        widget.setFocus()
+        QTest.keyClick(widget, Qt.Key.Key_Escape)
+        assert window.studio.stopped
+        assert window.studio.engine.stopped
+        assert window.editor.page.isVisible()
+        window.studio.release_stop()
+    window.actions_by_key.run("environment.new")
+    QTest.keyClick(window.editor.editor.chooser.title, Qt.Key.Key_Escape)
+    assert window.studio.stopped
+
+
+def test_letters_of_a_law_choose_no_environment(opened):
+    window = opened()
+    window.editor.page.code.setFocus()
+    QTest.keyClicks(window.editor.page.code, "01c m?")
+    assert window.studio.environment.key == "wall"
+    assert "01c m?" in window.editor.page.text
+
+
+def test_closing_asks_for_what_is_not_saved(opened, no_trials):
+    window = opened()
+    QTest.keyClicks(window.editor.page.code, "#")
+    text = window.editor.page.text
+    window.actions_by_key.run("environment.close")
+    assert window.editor.page.isVisible()
+    assert [b.text() for b in window.editor.message.buttons] == ["Save", "Discard", "Go on"]
+    window.editor.message.buttons[2].click()
+    assert window.editor.page.code.hasFocus()
+    window.actions_by_key.run("environment.close")
+    path = window.editor.path
+    window.editor.message.buttons[0].click()
+    assert path.read_text(encoding="utf-8") == text
+    assert is_trusted(read(path))
+    assert window.editor.path is None
+    assert window.centre.time.isVisible()
+    assert law_tab(window) is None
+
+
+def test_discarding_leaves_the_file_alone(opened):
+    window = opened()
+    QTest.keyClicks(window.editor.page.code, "#")
+    window.editor.page.keep_draft()
+    window.editor.unsaved_changes.close()
+    path = window.editor.path
+    window.editor.message.buttons[1].click()
+    assert path.read_text(encoding="utf-8") == spring()
+    window.editor.edit(path)
+    assert window.editor.page.text == spring()
+    assert not window.editor.page.unsaved
+
+
+def test_what_was_not_saved_comes_back_after_the_window_was_closed(opened, make_window, home):
+    window = opened()
+    QTest.keyClicks(window.editor.page.code, "# half a thought ")
+    path, text = window.editor.path, window.editor.page.text
+    window.close()
+    assert path.read_text(encoding="utf-8") == spring()
+    again = make_window()
+    again.editor.edit(path)
+    assert again.editor.page.text == text
+    assert again.editor.page.unsaved
+    again.editor.page.code.undo()
+    assert again.editor.page.text == spring()
+    assert not again.editor.page.unsaved
+
+
+def test_quitting_asks_once_for_what_is_not_saved(opened, no_trials):
+    window = opened()
+    QTest.keyClicks(window.editor.page.code, "#")
+    window.header.tabs.setCurrentIndex(0)
+    window.actions_by_key.run("session.quit")
+    assert window.isVisible()
+    assert window.editor.message.isVisible()
+    assert [b.text() for b in window.editor.message.buttons] == [
+        "Save and quit",
+        "Quit, keep as draft",
+        "Go on",
+    ]
+    window.editor.message.buttons[2].click()
+    window.actions_by_key.run("session.quit")
+    assert window.isVisible()
+    path, text = window.editor.path, window.editor.page.text
+    assert window.editor.message.buttons[0].hasFocus()
+    QTest.keyClick(window.editor.message.buttons[0], Qt.Key.Key_Return)
+    assert not window.isVisible()
+    assert path.read_text(encoding="utf-8") == text
+
+
+def test_a_file_that_cannot_be_written_loses_nothing(opened, monkeypatch):
+    window = opened()
+    QTest.keyClicks(window.editor.page.code, "#")
+
+    def full(_path, _text):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("hapkit_studio.workshop.folder.save", full)
+    window.editor.save()
+    assert window.editor.page.unsaved
+    assert "No space left" in window.editor.message.words.text()
+    assert window.own.runner.path is None
+
+
+def test_ctrl_e_goes_from_the_scene_to_the_law_and_back(opened):
+    window = opened()
+    window.actions_by_key.run("environment.law")
+    assert window.centre.scene.hasFocus()
+    window.header.tabs.setCurrentIndex(0)
+    assert window.centre.time.isVisible()
+    window.actions_by_key.run("environment.law")
+    assert window.editor.page.code.hasFocus()
+    assert not window.centre.time.isVisible()
+
+
+def test_every_control_of_the_editor_has_a_name(opened):
+    window = opened()
+    assert window.editor.page.code.accessibleName() == "Law, test_spring.py"
+    assert window.editor.page.close_law.accessibleName()
+    window.editor.begin_new()
+    rows_ = window.editor.editor.chooser.group.buttons()
+    assert [row.accessibleName().split(":")[0] for row in rows_] == [
+        "Spring",
+        "Wall",
+        "Two walls",
+        "Mass on a spring",
+    ]
+    labels = window.editor.editor.chooser.findChildren(QLabel)
+    assert any(label.buddy() is window.editor.editor.chooser.title for label in labels)

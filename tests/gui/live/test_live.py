@@ -1,0 +1,160 @@
+"""From ring to picture: what is shown is what the loop wrote; late reading and clamping are said."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hapkit_studio.gui import status_bar
+from hapkit_studio.gui.live.history import CHANNELS
+from hapkit_studio.gui.status_bar import StatusBar, late
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.priority import Priority
+from tests.gui.window_support import PATIENCE_MS
+
+
+def health(**changes):
+    given = {
+        "rate": 999.96,
+        "lateness_us": {"p50": 30.0, "p99": 90.0, "p99.9": 150.0, "max": 4000.0},
+        "missed": 0,
+        "lost_frames": 0,
+        "missed_lately": 0,
+        "priority": Priority("Real-time, FIFO 80", True, ""),
+    }
+    return SimpleNamespace(**(given | changes))
+
+
+@pytest.fixture
+def bar(qtbot):
+    widget = StatusBar()
+    qtbot.addWidget(widget)
+    widget.resize(1440, 30)
+    widget.show()
+    return widget
+
+
+def test_the_history_holds_the_very_rows_of_the_ring(window, qtbot):
+    reader = window.studio.engine.reader()
+    window.live._follow()
+    window.studio.engine.move_hand(0.015)
+    seen = []
+
+    def enough():
+        window.live.tick()
+        new = reader.read()
+        if len(new):
+            seen.append(new)
+        return sum(map(len, seen)) > 400
+
+    qtbot.waitUntil(enough, timeout=PATIENCE_MS)
+    window.live.tick()
+    ring = np.concatenate(seen)
+    kept = window.live.history.between(ring[0, rows.HOST_TIME], ring[-1, rows.HOST_TIME])
+    assert len(kept.x) > 300
+    ring = ring[np.isin(ring[:, rows.HOST_TIME], kept.x)]
+    assert np.array_equal(ring[:, rows.HOST_TIME], kept.x)
+    for name, column in CHANNELS.items():
+        assert np.array_equal(kept.y[name], ring[:, column])
+
+
+def test_pausing_holds_the_plots_while_the_history_fills(window, qtbot):
+    window.live.set_paused(True)
+    before = window.live.history.now
+
+    def later():
+        window.live.tick()
+        return window.live.history.now > (before if before == before else 0.0) + 0.2
+
+    qtbot.waitUntil(later, timeout=PATIENCE_MS)
+    assert window.centre.time.paused
+
+
+def test_a_hidden_window_only_drains(window, qtbot):
+    frames = []
+    window.live.frame.connect(lambda *_: frames.append(1))
+    window.live.set_hidden(True)
+    length = len(window.live.history)
+
+    def drained():
+        window.live.tick()
+        return len(window.live.history) > length + 50
+
+    qtbot.waitUntil(drained, timeout=PATIENCE_MS)
+    assert frames == []
+
+
+def test_rows_the_window_was_too_late_for_are_said(window):
+    window.live.lost = 12
+    window.live._health.stop()
+    window.display.show_health(window.studio.engine.health())
+    assert window.status.kept.words.text() == "12 rows not read"
+
+
+def test_the_bar_says_rate_lateness_and_priority(bar):
+    bar.show_health(health())
+    assert bar.rate.words.text() == "1000.0 Hz"
+    assert bar.late.words.text() == "Late p99 0.09 ms, worst 4.00 ms"
+    assert bar.missed.words.text() == "Missed 0"
+    assert bar.priority.words.text() == "Real-time, FIFO 80"
+    assert not bar.priority.link.isVisible()
+
+
+def test_refused_priority_says_how_late_and_offers_the_way_out(bar, qtbot):
+    refused = Priority("Normal priority", False, "Do this.")
+    bar.show_health(health(priority=refused, missed=3, lost_frames=2, missed_lately=1))
+    assert bar.priority.words.text() == "Normal priority, late up to 4.00 ms."
+    assert bar.missed.words.text() == "Missed 5"
+    with qtbot.waitSignal(bar.how_to_fix, timeout=PATIENCE_MS):
+        bar.priority.link.click()
+
+
+def test_the_clamp_light_holds_half_a_second(bar, monkeypatch):
+    clock = [100.0]
+    monkeypatch.setattr(status_bar.time, "monotonic", lambda: clock[0])
+    bar.show_clamp(False, 3.0)
+    assert bar.clamp.words.text() == "Within 3.0 N"
+    bar.show_clamp(True, 3.0)
+    clock[0] += 0.49
+    bar.show_clamp(False, 3.0)
+    assert bar.clamp.words.text() == "Clamped at 3.0 N"
+    clock[0] += 0.02
+    bar.show_clamp(False, 3.0)
+    assert bar.clamp.words.text() == "Within 3.0 N"
+
+
+def test_fields_give_way_whole_and_the_clamp_light_never(bar, qapp):
+    refused = health(priority=Priority("Normal priority", False, ""))
+    for width in range(1400, 420, -70):
+        bar.resize(width, 30)
+        bar.show_health(refused)
+        qapp.processEvents()
+        assert bar.clamp.isVisible()
+        assert bar.clamp.geometry().right() <= width
+        for field in bar.findChildren(status_bar.Field):
+            if field.isVisible():
+                assert field.width() >= field.sizeHint().width()
+
+
+@pytest.mark.parametrize(("us", "words"), [(90.0, "0.09 ms"), (9949.0, "9.95 ms"), (29_500.0, "29.5 ms")])
+def test_lateness_in_milliseconds(us, words):
+    assert late(us) == words
+
+
+def test_the_force_pushed_back_is_what_the_wall_asks(window, qtbot):
+    window.studio.set_value("stiffness", 200.0)
+    window.studio.move_hand(0.012)
+    engine = window.studio.engine
+    reader = engine.reader()
+    last = []
+
+    def settled():
+        new = reader.read()
+        if len(new):
+            last[:] = [new[-1]]
+        still = bool(last) and abs(last[0][rows.TRUE_VELOCITY]) < 1e-6 and last[0][rows.POSITION] > 0.006
+        return still and engine.values["stiffness"] == 200.0 and last[0][rows.TICK] > 1500
+
+    qtbot.waitUntil(settled, timeout=PATIENCE_MS)
+    depth = last[0][rows.POSITION] - 0.005
+    assert last[0][rows.APPLIED] == pytest.approx(-200.0 * depth, abs=1e-9)

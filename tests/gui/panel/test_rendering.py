@@ -1,0 +1,218 @@
+"""The switch between computer and board, and its facts."""
+
+import re
+from types import SimpleNamespace
+
+import pytest
+from PySide6.QtWidgets import QScrollArea
+
+from hapkit_studio.analysis import board_alternative
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.gui.live.comparison import movement
+from hapkit_studio.gui.panel import rendering
+from hapkit_studio.gui.panel.limits import Question, answer
+from hapkit_studio.haptics import link
+from hapkit_studio.haptics.board_plan import BackgroundPlanner
+from tests.gui.board_fixtures import answered
+from tests.gui.window_support import PATIENCE_MS
+
+
+def column(window, index):
+    return [label.text() for label in window.loop.where.facts.values[index]]
+
+
+def test_the_simulated_hapkit_has_no_switch(window):
+    assert window.loop.where.isHidden()
+    assert "no board" in window.studio.engine.board_refusal()
+
+
+def test_a_board_has_one_and_the_engine_follows_it(board_window):
+    switch, engine = board_window.loop.where, board_window.studio.engine
+    assert switch.isVisibleTo(board_window)
+    assert engine.where == "computer"
+    switch.switch.button(1).click()
+    assert engine.where == board_window.studio.loop.where == "board"
+    assert engine.board_plan.rate == rendering.renderers(board_window.studio)[1].rate
+    switch.switch.button(0).click()
+    assert engine.where == "computer"
+
+
+def test_the_boards_rate_is_chosen_beside_it(board_window, qtbot):
+    switch, studio = board_window.loop.where, board_window.studio
+    studio.set_loop(where="board")
+    switch.rate.changed.emit("board_rate", 4.0)
+    answered(board_window, qtbot)
+    assert studio.engine.board_plan.rate == 500
+    assert column(board_window, 1)[1] == "500"
+    assert board_window.loop.summary().startswith("Board 500 Hz")
+
+
+def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, qtbot):
+    studio, loop = board_window.studio, board_window.loop
+    studio.set_loop(where="board")
+    rates = []
+    for key, values in (("wall", {}), ("puck", {}), ("puck", {"integrator": "rk4"})):
+        studio.choose(key)
+        studio.set_values(values)
+        answered(board_window, qtbot)
+        rates.append(studio.engine.board_plan.rate)
+        rate = f"{rates[-1]:,}"
+        assert loop.fold.accessibleName() == f"Loop: Board {rate} Hz · Kalman"
+        assert loop.rate.box.text() == rate.replace(",", "")
+        assert column(board_window, 1)[1] == rate
+        share = round(100.0 * studio.engine.board_plan.share)
+        assert 40 <= share <= 80
+        assert column(board_window, 1)[4] == f"{share}"
+        assert column(board_window, 0)[4] == rendering.UNKNOWN
+    assert rates[0] > rates[1] > rates[2]
+
+
+@pytest.mark.slow
+def test_what_is_too_much_for_the_board_says_by_how_much_and_what_feels_the_same(board_window, qtbot):
+    switch, studio = board_window.loop.where, board_window.studio
+    studio.set_loop(where="board")
+    studio.choose("mass_spring_damper")
+    studio.set_value("integrator", INTEGRATORS.index("exact"))
+    answered(board_window, qtbot)
+    assert switch.switch.index == 0
+    assert not switch.switch.button(1).isEnabled()
+    assert re.match(r"Mass–spring–damper needs [\d,]+ bytes, the board has 760\.", switch.note.text())
+    qtbot.waitUntil(switch.instead.isVisible, timeout=PATIENCE_MS)
+    found = re.search(r"feels the same: (0\.\d\d) N apart at most, of (\d\.\d) N\.", switch.note.text())
+    assert 0.0 <= float(found[1]) <= board_alternative.FELT * float(found[2])
+    switch.instead.click()
+    assert INTEGRATORS[int(studio.values["integrator"])] in ("semi_implicit", "verlet")
+    answered(board_window, qtbot)
+    assert switch.switch.index == 1
+    assert switch.instead.isHidden()
+    assert "needs" not in switch.note.text()
+
+
+def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window, qtbot, monkeypatch):
+    switch, studio = board_window.loop.where, board_window.studio
+    before = column(board_window, 1)
+    monkeypatch.setattr(BackgroundPlanner, "plan", lambda self, planner, request: planner.known(request))
+    studio.choose("friction")
+    board_window.live.look()
+    assert column(board_window, 1)[1] == before[1]
+    assert switch.switch.button(1).isEnabled()
+    assert not switch.note.text()
+    monkeypatch.undo()
+    answered(board_window, qtbot)
+    assert column(board_window, 1)[1] == "2,000"
+
+
+def test_what_the_board_does_not_do_is_said(board_window, qtbot):
+    studio, note = board_window.studio, board_window.loop.where.note
+    studio.set_loop(estimator="butterworth", delay=0.002, controller=True, where="board")
+    answered(board_window, qtbot)
+    for words in ("uses Kalman", "added delay", "passivity controller"):
+        assert words in note.text()
+    beside = board_window.loop.controller_words
+    assert "in the computer's loop only" in beside.text()
+    assert not beside.isHidden()
+    board_window.resize(1280, 720)
+    assert re.match(r"\d\d % of the board's processor\.", note.text())
+    studio.set_loop(where="computer")
+    assert not note.text()
+    assert "computer's loop" not in beside.text()
+
+
+def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
+    studio = board_window.studio
+    delays = studio.engine.driver.conn.delays
+    for which, delay in ((0, 1.0e-3), (1, 0.2e-3)):
+        delays.values[which, :500] = delay
+        delays.counts[which] = 500
+    board_window.live.look()
+    assert column(board_window, 0)[0] == "1.00 ± 0.00"
+    assert column(board_window, 1)[0] == "0.20 ± 0.00"
+    qtbot.waitUntil(lambda: column(board_window, 1)[2] != rendering.UNKNOWN, timeout=PATIENCE_MS)
+    here, there = (int(column(board_window, i)[2].replace(",", "")) for i in (0, 1))
+    ways = rendering.renderers(studio)
+    assert ways[0].setting.delay == pytest.approx(1e-3)
+    assert there > here > 0
+
+
+def test_the_limit_in_force_is_the_one_of_who_renders(board_window, qtbot):
+    studio, card = board_window.studio, board_window.stability
+    conn = studio.engine.driver.conn
+    for which, delay in ((0, 1.0e-3), (1, 0.2e-3)):
+        conn.delays.values[which, :500], conn.delays.counts[which] = delay, 500
+    board_window.live.look()
+    assert (card.facts.setting().rate, card.facts.setting().delay) == (1000.0, pytest.approx(1e-3))
+    studio.set_loop(where="board")
+    conn.words[link.HANDOVER] = link.ON_BOARD
+    board_window.live.look()
+    setting = card.facts.setting()
+    assert setting.rate == studio.engine.board_plan.rate
+    assert setting.delay == pytest.approx(0.2e-3)
+
+
+@pytest.mark.parametrize("where", ["computer", "board"])
+def test_table_lines_and_card_say_one_delay(board_window, qtbot, where):
+    studio, switch, card = board_window.studio, board_window.loop.where, board_window.stability
+    conn, index = studio.engine.driver.conn, rendering.RENDERERS.index(where)
+    studio.set_loop(where=where)
+    conn.words[link.HANDOVER] = link.ON_BOARD if where == "board" else link.ON_COMPUTER
+    for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
+        conn.delays.values[index, :500], conn.delays.counts[index] = delay, 500
+        board_window.live.look()
+        said = column(board_window, index)[0].split()[0]
+        assert switch.lines.renderers[index][1].text() == f"{said} ms"
+        assert 1e-3 * float(said) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
+        qtbot.waitUntil(
+            lambda said=said: f", {said} ms from sensor" in card.words.text(), timeout=PATIENCE_MS
+        )
+
+
+@pytest.mark.parametrize("where", rendering.RENDERERS)
+def test_a_small_window_has_room_for_every_loop(board_window, qtbot, where):
+    window, studio = board_window, board_window.studio
+    window.resize(1280, 720)
+    window.show()
+    area = next(a for a in window.findChildren(QScrollArea) if a.isAncestorOf(window.loop))
+    for estimator in ESTIMATORS:
+        studio.set_loop(where=where, estimator=estimator, delay=0.1)
+        qtbot.wait(20)
+        assert window.loop.folded
+        assert area.widget().minimumSizeHint().width() <= area.viewport().width(), window.loop.summary()
+    used = "Kalman" if where == "board" else "FOAW"  # the board has no such filter
+    studio.set_loop(estimator="foaw")
+    assert used in window.loop.summary()
+
+
+def test_a_projector_shows_both_ways_and_the_whole_map(board_window, qtbot):
+    """At 1920 × 1080 the rows of the loop give way to the facts, and nothing is scrolled out of sight."""
+    window = board_window
+    window.resize(1920, 1080)
+    window.show()
+    setting = Setting(delay=4e-3)
+    question = Question(setting, 250.0, 0.0, 8.0)
+    window.stability.show_answer(answer(question))
+    assert "above the limit" in window.stability.headline.text()
+    assert window.loop.folded
+    assert window.loop.where.facts.isVisibleTo(window)
+    qtbot.waitUntil(lambda: window.panel.verticalScrollBar().maximum() == 0)
+    window.resize(1920, 1200)
+    assert not window.loop.folded
+
+
+def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, monkeypatch):
+    card, engine = board_window.stability, board_window.studio.engine
+    fault = SimpleNamespace(text="Fault: no sensor frame for 20 ms.", detail="", code=1)
+    qtbot.waitUntil(lambda: card.headline.text() == "Measuring the delay", timeout=PATIENCE_MS)
+    monkeypatch.setattr(type(engine), "fault", property(lambda _self: fault))
+    board_window.live.look()
+    qtbot.waitUntil(lambda: card.headline.text() == "Not measured while stopped", timeout=PATIENCE_MS)
+
+
+@pytest.mark.parametrize(
+    ("hands", "name"), [(("released", "press"), "press"), (("sweep", "released"), "sweep"), ((), "press")]
+)
+def test_the_movement_is_one_of_the_scenes_own(hands, name):
+    from hapkit_studio.dynamics.hand import hand_named
+
+    assert movement(hands) is hand_named(name)

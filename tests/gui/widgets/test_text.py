@@ -1,0 +1,113 @@
+"""An environment's words are no HTML: no picture is loaded, no link made, whatever a file writes."""
+
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import Qt as Rich
+from PySide6.QtWidgets import QLabel, QWidget
+
+from hapkit_studio import environments
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui.dialogs import text_dialog
+from hapkit_studio.gui.export_dialog import ExportDialog
+from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
+from hapkit_studio.parameters import Choice, Parameter
+from hapkit_studio.workshop import reading
+from hapkit_studio.workshop.source import typed
+from hapkit_studio.workshop.trying import failed
+from tests.gui.own_support import put, spring
+
+IMAGE = "<img src='evil.png'>"
+
+
+def evil(path) -> Environment:
+    """Return an environment whose every word holds an image."""
+    made = reading.load(path)
+    words = {name: f"{name} {IMAGE}" for name in ("title", "summary", "formula", "explanation", "drives")}
+    parameters = (
+        Parameter("stiffness", f"K {IMAGE}", f"N {IMAGE}", 1.0, 0.0, 5.0, f"help {IMAGE}", f"k {IMAGE}"),
+        Parameter("other", f"L {IMAGE}", f"m {IMAGE}", 1.0, 0.0, 5.0, f"help {IMAGE}"),
+        Choice("few", f"Few {IMAGE}", (IMAGE,), help=f"help {IMAGE}"),
+        Choice("many", f"Many {IMAGE}", ("a", "b", "c", IMAGE), help=f"help {IMAGE}"),
+    )
+    said = {
+        "warnings": lambda values, conditions: (f"careful {IMAGE}",),
+        "unused": lambda values: {"other": f"not used {IMAGE}", "many": f"not used {IMAGE}"},
+    }
+    return replace(made, **words, **said, parameters=parameters)
+
+
+def is_html(words: str, form: Qt.TextFormat = Qt.TextFormat.AutoText) -> bool:
+    """Say whether Qt reads words in a label, or a tooltip, as HTML."""
+    auto = form == Qt.TextFormat.AutoText and Rich.mightBeRichText(words)
+    return auto or form in (Qt.TextFormat.RichText, Qt.TextFormat.MarkdownText)
+
+
+def with_image(parent: QWidget) -> list[str]:
+    """Return the words of every widget that Qt reads as HTML with an image."""
+    widgets = [parent, *parent.findChildren(QWidget)]
+    found = [
+        label.text()
+        for label in widgets
+        if isinstance(label, QLabel)
+        if is_html(label.text(), label.textFormat())
+    ]
+    found += [widget.toolTip() for widget in widgets if is_html(widget.toolTip())]
+    return [words for words in found if "<img" in words]
+
+
+def test_no_word_of_an_environment_is_read_as_html_anywhere_in_the_window(home, window, qtbot):
+    path = put(home, "mine.py", spring(title=IMAGE).replace("For a test", IMAGE))
+    window.own.refresh()
+    window.studio.adopt(evil(path))
+    for size in ((1440, 900), (1280, 720)):
+        window.resize(*size)
+        for place in range(window.header.tabs.count()):
+            window.header.tabs.setCurrentIndex(place)
+            assert not with_image(window)
+    shown = [label.text() for label in window.findChildren(QLabel)]
+    assert sum("evil.png" in words for words in shown) > 8
+    assert any("evil.png" in widget.toolTip() for widget in window.findChildren(QWidget))
+
+
+def test_nor_where_it_is_judged_told_of_or_written_out(home, window, qtbot):
+    path = put(home, "mine.py", spring())
+    window.editor.edit(path)
+    window.own.judged.emit(path, failed(f"wrong {IMAGE}", 3))
+    assert IMAGE in window.editor.message.words.text()
+    window.editor.editor.source.show_source(typed(path.with_name(f"{IMAGE}.py"), spring()))
+    window.studio.adopt(evil(path))
+    sheets = [text_dialog(IMAGE, [IMAGE], window), ExportDialog(window.studio, window)]
+    for shown in (window, *sheets):
+        assert not with_image(shown)
+
+
+@pytest.mark.parametrize(
+    ("words", "html"),
+    [
+        ("<i>F</i> = <b>k</b> x<sub>n</sub><sup>2</sup>&nbsp;N", None),
+        (IMAGE, "&lt;img src='evil.png'&gt;"),
+        ("<i onclick=x>F</i>", "&lt;i onclick=x&gt;F</i>"),
+        ("<a href='x'>F</a>", "&lt;a href='x'&gt;F&lt;/a&gt;"),
+        ("<I>F", "&lt;I&gt;F"),
+        ("a < b & c", "a &lt; b &amp; c"),
+        ("&lt;img&gt;", "&amp;lt;img&amp;gt;"),
+    ],
+)
+def test_only_italic_bold_and_indices_are_let_through(words, html):
+    assert rich(words) == (words if html is None else html)
+    assert tip((), words) == f"<p>{words if html is None else html}</p>"
+
+
+def test_a_tooltip_stays_as_it_is_unless_qt_would_read_it_as_html():
+    assert plain_tip("k < 3\nm") == "k < 3\nm"
+    found = plain_tip(f"k {IMAGE}").replace("\xa0", " ")
+    assert found == "<p>k &lt;img src='evil.png'&gt;</p>"
+
+
+@pytest.mark.parametrize("key", environments.discover())
+def test_a_formula_of_the_library_needs_no_other_tag(key):
+    made = environments.discover()[key]
+    for words in (made.formula, made.explanation):
+        assert rich(words) == words
