@@ -95,7 +95,7 @@ class Connector(QObject):
         if request != self._request:
             return None
         engine = self._build(entry)
-        if hasattr(engine.device, "say"):
+        if hasattr(engine.device, "on_status"):
             engine.device.on_status = partial(self._waits.emit, request)
         ready(engine)
         try:
