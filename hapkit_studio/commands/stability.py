@@ -11,7 +11,7 @@ import numpy as np
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
-from hapkit_studio.analysis.stability.rendered import measure_cells, measure_points
+from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.commands.base import Command, Result, progress_line, setting_of, setting_options
 from hapkit_studio.errors import ParameterError
 
@@ -82,17 +82,12 @@ def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane
         )
         found = replace(found, points=points)
     if options.map:
-        across, up = (middles(end, SIDE) for end in (found.width, found.top))
+        across, up = (cell_centres(end, SIDE) for end in (found.width, found.top))
         cells = measure_cells(
             loop, across, up, real=options.real, executor=executor, progress=progress_line("cells")
         )
         found = replace(found, cells=cells)
     return found
-
-
-def middles(end: float, count: int) -> np.ndarray:
-    """Return the middles (count,) of as many even pieces from 0 to an end."""
-    return (np.arange(count) + 0.5) * (end / count)
 
 
 def _text(found: Plane, seconds: float | None) -> str:

@@ -1,34 +1,31 @@
 """A file's own functions, called in a separate process: the window, or a run, goes on whatever they do.
 
-``python -m hapkit_studio.workshop.functions PATH``: a line of JSON with the text, then one for each call.
-Time is bounded everywhere; memory on Linux, elsewhere by what can be filled within that time. What stands
-outside of functions is executed in the studio too, where its law is made, and nothing bounds it there.
+The process is ``function_process``: it takes a line of JSON with the text, then one for each call. Time is
+bounded everywhere; memory on Linux, elsewhere by what can be filled within that time. What stands outside of
+functions is executed in the studio too, where its law is made, and nothing bounds it there.
 """
 
 import contextlib
 import json
 import math
-import os
 import subprocess
-import sys
 import threading
 import weakref
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hapkit_studio.environments.base import Conditions, Environment
-from hapkit_studio.workshop import isolated, source
+from hapkit_studio.workshop import isolated
 from hapkit_studio.workshop.source import Source
 
 START_SECONDS = 20.0
 CALL_SECONDS = 1.0
 MOST_BYTES = 1_000_000
-_MODULE = "hapkit_studio.workshop.functions"
+_MODULE = "hapkit_studio.workshop.function_process"
 
 
 def lines(found: Any) -> tuple[str, ...]:
@@ -69,7 +66,7 @@ GIVES: Mapping[str, tuple[Callable, Callable]] = {
 }
 
 
-def brought(environment: Environment) -> list[str]:
+def overridden(environment: Environment) -> list[str]:
     """Return the names of the functions that an environment overrides."""
     return [name for name in GIVES if getattr(environment, name) is not getattr(Environment, name)]
 
@@ -155,40 +152,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Conditions):
         return asdict(value)
     return dict(value) if isinstance(value, Mapping) else np.asarray(value).tolist()
-
-
-def main(path: str) -> None:
-    """Execute a text, whose file has this path, then answer calls of its functions until its input ends."""
-    heard, said = isolated.take_pipes()
-    isolated.limit_memory()
-    from hapkit_studio.workshop import reading
-
-    try:
-        isolated.exit_after(2 * START_SECONDS)
-        environment = reading.execute(source.typed(Path(path), json.loads(heard.readline())))
-        answer: Any = ""
-        while True:
-            said.write(json.dumps(answer).encode() + b"\n")
-            isolated.exit_after(None)
-            asked = json.loads(heard.readline())
-            isolated.exit_after(2 * CALL_SECONDS)
-            answer = _called(environment, *asked)
-    finally:
-        os._exit(0)  # also where memory runs out or nobody is left to ask
-
-
-def _called(environment: Environment, name: str, values: Mapping[str, float], *more: Any) -> Any:
-    """Return a function's result as JSON has it; None where it raises or returns the wrong type."""
-    convert, _ = GIVES[name]
-    args = [Conditions(**m) if isinstance(m, dict) else np.array(m) for m in more]
-    try:
-        found = convert(getattr(environment, name)(values, *args))
-    except MemoryError:
-        raise
-    except Exception:  # whatever a person's function raises
-        return None
-    return found.tolist() if isinstance(found, np.ndarray) else found
-
-
-if __name__ == "__main__":
-    main(sys.argv[1])

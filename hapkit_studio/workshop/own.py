@@ -18,7 +18,7 @@ from hapkit_studio.environments.base import Conditions, Environment, Values
 from hapkit_studio.laws import native
 from hapkit_studio.laws.law import CompiledLaw
 from hapkit_studio.laws.native import FAULT_WORDS
-from hapkit_studio.workshop.functions import Functions, brought
+from hapkit_studio.workshop.functions import Functions, overridden
 from hapkit_studio.workshop.source import Source
 
 # what `call_law` returns where every call gave a force
@@ -103,7 +103,7 @@ def owned(environment: Environment, source: Source) -> OwnEnvironment:
     """Return an environment marked as a person's own; it has no shortcut."""
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
     given |= {"parameters": tuple(environment.parameters), "shortcut": "", "terms": None}
-    names = brought(environment)
+    names = overridden(environment)
     functions = Functions(source) if names else None
     if functions:
         given |= {name: partial(functions.call, name) for name in names}

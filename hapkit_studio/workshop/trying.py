@@ -205,7 +205,7 @@ def _try(environment: Environment, path: Path, tell: Callable[[str, int], object
     law_line = environment.force.function.__code__.co_firstlineno
     try:
         environment.force.compiled()
-        for name in functions.brought(environment):
+        for name in functions.overridden(environment):
             tell(name, _first_line(getattr(environment, name)))
             _try_function(environment, name)
         return _try_law(environment)

@@ -128,7 +128,7 @@ def test_the_program_ends_with_the_environment(tmp_path):
 @pytest.mark.parametrize("stiffness", [5.0, 123.5], ids=["idle", "in a loop"])
 def test_the_program_ends_where_nobody_is_left_to_end_it(tmp_path, stiffness):
     tried = saved(tmp_path, with_functions(with_check("while True: pass")))
-    process = isolated.begin("hapkit_studio.workshop.functions", str(tried.path))
+    process = isolated.begin("hapkit_studio.workshop.function_process", str(tried.path))
     words = [tried.text, ["check", {**VALUES, "stiffness": stiffness}]]
     process.communicate("".join(json.dumps(w) + "\n" for w in words).encode(), timeout=20.0)
     assert process.returncode is not None

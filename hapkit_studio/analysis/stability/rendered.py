@@ -343,6 +343,11 @@ def measure_points(
     return Points(np.asarray(damping), found, real, setting.controller)
 
 
+def cell_centres(end: float, count: int) -> np.ndarray:
+    """Return the centres (count,) of equal cells from 0 to an end."""
+    return (np.arange(count) + 0.5) * (end / count)
+
+
 def measure_cells(
     setting: Setting,
     damping: np.ndarray,

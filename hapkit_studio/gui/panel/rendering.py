@@ -18,7 +18,7 @@ from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.parameters import Choice
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.cheaper import Answer, Cheaper, Question
+    from hapkit_studio.analysis.board_alternative import Alternative, Answer, RefusedRequest
     from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.haptics.board_plan import PlanRequest
     from hapkit_studio.haptics.engine import Engine
@@ -208,10 +208,10 @@ class Lines(QWidget):
             mark(label, "on", on)
 
 
-def _find(question: "Question") -> "Answer":
-    from hapkit_studio.analysis import cheaper  # late: keeps start-up fast
+def _find(question: "RefusedRequest") -> "Answer":
+    from hapkit_studio.analysis import board_alternative  # late: keeps start-up fast
 
-    return cheaper.find(question)
+    return board_alternative.find(question)
 
 
 class RenderingSwitch(QWidget):
@@ -227,7 +227,7 @@ class RenderingSwitch(QWidget):
         self._found: LimitsAnswer | None = None
         self._finder = LatestAnswer(_find, self)
         self._finder.answered.connect(self._take_cheaper)
-        self._cheaper: Cheaper | None = None
+        self._cheaper: Alternative | None = None
         self.label = QLabel("Rendered by")
         self.label.setToolTip(TIP)
         self.switch = Segmented("Rendered by", NAMES)
@@ -359,9 +359,9 @@ class RenderingSwitch(QWidget):
         if not self._refusal or offer is None:
             self._finder.forget()
         elif self._studio.board_answered and isinstance(offer.known(plan_request(self._studio)), str):
-            from hapkit_studio.analysis.cheaper import Question
+            from hapkit_studio.analysis.board_alternative import RefusedRequest
 
-            self._finder.ask(Question(offer, plan_request(self._studio)))
+            self._finder.ask(RefusedRequest(offer, plan_request(self._studio)))
 
     def _take_cheaper(self, answer: "Answer") -> None:
         self._cheaper = answer.found

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from hapkit_studio.charts import accuracy as charts
 from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure
 from hapkit_studio.charts.style import move_apart
 from hapkit_studio.errors import ParameterError
@@ -61,3 +62,13 @@ def test_a_picture_of_one_sheet_or_several(tmp_path, count):
 def test_refuses_an_ending_that_is_no_pictures(tmp_path):
     with pytest.raises(ParameterError, match="A picture is one of"):
         accuracy_figure(accuracy(sheet(STRANGE)), tmp_path / "chart.txt")
+
+
+def test_below_the_picture_stand_the_conditions_of_each_scene_and_the_computer(monkeypatch):
+    said = {}
+    monkeypatch.setattr(charts, "save", lambda *_args, caption, **_more: said.update(caption=caption))
+    made = sheet([point()], conditions=(("Mass", "2 kg"), ("Start", "10 mm, at rest")))
+    accuracy_figure(accuracy(made), "made.png")
+    lines = said["caption"].replace("\u00a0", " ").split("\n")
+    assert "A scene: Mass 2 kg · Start 10 mm, at rest" in lines
+    assert lines[-1] == f"Timed on: {charts.computer()}"

@@ -150,8 +150,10 @@ def test_picture_and_numbers(page, found, tmp_path):
     page.export()
     figure, numbers = asked[0]
     write(tmp_path / "found.json", figure, numbers)
-    parts = json.loads((tmp_path / "found.json").read_text())["parts"]
-    assert parts["rendered"]["estimates"][0]["set"] == 300.0
+    written = json.loads((tmp_path / "found.json").read_text())
+    assert written["parts"]["rendered"]["estimates"][0]["set"] == 300.0
+    assert written["setup"]["Stiffness"] == "300 N/m"
+    assert "device" in written
     write(tmp_path / "found.png", figure, numbers)
     assert (tmp_path / "found.png").read_bytes().startswith(b"\x89PNG")
 

@@ -41,8 +41,8 @@ def test_it_judges_the_loop_in_force(page):
     limits = hands(setting, 2.0)
     assert page.lines.plane.setting == setting
     assert page.lines.plane.hands == limits
-    assert page.beside.headline.text() == f"{limits['released'] / 620.0:.1f} × below"
-    assert page.beside.hand.text() == "the limit; released hand, without dry friction."
+    assert page.verdict_column.headline.text() == f"{limits['released'] / 620.0:.1f} × below"
+    assert page.verdict_column.hand.text() == "the limit; released hand, without dry friction."
     shown = page.side.hands
     assert f"{limits['firm']:,.0f} N/m" in [label.text() for pair in shown._labels for label in pair]
 
@@ -79,8 +79,8 @@ def test_the_dot_follows_the_sliders_the_axes_stay_and_the_way_out_is_said(page,
     window.studio.set_value("stiffness", 5000.0)
     limit = follow(page, qtbot).margin.limit
     assert axes_of(page)[1][1] > 5000.0
-    assert page.beside.headline.text() == f"{5000.0 / limit:.1f} × above"
-    assert page.beside.out.text() == f"Lower stiffness below {limit:,.0f} N/m."
+    assert page.verdict_column.headline.text() == f"{5000.0 / limit:.1f} × above"
+    assert page.verdict_column.out.text() == f"Lower stiffness below {limit:,.0f} N/m."
 
 
 def test_a_click_brings_both_sliders_there(page, window, qtbot):
@@ -98,16 +98,16 @@ def test_a_click_brings_both_sliders_there(page, window, qtbot):
 
 def go_back(page, window):
     """Go one step back from the click, and no further; not in another environment."""
-    page.back.shortcut.activated.emit()
+    page.undo.shortcut.activated.emit()
     back = window.studio.values["stiffness"], window.studio.values["damping"]
     assert back == (620.0, 2.0)
     window.studio.set_value("stiffness", 700.0)
-    page.back.shortcut.activated.emit()
+    page.undo.shortcut.activated.emit()
     assert window.studio.values["stiffness"] == 700.0
     press(page, 1.0, 300.0)
     window.studio.choose("spring")
     now = window.studio.values["stiffness"]
-    page.back.shortcut.activated.emit()
+    page.undo.shortcut.activated.emit()
     assert window.studio.values["stiffness"] == now
 
 
@@ -172,18 +172,18 @@ def test_where_the_force_is_met_first():
 def test_an_environment_without_stiffness_has_no_dot(page, window, qtbot):
     window.studio.choose("free")
     qtbot.waitUntil(lambda: window.studio.environment.key == "free", timeout=PATIENCE_MS)
-    qtbot.waitUntil(lambda: page.beside.headline.text() == "No limit applies", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: page.verdict_column.headline.text() == "No limit applies", timeout=PATIENCE_MS)
     assert not any("N/m, " in word for word in words(page.chart))
     assert "renders no stiffness" in page.side.try_words.text()
     press(page, 0.5, 500.0)
-    assert page.beside.headline.text() == "No limit applies"
+    assert page.verdict_column.headline.text() == "No limit applies"
 
 
 @pytest.mark.slow
 def test_an_adaptive_window_has_no_exact_limit_and_can_be_measured(page, window, qtbot):
     window.studio.set_loop(estimator="foaw", options=())
     follow(page, qtbot)
-    assert page.beside.headline.text() == "No exact limit"
+    assert page.verdict_column.headline.text() == "No exact limit"
     assert "Exact boundary" not in words(page.chart)
     assert page.bar.run.isEnabled()
     assert reading(page.lines, 1.0, 100.0)[1] == "No exact limit"
@@ -204,7 +204,7 @@ def test_every_hand_has_its_boundary(page, qtbot):
 def test_without_a_device_nothing_is_judged(idle_window):
     idle_window.views.show("stability")
     page = idle_window.views.page("stability")
-    assert page.beside.headline.text() == "Not judged yet"
+    assert page.verdict_column.headline.text() == "Not judged yet"
     assert not page.side.release.isEnabled()
     assert not page.bar.export.isEnabled()
     page.bar.run.click()
@@ -217,7 +217,7 @@ def test_a_device_that_goes_leaves_the_map_paler(page, window, qtbot):
     window.studio.engine_changed.emit()
     assert page.lines is None
     assert page.chart.pale
-    assert page.beside.headline.text() == "Not judged yet"
+    assert page.verdict_column.headline.text() == "Not judged yet"
     drawn(page.chart)
     window.studio.device.engine = engine
     window.studio.engine_changed.emit()
@@ -342,7 +342,9 @@ def test_beyond_what_was_measured_with_friction_there_is_no_colour(judging_page)
 def test_conditions_tell_friction_and_steps_and_stay_in_a_small_window(judging_page, window, qapp):
     def told():
         return {
-            name.text(): value.text() for name, value in judging_page.beside.conditions._labels if name.text()
+            name.text(): value.text()
+            for name, value in judging_page.verdict_column.conditions._labels
+            if name.text()
         }
 
     setting = judging_page.lines.plane.setting
@@ -361,7 +363,7 @@ def look_in_small_windows(page, window, qapp):
         window.resize(*size)
         for _ in range(3):
             qapp.processEvents()
-        beside = page.beside
+        beside = page.verdict_column
         beside.ensureWidgetVisible(beside.conditions._labels[0][0])
         assert beside.conditions.isVisible(), size
         assert not beside.conditions._labels[0][0].visibleRegion().isEmpty(), size
@@ -370,18 +372,18 @@ def look_in_small_windows(page, window, qapp):
 def test_before_any_line_nothing_is_shown_without_words(idle_window):
     idle_window.views.show("stability")
     page = idle_window.views.page("stability")
-    assert page.beside.lines.text() == ""
-    assert not any(part.isVisible() for part in page.beside._above)
+    assert page.verdict_column.lines.text() == ""
+    assert not any(part.isVisible() for part in page.verdict_column._above)
     assert not page.side.hands_heading.isVisible()
     assert not page.side.hands.isVisible()
 
 
 def test_before_any_line_it_says_what_is_missing(judging_page):
     judging_page._forget_lines()
-    assert judging_page.beside.headline.text() == "Computing"
+    assert judging_page.verdict_column.headline.text() == "Computing"
     judging_page.facts.delay = None
     judging_page._forget_lines()
-    assert judging_page.beside.headline.text() == "Measuring the delay"
+    assert judging_page.verdict_column.headline.text() == "Measuring the delay"
 
 
 def test_dragging_over_the_limit_is_continuous_though_a_banner_moves_the_map(judging_page, window, qtbot):

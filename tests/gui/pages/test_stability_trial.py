@@ -121,8 +121,8 @@ def test_it_is_said_below_the_button_and_forgotten_when_something_changes(window
     window.views.show("stability")
     page = window.views.page("stability")
     limit = follow(page, qtbot).hands["released"]
-    assert (page.held.stiffness, page.held.limit) == (1800.0, limit)
-    page.trial._held = page.held
+    assert (page.trial_conditions.stiffness, page.trial_conditions.limit) == (1800.0, limit)
+    page.trial._held = page.trial_conditions
     seen = np.zeros((1500, rows.ROW_WIDTH))
     seen[:, rows.HOST_TIME] = 1e6 + np.arange(1500) * 1e-3
     seen[:, rows.POSITION] = 0.004 * 0.99 ** np.arange(1500)

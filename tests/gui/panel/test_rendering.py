@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from PySide6.QtWidgets import QScrollArea
 
-from hapkit_studio.analysis import cheaper
+from hapkit_studio.analysis import board_alternative
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
@@ -81,7 +81,7 @@ def test_what_is_too_much_for_the_board_says_by_how_much_and_what_feels_the_same
     assert re.match(r"Mass–spring–damper needs [\d,]+ bytes, the board has 760\.", switch.note.text())
     qtbot.waitUntil(switch.instead.isVisible, timeout=PATIENCE_MS)
     found = re.search(r"feels the same: (0\.\d\d) N apart at most, of (\d\.\d) N\.", switch.note.text())
-    assert 0.0 <= float(found[1]) <= cheaper.FELT * float(found[2])
+    assert 0.0 <= float(found[1]) <= board_alternative.FELT * float(found[2])
     switch.instead.click()
     assert INTEGRATORS[int(studio.values["integrator"])] in ("semi_implicit", "verlet")
     answered(board_window, qtbot)

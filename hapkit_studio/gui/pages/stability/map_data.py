@@ -151,11 +151,11 @@ def measuring(setting: "Setting", real: bool, axes: tuple[float, float], side: i
     """Return the work for a Job: the cells of the map, then the boundary by bisection."""
 
     def work(progress: Progress) -> Measured:
-        from hapkit_studio.analysis.stability.rendered import measure_cells, measure_points
+        from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 
         begin = time.monotonic()
         whole, rest = side * side, COLUMNS * _CELLS_A_COLUMN
-        across, up = (_middles(end, side) for end in axes)
+        across, up = (cell_centres(end, side) for end in axes)
         say = _part(progress, 0, whole, whole + rest)
         cells = measure_cells(setting, across, up, real=real, progress=say)
         seconds = time.monotonic() - begin
@@ -165,10 +165,6 @@ def measuring(setting: "Setting", real: bool, axes: tuple[float, float], side: i
         return Measured(setting, real, axes, points, cells, seconds)
 
     return work
-
-
-def _middles(end: float, count: int) -> np.ndarray:
-    return (np.arange(count) + 0.5) * (end / count)
 
 
 def _part(progress: Progress, before: int, share: int, of: int) -> Callable[[int, int], None]:

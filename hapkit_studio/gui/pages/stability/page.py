@@ -78,7 +78,7 @@ class StabilityPage(MeasuringPage):
         super().__init__(studio, live)
         self.facts = LoopFacts(studio, self)
         self.trial = Trial(studio, live, self)
-        self.back = UndoClick(studio, self)
+        self.undo = UndoClick(studio, self)
         self._worker = LatestAnswer(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
@@ -88,7 +88,7 @@ class StabilityPage(MeasuringPage):
         self.hands.setMinimumWidth(self.hands.sizeHint().width())
         self.real = QCheckBox("Friction and sensor steps")
         self.real.setToolTip("Measure with the device's friction and sensor steps, or an ideal one")
-        self.beside, self.side = VerdictColumn(), StabilitySide(studio)
+        self.verdict_column, self.side = VerdictColumn(), StabilitySide(studio)
         self._map: Map | None = None
         self._dot: Dot | None = None
         self._arrange()
@@ -99,11 +99,11 @@ class StabilityPage(MeasuringPage):
 
     def go(self, damping: float, stiffness: float) -> None:
         """Set the parameters to a point of the map."""
-        pair = self.pair
-        if pair is None:
+        parameters = self.map_parameters
+        if parameters is None:
             return
         try:
-            self._studio.set_values(pair.values(stiffness, damping))
+            self._studio.set_values(parameters.values(stiffness, damping))
         except ParameterError as error:
             self.bar.say(str(error), danger=True)
 
@@ -138,19 +138,19 @@ class StabilityPage(MeasuringPage):
     # what is asked and answered
 
     @property
-    def pair(self) -> MapParameters | None:
+    def map_parameters(self) -> MapParameters | None:
         """Return the parameters that a click sets; None where the environment has no impedance."""
         environment = self._studio.environment
         return map_parameters(environment, self._studio.values) if environment.impedance else None
 
     @property
-    def held(self) -> TrialConditions | None:
+    def trial_conditions(self) -> TrialConditions | None:
         """Return what the map says of the handle when it is let go; None before there are lines."""
-        engine, pair = self._studio.engine, self.pair
-        if self.lines is None or engine is None or pair is None:
+        engine, parameters = self._studio.engine, self.map_parameters
+        if self.lines is None or engine is None or parameters is None:
             return None
         plane = self.lines.plane
-        limit = plane.hands["released"] if pair.stiffness else math.nan
+        limit = plane.hands["released"] if parameters.stiffness else math.nan
         return TrialConditions(plane.setting, plane.margin.stiffness, limit, engine.max_force)
 
     def question(self) -> LinesQuestion | None:
@@ -205,7 +205,7 @@ class StabilityPage(MeasuringPage):
             self.trial.let_go()
 
     def set_room(self, width: int, height: int) -> None:
-        self.beside.setVisible(width >= _ROOM_BESIDE)
+        self.verdict_column.setVisible(width >= _ROOM_BESIDE)
         self.side.set_room(self.side.width() < 300)
 
     def wait(self) -> None:
@@ -229,7 +229,7 @@ class StabilityPage(MeasuringPage):
         if self.lines is not None:
             self.results.prefer(self.lines.plane.setting, self.real.isChecked())
         if self.lines is not None:
-            self.beside.show_verdict(self._verdict(self.lines))
+            self.verdict_column.show_verdict(self._verdict(self.lines))
             self._show_map(self.lines)
 
     def _show_map(self, lines: Lines) -> None:
@@ -246,7 +246,7 @@ class StabilityPage(MeasuringPage):
             self._dot.place(plane, dotted)
             self.chart.follow()
             return
-        self.beside.show_lines(shown.lines())
+        self.verdict_column.show_lines(shown.lines())
 
         def paint(figure: Any, colors: "Colors") -> "tuple[Artist, ...]":
             assert self._map is not None
@@ -283,22 +283,24 @@ class StabilityPage(MeasuringPage):
             return
         pairs = dict(conditions(self.lines.plane.setting, self.real.isChecked()))
         pairs |= {"Hand": "all of them"} if self.lines.hands else {}
-        self.beside.show_conditions([(_NAMES.get(name, name), value) for name, value in pairs.items()])
+        self.verdict_column.show_conditions(
+            [(_NAMES.get(name, name), value) for name, value in pairs.items()]
+        )
 
     def _forget_lines(self) -> None:
         self.lines = None
         self.chart.fade()
-        self.beside.show_lines({})
-        self.beside.show_conditions([])
+        self.verdict_column.show_lines({})
+        self.verdict_column.show_conditions([])
         self.side.show_hands({}, 0.0)
         self.bar.export.setEnabled(False)
         delay = self.facts.delay is not None
-        self.beside.show_verdict(nothing_yet(self._studio.engine is not None, delay))
+        self.verdict_column.show_verdict(nothing_yet(self._studio.engine is not None, delay))
 
     def _show_studio(self) -> None:
         """Show what a click and the button do now, and whether the controller is on."""
-        pair = self.pair
-        words = pair.words if pair else "This environment renders no stiffness or damping to set."
+        parameters = self.map_parameters
+        words = parameters.words if parameters else "This environment renders no stiffness or damping to set."
         possible = self.trial.possible
         if self._studio.engine is not None and not possible:
             words += " On a real Hapkit you are the hand: let go of it yourself."
@@ -314,7 +316,7 @@ class StabilityPage(MeasuringPage):
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
         row.addWidget(self.chart, 1)
-        row.addWidget(self.beside)
+        row.addWidget(self.verdict_column)
         self.build(body)
 
     def _join(self, live: "Live") -> None:
@@ -331,10 +333,10 @@ class StabilityPage(MeasuringPage):
             signal.connect(self._show_studio)
         studio.loop_changed.connect(self._show_studio)
         self.trial.changed.connect(self._show_studio)
-        self.side.release_pressed.connect(lambda: self.trial.begin(self.held))
+        self.side.release_pressed.connect(lambda: self.trial.begin(self.trial_conditions))
         self.side.controller_chosen.connect(lambda on: studio.set_loop(controller=on))
         live.health.connect(self.facts.note_health)
-        self.chart.clicked.connect(lambda *_place: self.back.remember())
+        self.chart.clicked.connect(lambda *_place: self.undo.remember())
         self.chart.clicked.connect(self.go)
         self.chart.dragged.connect(self.go)
         self.chart.pointed.connect(self.show_near)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hapkit_studio.analysis import cheaper
+from hapkit_studio.analysis import board_alternative
 from hapkit_studio.environments import named
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from tests.wide import wide
@@ -15,7 +15,7 @@ def found(key, **values):
     wish = PlanRequest(environment, environment.values(values), "kalman")
     offer = BoardPlanner(ARENA)
     assert isinstance(offer.plan(wish), str)
-    return cheaper.find(cheaper.Question(offer, wish)).found
+    return board_alternative.find(board_alternative.RefusedRequest(offer, wish)).found
 
 
 @pytest.mark.slow
@@ -29,9 +29,9 @@ def found(key, **values):
 def test_a_cheaper_method_feels_the_same(key, method):
     one = found(key, integrator=method)
     assert one.choice.options[one.option] in ("semi_implicit", "verlet")
-    assert one.way.program.size <= ARENA
-    assert 0.0 < one.apart <= cheaper.FELT * one.force
-    assert f"{one.way.program.size} bytes" in one.words
+    assert one.plan.program.size <= ARENA
+    assert 0.0 < one.apart <= board_alternative.FELT * one.force
+    assert f"{one.plan.program.size} bytes" in one.words
     assert f"{one.apart:.2f} N apart at most, of {one.force:.1f} N." in one.words
 
 

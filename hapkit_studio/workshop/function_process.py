@@ -1,0 +1,49 @@
+"""The process in which a file's own functions are called, started with the file's path."""
+
+import json
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio.environments.base import Conditions, Environment
+from hapkit_studio.workshop import isolated, reading, source
+from hapkit_studio.workshop.functions import CALL_SECONDS, GIVES, START_SECONDS
+
+
+def main(path: str) -> None:
+    """Execute a text, whose file has this path, then answer calls of its functions until its input ends."""
+    heard, said = isolated.take_pipes()
+    isolated.limit_memory()
+    try:
+        isolated.exit_after(2 * START_SECONDS)
+        environment = reading.execute(source.typed(Path(path), json.loads(heard.readline())))
+        answer: Any = ""
+        while True:
+            said.write(json.dumps(answer).encode() + b"\n")
+            isolated.exit_after(None)
+            asked = json.loads(heard.readline())
+            isolated.exit_after(2 * CALL_SECONDS)
+            answer = _called(environment, *asked)
+    finally:
+        os._exit(0)  # also where memory runs out or nobody is left to ask
+
+
+def _called(environment: Environment, name: str, values: Mapping[str, float], *more: Any) -> Any:
+    """Return a function's result as JSON has it; None where it raises or returns the wrong type."""
+    convert, _ = GIVES[name]
+    args = [Conditions(**m) if isinstance(m, dict) else np.array(m) for m in more]
+    try:
+        found = convert(getattr(environment, name)(values, *args))
+    except MemoryError:
+        raise
+    except Exception:  # whatever a person's function raises
+        return None
+    return found.tolist() if isinstance(found, np.ndarray) else found
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
