@@ -119,7 +119,7 @@ def caught(mutation: Mutation, root: Path, tests: tuple[str, ...]) -> str | None
         with tempfile.TemporaryDirectory() as fresh:
             cache = str(root / "cache") if mutation.area in INTERPRETED else fresh
             words = [sys.executable, "-m", "pytest", "-qx", "-p", "no:cacheprovider", *tests]
-            words += ["-m", "not alone and not slow"]
+            words += ["-m", "not alone"]
             around = os.environ | {"NUMBA_CACHE_DIR": cache, "QT_QPA_PLATFORM": "offscreen"}
             done = subprocess.run(
                 words, cwd=root, env=around, capture_output=True, text=True, timeout=SECONDS, check=False

@@ -196,7 +196,7 @@ def _ms(seconds: float) -> str:
 
 
 def _trip(seconds: float) -> str:
-    """Write the time that a link takes; beyond LONGEST the board does not know."""
+    """Write the time that a link takes; beyond LONGEST_DELAY the board does not know."""
     return f"more than {_ms(LONGEST_DELAY)} ms" if seconds >= LONGEST_DELAY else f"{_ms(seconds)} ms"
 
 
