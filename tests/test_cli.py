@@ -246,6 +246,7 @@ def program(tmp_path, *words, **changes):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
 def test_without_a_display_runs_the_demo_and_writes_a_picture(tmp_path):
     done = program(tmp_path)

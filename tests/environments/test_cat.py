@@ -46,6 +46,7 @@ def test_left_alone_it_forgets_in_ten_seconds():
     assert np.log(c / c[0]) == pytest.approx(-np.arange(c.size) * 1e-4, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("counts", [1, 2, 20])
 @pytest.mark.parametrize("every", [2, 7])
 def test_a_hand_that_rests_is_felt_as_rest_whatever_the_sensor_flickers(counts, every):

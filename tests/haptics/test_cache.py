@@ -71,6 +71,7 @@ def second() -> dict:
     return process()
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_nothing(second):
     assert second["missed"] == []
     assert second["laws_compiled"] == []

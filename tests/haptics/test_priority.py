@@ -114,6 +114,7 @@ def test_without_rights_the_words_say_so_and_how_to_get_more(tmp_path):
         assert text in ("Normal priority|False|0|True|True", "Raised priority, nice -11|False|0|True|True")
 
 
+@pytest.mark.slow
 @linux_only
 @pytest.mark.skipif(os.geteuid() != 0, reason="the fake service needs the right to grant")
 @pytest.mark.parametrize("granted", [True, False])

@@ -24,6 +24,7 @@ def three(folder):
     return fuzz.Three(folder)
 
 
+@pytest.mark.slow
 def test_the_firmware_survives_anything(folder):
     fuzz.firmware(INPUTS, 1, folder)
 

@@ -142,6 +142,7 @@ def test_a_law_is_checked_once_on_its_way(tmp_path, monkeypatch):
     assert len(seen) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("statement", "said"),
     [

@@ -41,6 +41,7 @@ def test_an_answer_that_rests_on_a_tie_says_so(capsys):
     assert "all but FOAW cost the same" in answer["reason"]
 
 
+@pytest.mark.slow
 def test_the_table_marks_front_and_default(capsys, tmp_path):
     picture = tmp_path / "chart.png"
     assert main(["accuracy", "integrators", "--scene", "free", "--plot", str(picture)]) == 0

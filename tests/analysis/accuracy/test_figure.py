@@ -51,6 +51,7 @@ def test_no_error_stands_on_a_row_of_its_own_inside_the_frame():
     assert not AccuracyAxes(sheet(STRANGE[1:])).has_zero
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_a_picture_of_one_sheet_or_several(tmp_path, count):
     sheets = [sheet(STRANGE), sheet([point()], step_s=None), sheet([point("rk4", 0.5)], unit="m/s")]

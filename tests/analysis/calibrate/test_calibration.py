@@ -136,6 +136,7 @@ HARD_KITS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HARD_KITS)
 def test_what_is_stated_holds_the_truth(name):
     kit = PaddleKit(**HARD_KITS[name])

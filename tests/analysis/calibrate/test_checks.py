@@ -57,6 +57,7 @@ def test_each_defect_is_found_where_it_belongs(kit, check, key):
     assert CHECKS[[c.key for c in CHECKS].index(check)].title.lower() in report.words
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_noise_is_no_wrong_direction(seed):
     report, _ = checked(noise=8.0, seed=seed)

@@ -50,6 +50,7 @@ def test_magnet_and_motor_the_wrong_way_round_are_put_right_and_kept():
         kit.close()
 
 
+@pytest.mark.slow
 def test_a_sweep_tells_the_paddle_of_the_virtual_board():
     truth = {"mass": 0.08, "viscous": 0.3, "coulomb": 0.2}
     kit = StudentBoard(*[word for key, value in truth.items() for word in (f"--{key}", str(value))])

@@ -60,6 +60,7 @@ def test_any_row_is_painted_and_in_time(qtbot, key):
             assert view.text_boxes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", sorted(LIBRARY))
 def test_any_parameter_is_painted_and_in_time(key, qapp):
     picture = QPixmap(880, 236)
