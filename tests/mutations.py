@@ -98,15 +98,18 @@ def sources(area: str) -> list[Path]:
 
 def placed(mutation: Mutation, root: Path) -> tuple[Path, str]:
     """Return the file below a copy of the project where a mutation's line stands once, and its new text."""
-    files = [root / "hapkit_studio" / mutation.path, *sorted((root / "hapkit_studio").rglob("*.py"))]
-    for file in files:
-        lines = file.read_text(encoding="utf-8").splitlines(keepends=True) if file.exists() else []
-        at = [i for i, line in enumerate(lines) if line.strip() == mutation.before]
-        if len(at) == 1:
-            lines[at[0]] = lines[at[0]].replace(mutation.before, mutation.after)
+    own = root / "hapkit_studio" / mutation.path
+    for files in ([own] if own.exists() else [], sorted((root / "hapkit_studio").rglob("*.py"))):
+        found = []
+        for file in files:
+            lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+            found += [(file, lines, i) for i, line in enumerate(lines) if line.strip() == mutation.before]
+        if len(found) == 1:
+            file, lines, i = found[0]
+            lines[i] = lines[i].replace(mutation.before, mutation.after)
             return file, "".join(lines)
     raise LookupError(
-        f"{mutation.path}: {mutation.before!r} stands nowhere any more. Mutate what stands for it."
+        f"{mutation.path}: {mutation.before!r} does not stand once any more. Mutate what stands for it."
     )
 
 
